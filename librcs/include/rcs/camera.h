@@ -1,0 +1,45 @@
+#pragma once
+
+#include <string>
+
+#include <glm/glm.hpp>
+
+namespace rcs {
+
+enum class Projection { perspective, orthographic };
+
+/// A pinhole or parallel camera that looks along -Z of its view space, +Y up, as in glTF.
+struct Camera {
+    std::string name;
+    Projection projection = Projection::perspective;
+    glm::dmat4 world_from_view{1.0};  ///< rigid: no scale, no shear
+    double yfov = 0.8;                ///< vertical field of view [rad], in (0, pi); perspective
+    double ymag = 1.0;                ///< half the height of the view [m], > 0; orthographic
+};
+
+/// One image of a camera: its size, and where inside each pixel the single sample lies.
+struct View {
+    Camera camera;
+    int width = 0;                      ///< [px]
+    int height = 0;                     ///< [px]
+    glm::dvec2 pixel_offset{0.5, 0.5};  ///< in [0, 1)^2; (0.5, 0.5) is the pixel's centre
+};
+
+/// The ray through image position (x, y) [px], (0, 0) the top left corner of the image, with its
+/// change per pixel (Igehy 1999, "Tracing ray differentials").
+struct CameraRay {
+    glm::dvec3 origin;
+    glm::dvec3 direction;  ///< perspective: view-space z component is -1, so not a unit vector
+    glm::dvec3 origin_dx, origin_dy;
+    glm::dvec3 direction_dx, direction_dy;
+};
+CameraRay camera_ray(const View& view, double x, double y);
+
+/// Where the camera stands, in scene space; for an orthographic view the centre of its image plane.
+glm::dvec3 camera_position(const Camera& camera);
+
+/// A camera at `eye` that looks at `target`. @param yfov  vertical field of view [rad]
+Camera look_at_camera(std::string name, glm::dvec3 eye, glm::dvec3 target, double yfov,
+                      glm::dvec3 up = {0.0, 1.0, 0.0});
+
+}  // namespace rcs

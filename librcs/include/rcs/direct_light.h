@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "rcs/gbuffer.h"
+#include "rcs/ray_scene.h"
+#include "rcs/thread_pool.h"
+
+namespace rcs {
+
+struct DirectOptions {
+    int area_samples = 8;       ///< shadow rays per pixel towards lamps with area where visibility is uniform, in [1, 1024]
+    int penumbra_samples = 64;  ///< the same where it is mixed, in [area_samples, 65536]
+    std::uint64_t seed = 1;
+};
+
+/// Direct irradiance of the scene's lamps at every visible point. The sky is not a lamp: its light
+/// arrives through the records.
+/// @param shadow_rays  is increased by the number of shadow rays shot
+/// @return one RGB irradiance [W m^-2] per pixel; 0 where nothing is seen
+std::vector<glm::vec3> direct_irradiance(const RayScene& rays, const GBuffer& gbuffer,
+                                         const DirectOptions& options, ThreadPool& pool,
+                                         std::uint64_t& shadow_rays);
+
+}  // namespace rcs

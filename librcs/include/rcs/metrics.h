@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+#include "rcs/image.h"
+
+namespace rcs {
+
+/// Errors of image I against reference R, on luminance (Rec. 709: 0.2126, 0.7152, 0.0722), with
+/// eps = 0.01 mean(R). Pixels where either is not finite are counted, not averaged.
+struct ErrorMetrics {
+    std::size_t pixels = 0;
+    std::size_t not_finite = 0;
+    double relmse = 0.0;                ///< mean (I-R)^2 / (R^2 + eps^2)
+    double rmse = 0.0;                  ///< sqrt mean (I-R)^2
+    double mean_relative_error = 0.0;   ///< MRE: mean |I-R| / (R + eps)
+    double median_relative_error = 0.0;
+    double p95_relative_error = 0.0;    ///< 95th percentile of |I-R| / (R + eps)
+    double ratio_of_means = 1.0;        ///< mean(I) / mean(R); 1 is unbiased
+    double display_psnr = 0.0;          ///< [dB], of the sRGB-encoded, clipped RGB images; +inf if equal
+};
+
+/// Compares one layer of two images of the same view. If `reference` was traced with a stride, the
+/// same pixels of `image` are taken.
+/// @throws Error not_found (layer), bad_argument (sizes that do not match)
+ErrorMetrics compare_images(const LayeredImage& image, const LayeredImage& reference,
+                            const std::string& layer = "beauty");
+
+}  // namespace rcs

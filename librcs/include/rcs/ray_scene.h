@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+
+#include <glm/glm.hpp>
+
+#include "rcs/scene.h"
+#include "rcs/thread_pool.h"
+
+namespace rcs {
+
+struct Ray {
+    glm::vec3 origin;  ///< scene space [m]
+    glm::vec3 direction;  ///< need not be unit; distances are in its units
+    float t_min = 0.0f;
+    float t_max = std::numeric_limits<float>::infinity();
+};
+
+struct Hit {
+    float t = 0.0f;
+    float u = 0.0f, v = 0.0f;  ///< barycentric weights of the triangle's second and third vertex
+    std::uint32_t instance = 0;   ///< index into Scene::instances
+    std::uint32_t primitive = 0;  ///< index into Mesh::triangles
+};
+
+/// The scene as rays see it: an Embree acceleration structure. Meshes that are used once are baked
+/// into scene space, others are Embree instances. Refers to the Scene it was built from, which must
+/// outlive it and stay unchanged.
+class RayScene {
+public:
+    struct Impl;
+    explicit RayScene(std::unique_ptr<Impl> impl);
+    ~RayScene();
+    RayScene(RayScene&&) noexcept;
+    RayScene& operator=(RayScene&&) noexcept;
+
+    const Scene& scene() const noexcept;
+    std::size_t triangle_count() const noexcept;
+    const Impl& impl() const noexcept { return *impl_; }
+
+private:
+    std::unique_ptr<Impl> impl_;
+};
+
+/// @throws Error out_of_memory, internal (what Embree reported)
+RayScene build_ray_scene(const Scene& scene, const ThreadPool& pool);
+
+/// Nearest hit along the ray, both sides of every triangle. Watertight (Embree's robust mode).
+std::optional<Hit> intersect(const RayScene& rays, const Ray& ray);
+/// Whether anything lies on the ray between t_min and t_max.
+bool occluded(const RayScene& rays, const Ray& ray);
+
+}  // namespace rcs

@@ -1,0 +1,21 @@
+#pragma once
+
+/// Everything librcs offers. See README.md for the way of the data.
+#include "rcs/camera.h"
+#include "rcs/direct_light.h"
+#include "rcs/error.h"
+#include "rcs/gbuffer.h"
+#include "rcs/gl_context.h"
+#include "rcs/image.h"
+#include "rcs/image_io.h"
+#include "rcs/log.h"
+#include "rcs/metrics.h"
+#include "rcs/ray_scene.h"
+#include "rcs/records.h"
+#include "rcs/reference.h"
+#include "rcs/render.h"
+#include "rcs/scene.h"
+#include "rcs/splat.h"
+#include "rcs/thread_pool.h"
+#include "rcs/tone_map.h"
+#include "rcs/version.h"

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "rcs/gbuffer.h"
+#include "rcs/log.h"
+#include "rcs/ray_scene.h"
+#include "rcs/thread_pool.h"
+
+namespace rcs {
+
+/// One irradiance record: what the hemisphere over p_k, n_k sends, how that changes nearby, and how
+/// far it may be trusted. Scene space.
+struct Record {
+    glm::vec3 position{0.0f};            ///< p_k [m]
+    glm::vec3 normal{0.0f, 0.0f, 1.0f};  ///< n_k, unit
+    glm::vec3 irradiance{0.0f};          ///< E_k [W m^-2]
+    /// Per colour: gradient for a rotation of the normal; E changes by dot(cross(n_k, n), g) [W m^-2 rad^-1]
+    std::array<glm::vec3, 3> rotation_gradient{};
+    /// Per colour: gradient for a move within the tangent plane; E changes by dot(p - p_k, g) [W m^-3]
+    std::array<glm::vec3, 3> translation_gradient{};
+    float harmonic_mean_distance = 0.0f;  ///< R_k before any limit [m]; may be +inf (nothing hit)
+    float minimum_distance = 0.0f;        ///< to the nearest hit, grazing rays left out [m]; may be +inf
+    float footprint = 0.0f;               ///< side of a pixel on the surface where it was made [m]
+    float noise = 0.0f;                   ///< standard error of E_k relative to it, on luminance
+    float spacing_radius = 0.0f;          ///< a R_k after all limits [m]: within it no other record is needed
+    float gradient_scale = 1.0f;          ///< how much of the translation gradient to trust, in [0, 1]: less than 1
+                                          ///< where the least spacing overrides the reach of the expansion
+};
+
+/// How records are placed and gathered.
+struct RecordOptions {
+    float error_tolerance = 0.2f;  ///< a, in (0, 1]; smaller is finer
+    int rays = 256;                ///< hemisphere rays per record, in [16, 65536]; rounded to M x N strata
+    float min_spacing = 1.5f;      ///< least spacing radius [px], in (0, max_spacing]
+    float max_spacing = 60.0f;     ///< largest spacing radius [px]
+    float gradient_limit = 1.0f;   ///< R_k is at most so many times E/|grad E|, > 0
+    int bounces = 1;               ///< 0: only the sky's own light arrives; 1: light reflected once as well
+    std::uint64_t seed = 1;
+};
+
+struct RecordStats {
+    std::uint64_t records = 0;
+    std::uint64_t hemisphere_rays = 0;
+    std::uint64_t shadow_rays = 0;
+    std::uint64_t waves = 0;
+};
+
+/// Gathers one record at each of the given visible points.
+/// @param pixels  indices into the G-buffer, each covered
+/// @return one record for each, in the same order
+std::vector<Record> gather_records(const RayScene& rays, const GBuffer& gbuffer,
+                                   const std::vector<std::uint32_t>& pixels, const RecordOptions& options,
+                                   ThreadPool& pool, RecordStats& stats);
+
+/// Sets every record's spacing radius: a R_k, limited by the relative gradient, by neighbours (no
+/// record may claim more than a neighbour's radius plus the distance to it; Krivanek et al. 2006,
+/// neighbour clamping, here as the order-free fixed point) and to a range of pixels.
+void limit_spacing(std::vector<Record>& records, const RecordOptions& options, ThreadPool& pool);
+
+/// Adds records until every visible point is within the spacing radius of one: waves of holes on a
+/// hierarchy of pixel grids, coarse to fine. Which pixels a wave takes follows from the image and the seed
+/// alone, so the records do not depend on timing, threads or the GL.
+/// @param view  the view that `gbuffer` was made for
+/// @param records  those there are already; the new ones are appended, all spacing radii brought up to date
+void place_records(const RayScene& rays, const GBuffer& gbuffer, const View& view, const RecordOptions& options,
+                   ThreadPool& pool, std::vector<Record>& records, RecordStats& stats,
+                   const ProgressFunction& progress = {});
+
+/// @throws Error bad_argument: the field, its value and its range
+void validate(const RecordOptions& options);
+
+}  // namespace rcs

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+
+#include "rcs/camera.h"
+#include "rcs/image.h"
+#include "rcs/log.h"
+#include "rcs/ray_scene.h"
+#include "rcs/thread_pool.h"
+
+namespace rcs {
+
+/// How the path tracer that judges the renderer works.
+struct ReferenceOptions {
+    int samples = 1024;  ///< paths per pixel, in [16, 2^20]; rounded up to a multiple of 16
+    int bounces = 1;     ///< bounces of indirect light, in [0, 64]; 1 is the paper's first bounce
+    int aa = 1;          ///< 1: every path starts at the pixel's centre; more: spread over the pixel,
+                         ///< textures filtered over 1/sqrt(aa) pixels, as in render
+    int stride = 1;      ///< >= 1; trace every stride-th pixel of every stride-th row only, see below
+    std::uint64_t seed = 1;
+};
+
+/// Path traces emission, direct light and `bounces` bounces of indirect light (next-event estimation,
+/// Owen-scrambled Sobol' points) at the view's pixels. Independent of the record code.
+///
+/// With stride s > 1 the result has one pixel for each of (s/2 + i s, s/2 + j s) of the view, and
+/// metadata "rcs:stride" = s; compare_images() then takes the same pixels of the full image.
+///
+/// Layers: beauty, emission, direct, indirect, albedo, normal, depth, standard_error (of beauty),
+/// indirect_standard_error. Standard errors come from blocks of the Sobol' sequence taken as
+/// independent; the sequence is better than that, so they are upper estimates.
+LayeredImage render_reference(const RayScene& rays, const View& view, const ReferenceOptions& options,
+                              ThreadPool& pool, const ProgressFunction& progress = {});
+
+}  // namespace rcs

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "rcs/gbuffer.h"
+#include "rcs/gl_context.h"
+#include "rcs/records.h"
+#include "rcs/thread_pool.h"
+
+namespace rcs {
+
+enum class SplatMethod {
+    automatic,  ///< quads on a hardware GL, tiles on a software one
+    quads,      ///< the paper's: one bounding quad per record, blended by OpenGL
+    tiles,      ///< records binned to tiles of the image, summed by the CPU
+};
+
+struct SplatOptions {
+    float error_tolerance = 0.2f;  ///< a; scales the tolerance to a change of normal
+    float overlap = 1.0f;          ///< influence radius = overlap x spacing radius, >= 1
+};
+
+/// Sums over the records at each pixel, row by row from the top left.
+struct SplatBuffer {
+    int width = 0;
+    int height = 0;
+    std::vector<float> weighted_r, weighted_g, weighted_b;  ///< sum w_k E_k(p, n) [W m^-2]
+    std::vector<float> weight;                              ///< sum w_k
+    std::vector<float> count;                               ///< records with w_k > 0
+};
+
+struct SplatStats {
+    std::uint64_t splats = 0;   ///< records that reach the image
+    std::uint64_t samples = 0;  ///< record x pixel pairs evaluated
+};
+
+/// Sums all records over the image. Both methods compute the same sums (shaders/shared/weight.h).
+/// @param view  the view that `gbuffer` was made for
+SplatBuffer splat_tiles(const std::vector<Record>& records, const GBuffer& gbuffer, const View& view,
+                        const SplatOptions& options, ThreadPool& pool, SplatStats& stats);
+SplatBuffer splat_quads(GlContext& gl, const std::vector<Record>& records, const GBuffer& gbuffer,
+                        const View& view, const SplatOptions& options, SplatStats& stats);
+
+/// The pixel rectangle that a sphere can touch: never too small, also when the sphere surrounds the
+/// camera or reaches behind it (then the whole image).
+struct PixelBounds {
+    int x0 = 0, y0 = 0, x1 = 0, y1 = 0;  ///< [x0, x1) x [y0, y1); empty if x0 >= x1 or y0 >= y1
+    bool empty() const { return x0 >= x1 || y0 >= y1; }
+};
+/// @param centre  relative to the camera, axes of scene space [m]   @param radius  [m], >= 0
+PixelBounds sphere_bounds(const View& view, glm::dvec3 centre, double radius);
+
+}  // namespace rcs

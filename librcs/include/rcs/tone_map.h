@@ -1,0 +1,51 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rcs/image.h"
+#include "rcs/log.h"
+#include "rcs/thread_pool.h"
+
+namespace rcs {
+
+struct ToneMapOptions {
+    std::string ocio_config;        ///< file; "" takes $OCIO, and where that is unset the built-in configuration
+    std::string display;            ///< "" is the configuration's default display
+    std::string view;               ///< "" is that display's default view
+    std::optional<float> exposure;  ///< [EV], radiance x 2^EV before the view; empty: automatic
+};
+
+/// A display transform, ready to use. Built from ToneMapOptions before rendering starts, so that a
+/// wrong view fails early.
+class ToneMapper {
+public:
+    /// @throws Error not_found: a config, display or view that is named but missing (lists those there are);
+    ///         bad_file: a config that OpenColorIO refuses
+    explicit ToneMapper(const ToneMapOptions& options, const LogFunction& log = {});
+    ~ToneMapper();
+    ToneMapper(ToneMapper&&) noexcept;
+    ToneMapper& operator=(ToneMapper&&) noexcept;
+
+    /// The exposure that apply() uses for this picture [EV].
+    float exposure(const Image& beauty) const;
+    /// @param beauty  scene-linear RGB or RGBA
+    /// @return display values in [0, 1], same size, RGB
+    Image apply(const Image& beauty, ThreadPool& pool) const;
+
+    const std::string& display() const noexcept;
+    const std::string& view() const noexcept;
+    const std::string& config_name() const noexcept;  ///< "built-in" or the config's file
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+/// The exposure [EV] that brings the log-average luminance of the lit pixels to middle grey 0.18
+/// (Reinhard et al. 2002, eq. 1, without pixels that are black). 0 for a black picture.
+float automatic_exposure(const Image& beauty);
+
+}  // namespace rcs
