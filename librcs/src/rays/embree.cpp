@@ -1,0 +1,318 @@
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+#if __has_include(<embree4/rtcore.h>)
+#include <embree4/rtcore.h>
+#else
+#include <embree3/rtcore.h>
+#endif
+
+#include "rays/packet.h"
+#include "rays/ray_scene_impl.h"
+#include "rcs/error.h"
+
+namespace rcs {
+namespace {
+
+static_assert(offsetof(RayPacket, t_max) == offsetof(RTCRay16, tfar));
+static_assert(sizeof(RayPacket) == sizeof(RTCRay16));
+static_assert(offsetof(HitPacket, u) == offsetof(RTCRayHit16, hit.u));
+static_assert(offsetof(HitPacket, instance_id) == offsetof(RTCRayHit16, hit.instID));
+static_assert(sizeof(RTCRayHit16) <= sizeof(HitPacket));
+static_assert(RayPacket::kMiss == RTC_INVALID_GEOMETRY_ID);
+
+void throw_on_error(RTCDevice device, const char* what)
+{
+    const RTCError error = rtcGetDeviceError(device);
+    if (error == RTC_ERROR_NONE)
+        return;
+    if (error == RTC_ERROR_OUT_OF_MEMORY)
+        throw Error(ErrorCode::out_of_memory, std::string("Embree ran out of memory while ") + what);
+    throw Error(ErrorCode::internal,
+                std::string("Embree reported error ") + std::to_string(error) + " while " + what);
+}
+
+RTCScene new_scene(RTCDevice device)
+{
+    RTCScene scene = rtcNewScene(device);
+    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
+    return scene;
+}
+
+/// A triangle geometry that reads `positions` and the mesh's indices in place.
+RTCGeometry new_triangles(RTCDevice device, const std::vector<glm::vec3>& positions, const Mesh& mesh)
+{
+    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    // Embree may read 16 bytes at the last vertex; both vectors are kept one element longer than used.
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, positions.data(), 0,
+                               sizeof(glm::vec3), positions.size() - 1);
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.triangles.data(), 0,
+                               sizeof(glm::uvec3), mesh.triangles.size());
+    rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_HIGH);
+    rtcCommitGeometry(geometry);
+    return geometry;
+}
+
+void attach(RTCScene scene, RTCGeometry geometry, std::uint32_t id)
+{
+    rtcAttachGeometryByID(scene, geometry, id);
+    rtcReleaseGeometry(geometry);
+}
+
+std::vector<glm::vec3> padded(const std::vector<glm::vec3>& positions, const glm::dmat4* transform)
+{
+    std::vector<glm::vec3> result;
+    result.reserve(positions.size() + 1);
+    for (const glm::vec3& p : positions)
+        result.push_back(transform ? glm::vec3(*transform * glm::dvec4(glm::dvec3(p), 1.0)) : p);
+    result.emplace_back(0.0f);
+    return result;
+}
+
+RTCGeometry new_instance(RTCDevice device, RTCScene object, const glm::mat4x3& scene_from_object)
+{
+    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
+    rtcSetGeometryInstancedScene(geometry, object);
+    rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, &scene_from_object[0][0]);
+    rtcCommitGeometry(geometry);
+    return geometry;
+}
+
+HitTriangle hit_triangle(const Mesh& mesh, glm::uvec3 t)
+{
+    const glm::dvec3 a(mesh.positions[t.x]);
+    const glm::dvec3 e1 = glm::dvec3(mesh.positions[t.y]) - a;
+    const glm::dvec3 e2 = glm::dvec3(mesh.positions[t.z]) - a;
+    const glm::dvec3 face = glm::cross(e1, e2);
+    const double twice_area = glm::length(face);
+    HitTriangle h{};
+    for (int i = 0; i < 3; ++i) {
+        h.normal[i] = mesh.normals.empty() ? glm::vec3(face / std::max(twice_area, 1e-300)) : mesh.normals[t[i]];
+        h.uv[i] = mesh.uvs.empty() ? glm::vec2(0.0f) : mesh.uvs[t[i]];
+    }
+    const glm::dvec2 d1 = glm::dvec2(h.uv[1]) - glm::dvec2(h.uv[0]);
+    const glm::dvec2 d2 = glm::dvec2(h.uv[2]) - glm::dvec2(h.uv[0]);
+    const double density = 0.5 * std::log2(std::max(std::abs(d1.x * d2.y - d1.y * d2.x), 1e-30) /
+                                           std::max(twice_area, 1e-30));
+    h.uv_density = static_cast<std::int16_t>(std::clamp(std::round(density * 256.0), -32767.0, 32767.0));
+    return h;
+}
+
+std::vector<HitTriangle> hit_triangles(const Mesh& mesh)
+{
+    std::vector<HitTriangle> result;
+    result.reserve(mesh.triangles.size());
+    for (const glm::uvec3& t : mesh.triangles)
+        result.push_back(hit_triangle(mesh, t));
+    return result;
+}
+
+RTCRay to_embree(const Ray& ray)
+{
+    RTCRay r{};
+    r.org_x = ray.origin.x;
+    r.org_y = ray.origin.y;
+    r.org_z = ray.origin.z;
+    r.tnear = ray.t_min;
+    r.dir_x = ray.direction.x;
+    r.dir_y = ray.direction.y;
+    r.dir_z = ray.direction.z;
+    r.tfar = ray.t_max;
+    r.mask = ~0u;
+    return r;
+}
+
+}  // namespace
+
+/// What Embree holds; released in the destructor.
+struct EmbreeScene {
+    RTCDevice device = nullptr;
+    RTCScene top = nullptr;
+    std::vector<RTCScene> objects;  // per mesh; null unless it is instanced
+
+    explicit EmbreeScene(int threads)
+    {
+        device = rtcNewDevice(("threads=" + std::to_string(threads)).c_str());
+        if (!device)
+            throw Error(ErrorCode::internal, "Embree could not create a device");
+        top = new_scene(device);
+    }
+    ~EmbreeScene()
+    {
+        for (RTCScene object : objects)
+            if (object)
+                rtcReleaseScene(object);
+        if (top)
+            rtcReleaseScene(top);
+        rtcReleaseDevice(device);
+    }
+    EmbreeScene(const EmbreeScene&) = delete;
+    EmbreeScene& operator=(const EmbreeScene&) = delete;
+};
+
+RayScene::Impl::Impl() = default;
+RayScene::Impl::~Impl() = default;
+RayScene::RayScene(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+RayScene::~RayScene() = default;
+RayScene::RayScene(RayScene&&) noexcept = default;
+RayScene& RayScene::operator=(RayScene&&) noexcept = default;
+
+const Scene& RayScene::scene() const noexcept
+{
+    return *impl_->scene;
+}
+
+std::size_t RayScene::triangle_count() const noexcept
+{
+    return impl_->triangle_count;
+}
+
+RayScene build_ray_scene(const Scene& scene, const ThreadPool& pool)
+{
+    validate(scene);
+    auto impl = std::make_unique<RayScene::Impl>();
+    impl->scene = &scene;
+    impl->embree = std::make_unique<EmbreeScene>(pool.size());
+    EmbreeScene& embree = *impl->embree;
+
+    std::vector<int> uses(scene.meshes.size(), 0);
+    for (const Instance& instance : scene.instances)
+        ++uses[static_cast<std::size_t>(instance.mesh)];
+    embree.objects.resize(scene.meshes.size(), nullptr);
+    impl->object_positions.resize(scene.meshes.size());
+    impl->hit_triangles.resize(scene.meshes.size());
+    impl->instances.resize(scene.instances.size());
+
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const Instance& instance = scene.instances[i];
+        const std::size_t m = static_cast<std::size_t>(instance.mesh);
+        const Mesh& mesh = scene.meshes[m];
+        RayInstance& target = impl->instances[i];
+        const glm::dmat3 linear(instance.world_from_object);
+        target.mesh = &mesh;
+        target.material = mesh.material;
+        if (impl->hit_triangles[m].empty())
+            impl->hit_triangles[m] = hit_triangles(mesh);
+        target.smooth = !mesh.normals.empty();
+        target.triangles = impl->hit_triangles[m].data();
+        target.log2_scale = static_cast<float>(std::log2(std::abs(glm::determinant(linear))) / 3.0);
+        target.mirrored = glm::determinant(linear) < 0.0;
+        target.normal_from_object = glm::mat3(glm::transpose(glm::inverse(linear)));
+        impl->triangle_count += mesh.triangles.size();
+        if (mesh.triangles.empty())
+            continue;
+        if (uses[m] == 1) {
+            target.positions = padded(mesh.positions, &instance.world_from_object);
+            attach(embree.top, new_triangles(embree.device, target.positions, mesh),
+                   static_cast<std::uint32_t>(i));
+            continue;
+        }
+        if (!embree.objects[m]) {
+            impl->object_positions[m] = padded(mesh.positions, nullptr);
+            embree.objects[m] = new_scene(embree.device);
+            attach(embree.objects[m], new_triangles(embree.device, impl->object_positions[m], mesh), 0);
+            rtcCommitScene(embree.objects[m]);
+        }
+        target.instanced = true;
+        target.scene_from_object = glm::mat4x3(instance.world_from_object);
+        attach(embree.top, new_instance(embree.device, embree.objects[m], target.scene_from_object),
+               static_cast<std::uint32_t>(i));
+    }
+    rtcCommitScene(embree.top);
+    throw_on_error(embree.device, "building the acceleration structure");
+    return RayScene(std::move(impl));
+}
+
+void reset(RayPacket& packet)
+{
+    for (int i = 0; i < RayPacket::kWidth; ++i) {
+        packet.t_min[i] = 0.0f;
+        packet.time[i] = 0.0f;
+        packet.mask[i] = ~0u;
+        packet.id[i] = 0;
+        packet.flags[i] = 0;
+    }
+}
+
+namespace {
+
+/// Embree wants one int per lane, -1 where the ray is alive.
+struct alignas(64) LaneMask {
+    int lane[RayPacket::kWidth];
+    explicit LaneMask(std::uint32_t active)
+    {
+        for (int i = 0; i < RayPacket::kWidth; ++i)
+            lane[i] = (active >> i & 1u) != 0u ? -1 : 0;
+    }
+};
+
+}  // namespace
+
+// The one place where Embree 3 and 4 differ: 3 takes a context, 4 takes optional arguments.
+#if RTC_VERSION_MAJOR >= 4
+#define RCS_RTC_INTERSECT1(scene, rayhit) rtcIntersect1(scene, rayhit, nullptr)
+#define RCS_RTC_OCCLUDED1(scene, ray) rtcOccluded1(scene, ray, nullptr)
+#define RCS_RTC_INTERSECT16(valid, scene, rayhit) rtcIntersect16(valid, scene, rayhit, nullptr)
+#define RCS_RTC_OCCLUDED16(valid, scene, ray) rtcOccluded16(valid, scene, ray, nullptr)
+#else
+namespace {
+RTCIntersectContext incoherent_context()
+{
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    return context;
+}
+}  // namespace
+#define RCS_RTC_CALL(function, ...)                          \
+    do {                                                     \
+        RTCIntersectContext context = incoherent_context(); \
+        function(__VA_ARGS__);                               \
+    } while (false)
+#define RCS_RTC_INTERSECT1(scene, rayhit) RCS_RTC_CALL(rtcIntersect1, scene, &context, rayhit)
+#define RCS_RTC_OCCLUDED1(scene, ray) RCS_RTC_CALL(rtcOccluded1, scene, &context, ray)
+#define RCS_RTC_INTERSECT16(valid, scene, rayhit) RCS_RTC_CALL(rtcIntersect16, valid, scene, &context, rayhit)
+#define RCS_RTC_OCCLUDED16(valid, scene, ray) RCS_RTC_CALL(rtcOccluded16, valid, scene, &context, ray)
+#endif
+
+void intersect(const RayScene& rays, std::uint32_t active, HitPacket& packet)
+{
+    const LaneMask valid(active);
+    for (int i = 0; i < RayPacket::kWidth; ++i) {
+        packet.geometry[i] = RayPacket::kMiss;
+        packet.instance_id[i] = RayPacket::kMiss;
+    }
+    RCS_RTC_INTERSECT16(valid.lane, rays.impl().embree->top, reinterpret_cast<RTCRayHit16*>(&packet));
+}
+
+void occluded(const RayScene& rays, std::uint32_t active, RayPacket& packet)
+{
+    const LaneMask valid(active);
+    RCS_RTC_OCCLUDED16(valid.lane, rays.impl().embree->top, reinterpret_cast<RTCRay16*>(&packet));
+}
+
+std::optional<Hit> intersect(const RayScene& rays, const Ray& ray)
+{
+    RTCRayHit hit{};
+    hit.ray = to_embree(ray);
+    hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    RCS_RTC_INTERSECT1(rays.impl().embree->top, &hit);
+    if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID)
+        return std::nullopt;
+    const std::uint32_t instance = hit.hit.instID[0] != RTC_INVALID_GEOMETRY_ID ? hit.hit.instID[0] : hit.hit.geomID;
+    return Hit{hit.ray.tfar, hit.hit.u, hit.hit.v, instance, hit.hit.primID};
+}
+
+bool occluded(const RayScene& rays, const Ray& ray)
+{
+    RTCRay r = to_embree(ray);
+    RCS_RTC_OCCLUDED1(rays.impl().embree->top, &r);
+    return r.tfar < 0.0f;
+}
+
+}  // namespace rcs

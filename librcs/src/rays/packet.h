@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+
+#include "rcs/ray_scene.h"
+
+namespace rcs {
+
+/// Sixteen rays in the layout of Embree's ray packets, so that they are traced in place. Directions
+/// should be alike (neighbouring strata); the order of the lanes is free.
+struct alignas(64) RayPacket {
+    static constexpr int kWidth = 16;
+    static constexpr std::uint32_t kMiss = 0xffffffffu;
+
+    float origin_x[kWidth], origin_y[kWidth], origin_z[kWidth];
+    float t_min[kWidth];
+    float direction_x[kWidth], direction_y[kWidth], direction_z[kWidth];
+    float time[kWidth];
+    float t_max[kWidth];  ///< after tracing: the hit's distance; after occlusion: -inf where blocked
+    std::uint32_t mask[kWidth];
+    std::uint32_t id[kWidth];
+    std::uint32_t flags[kWidth];
+};
+
+struct alignas(64) HitPacket {
+    RayPacket ray;
+    float normal_x[RayPacket::kWidth], normal_y[RayPacket::kWidth], normal_z[RayPacket::kWidth];  ///< not unit, object space
+    float u[RayPacket::kWidth], v[RayPacket::kWidth];
+    std::uint32_t primitive[RayPacket::kWidth];
+    std::uint32_t geometry[RayPacket::kWidth];    ///< kMiss where nothing was hit
+    std::uint32_t instance_id[RayPacket::kWidth]; ///< of an Embree instance, kMiss where the mesh is baked
+    std::uint32_t padding[RayPacket::kWidth];     ///< Embree 4 keeps the member of an instance array here
+
+    /// Index into Scene::instances of lane i's hit.
+    std::uint32_t instance(int i) const
+    {
+        return instance_id[i] != RayPacket::kMiss ? instance_id[i] : geometry[i];
+    }
+};
+
+/// Sets what every ray shares: no time, all geometry, t_min 0.
+void reset(RayPacket& packet);
+
+/// Traces the lanes whose bit is set in `active`; others keep their content.
+void intersect(const RayScene& rays, std::uint32_t active, HitPacket& packet);
+void occluded(const RayScene& rays, std::uint32_t active, RayPacket& packet);
+
+}  // namespace rcs

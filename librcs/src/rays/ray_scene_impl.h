@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "rcs/ray_scene.h"
+
+namespace rcs {
+
+struct EmbreeScene;
+
+/// What shading a hit on one triangle needs, on one cache line. Object space.
+struct alignas(64) HitTriangle {
+    glm::vec3 normal[3];  ///< at the corners, unit; the face's own where the mesh has none
+    glm::vec2 uv[3];
+    std::int16_t uv_density;  ///< log2 of texture space per object length [1/m], in steps of 1/256
+    std::uint16_t padding;
+};
+static_assert(sizeof(HitTriangle) == 64);
+
+/// One Instance as hits see it.
+struct RayInstance {
+    const Mesh* mesh = nullptr;
+    const HitTriangle* triangles = nullptr;  ///< of the mesh
+    int material = 0;
+    float log2_scale = 0.0f;  ///< log2 of the transform's mean stretch
+    bool smooth = false;     ///< the mesh has vertex normals
+    bool mirrored = false;   ///< the transform turns front faces clockwise
+    bool instanced = false;  ///< traced through an Embree instance; else baked into scene space
+    std::vector<glm::vec3> positions;  ///< baked: corners in scene space, and one more element at the end
+    glm::mat4x3 scene_from_object{1.0f};
+    glm::mat3 normal_from_object{1.0f};  ///< object normals to scene space, not unit
+};
+
+struct RayScene::Impl {
+    const Scene* scene = nullptr;
+    std::unique_ptr<EmbreeScene> embree;
+    std::vector<RayInstance> instances;
+    std::vector<std::vector<HitTriangle>> hit_triangles;    ///< per mesh
+    std::vector<std::vector<glm::vec3>> object_positions;  ///< per mesh, of those that are instanced
+    std::size_t triangle_count = 0;
+
+    Impl();
+    ~Impl();
+};
+
+}  // namespace rcs

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "rays/packet.h"
+
+namespace rcs {
+
+/// Shadow rays collected one by one and traced in packets; keeps its memory from use to use.
+class ShadowBatch {
+public:
+    void clear() { count_ = 0; }
+    std::size_t size() const { return count_; }
+
+    void add(const Ray& ray)
+    {
+        const std::size_t packet = count_ / RayPacket::kWidth;
+        const std::size_t lane = count_ % RayPacket::kWidth;
+        if (packet == packets_.size()) {
+            packets_.emplace_back();
+            reset(packets_.back());
+        }
+        RayPacket& p = packets_[packet];
+        p.origin_x[lane] = ray.origin.x;
+        p.origin_y[lane] = ray.origin.y;
+        p.origin_z[lane] = ray.origin.z;
+        p.direction_x[lane] = ray.direction.x;
+        p.direction_y[lane] = ray.direction.y;
+        p.direction_z[lane] = ray.direction.z;
+        p.t_max[lane] = ray.t_max;
+        ++count_;
+    }
+
+    void trace(const RayScene& rays)
+    {
+        for (std::size_t first = 0; first < count_; first += RayPacket::kWidth) {
+            const std::size_t lanes = count_ - first < RayPacket::kWidth ? count_ - first : RayPacket::kWidth;
+            occluded(rays, (1u << lanes) - 1u, packets_[first / RayPacket::kWidth]);
+        }
+    }
+
+    /// Whether nothing blocks ray i; after trace().
+    bool is_free(std::size_t i) const
+    {
+        return !(packets_[i / RayPacket::kWidth].t_max[i % RayPacket::kWidth] < 0.0f);
+    }
+
+private:
+    std::vector<RayPacket> packets_;
+    std::size_t count_ = 0;
+};
+
+}  // namespace rcs

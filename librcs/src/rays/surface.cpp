@@ -1,0 +1,266 @@
+#include "rays/hit_surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "rays/ray_scene_impl.h"
+#include "scene/surface.h"
+#include "scene/texture.h"
+
+namespace rcs {
+namespace {
+
+// Interpolating a position from three corners, and moving it along a normal, costs a handful of
+// roundings of half an ulp each (Pharr, Jakob, Humphreys: PBRT 3.9); twice that for Embree's own
+// arithmetic on the same corners.
+constexpr float kPositionRoundings = 16.0f;
+constexpr float kUnitRoundoff = 0x1p-24f;
+
+// A vertex normal may lean at most this far from the face (cosine): beyond it, hardly any of its
+// hemisphere lies outside the surface.
+constexpr float kLeastNormalAgreement = 0.1f;
+
+float max_component(glm::vec3 v)
+{
+    return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+}
+
+const RayInstance& instance_of(const RayScene& rays, std::uint32_t instance)
+{
+    return rays.impl().instances[instance];
+}
+
+glm::vec3 unit_or(glm::vec3 v, glm::vec3 fallback)
+{
+    const float length = glm::length(v);
+    return length > 0.0f && std::isfinite(length) ? v / length : fallback;
+}
+
+/// The face's normal in double precision: long thin triangles lose theirs in float.
+glm::vec3 face_normal(const std::array<glm::vec3, 3>& c)
+{
+    const glm::dvec3 e1 = glm::dvec3(c[1]) - glm::dvec3(c[0]);
+    const glm::dvec3 e2 = glm::dvec3(c[2]) - glm::dvec3(c[0]);
+    const glm::dvec3 n = glm::cross(e1, e2);
+    const double length = glm::length(n);
+    return length > 0.0 ? glm::vec3(n / length) : glm::vec3(0.0f, 1.0f, 0.0f);
+}
+
+glm::vec3 bend_towards(glm::vec3 shading, glm::vec3 geometric)
+{
+    const float agreement = glm::dot(shading, geometric);
+    if (agreement >= kLeastNormalAgreement)
+        return shading;
+    const glm::vec3 tangent = unit_or(shading - agreement * geometric, glm::vec3(0.0f));
+    const float along = std::sqrt(1.0f - kLeastNormalAgreement * kLeastNormalAgreement);
+    return unit_or(along * tangent + kLeastNormalAgreement * geometric, geometric);
+}
+
+/// @param face  unit normal of the front side, scene space
+glm::vec3 shading_normal(const RayInstance& i, const HitTriangle& t, float u, float v, glm::vec3 face, bool front)
+{
+    const glm::vec3 object_normal = (1.0f - u - v) * t.normal[0] + u * t.normal[1] + v * t.normal[2];
+    const glm::vec3 smooth = unit_or(i.normal_from_object * object_normal, face);
+    return front ? bend_towards(smooth, face) : bend_towards(-smooth, -face);
+}
+
+}  // namespace
+
+void prefetch_hit_surface(const RayScene& rays, const HitPacket& packet, int lane)
+{
+    __builtin_prefetch(&instance_of(rays, packet.instance(lane)).triangles[packet.primitive[lane]]);
+}
+
+HitSurface hit_surface(const RayScene& rays, const HitPacket& packet, int lane)
+{
+    const RayInstance& i = instance_of(rays, packet.instance(lane));
+    const HitTriangle& t = i.triangles[packet.primitive[lane]];
+    const RayPacket& ray = packet.ray;
+    const float u = packet.u[lane];
+    const float v = packet.v[lane];
+    const glm::vec3 direction(ray.direction_x[lane], ray.direction_y[lane], ray.direction_z[lane]);
+    const glm::vec3 origin(ray.origin_x[lane], ray.origin_y[lane], ray.origin_z[lane]);
+    glm::vec3 face(packet.normal_x[lane], packet.normal_y[lane], packet.normal_z[lane]);
+    if (i.instanced)
+        face = i.normal_from_object * face;  // keeps the front side also where the transform mirrors
+    else if (i.mirrored)
+        face = -face;
+    face = unit_or(face, -direction);
+
+    HitSurface hit;
+    const bool front = glm::dot(face, direction) < 0.0f;
+    hit.point.position = origin + ray.t_max[lane] * direction;
+    hit.point.position_error = kPositionRoundings * kUnitRoundoff * (max_component(origin) + ray.t_max[lane]);
+    hit.point.geometric_normal = front ? face : -face;
+    hit.point.shading_normal =
+        i.smooth ? shading_normal(i, t, u, v, face, front) : hit.point.geometric_normal;
+    hit.point.uv = (1.0f - u - v) * t.uv[0] + u * t.uv[1] + v * t.uv[2];
+    hit.point.material = i.material;
+    hit.point.front = front;
+    hit.log2_uv_per_length = static_cast<float>(t.uv_density) * (1.0f / 256.0f) - i.log2_scale;
+    return hit;
+}
+
+std::array<glm::vec3, 3> triangle_corners(const RayScene& rays, std::uint32_t instance, std::uint32_t primitive)
+{
+    const RayInstance& i = instance_of(rays, instance);
+    const glm::uvec3 t = i.mesh->triangles[primitive];
+    if (!i.instanced)
+        return {i.positions[t.x], i.positions[t.y], i.positions[t.z]};
+    const std::vector<glm::vec3>& p = i.mesh->positions;
+    return {i.scene_from_object * glm::vec4(p[t.x], 1.0f), i.scene_from_object * glm::vec4(p[t.y], 1.0f),
+            i.scene_from_object * glm::vec4(p[t.z], 1.0f)};
+}
+
+std::array<glm::vec2, 3> triangle_uvs(const Scene& scene, std::uint32_t instance, std::uint32_t primitive)
+{
+    const Mesh& mesh = scene.meshes[static_cast<std::size_t>(scene.instances[instance].mesh)];
+    if (mesh.uvs.empty())
+        return {};
+    const glm::uvec3 t = mesh.triangles[primitive];
+    return {mesh.uvs[t.x], mesh.uvs[t.y], mesh.uvs[t.z]};
+}
+
+SurfacePoint surface_at(const RayScene& rays, std::uint32_t instance, std::uint32_t primitive, float u, float v,
+                        glm::vec3 direction)
+{
+    const RayInstance& i = instance_of(rays, instance);
+    const std::array<glm::vec3, 3> c = triangle_corners(rays, instance, primitive);
+    const float w = 1.0f - u - v;
+    SurfacePoint point;
+    point.position = w * c[0] + u * c[1] + v * c[2];
+    const float largest = std::max({max_component(c[0]), max_component(c[1]), max_component(c[2])});
+    point.position_error = kPositionRoundings * kUnitRoundoff * largest;
+    point.material = i.material;
+
+    const glm::vec3 face = face_normal(c) * (i.mirrored ? -1.0f : 1.0f);
+    point.front = glm::dot(face, direction) < 0.0f;
+    point.geometric_normal = point.front ? face : -face;
+    point.shading_normal = point.geometric_normal;
+    const HitTriangle& t = i.triangles[primitive];
+    if (i.smooth)
+        point.shading_normal = shading_normal(i, t, u, v, face, point.front);
+    point.uv = w * t.uv[0] + u * t.uv[1] + v * t.uv[2];
+    return point;
+}
+
+Ray ray_from(const SurfacePoint& point, glm::vec3 direction, float t_max)
+{
+    const bool outwards = glm::dot(direction, point.geometric_normal) >= 0.0f;
+    const float offset = outwards ? point.position_error : -point.position_error;
+    return {point.position + offset * point.geometric_normal, direction, 0.0f, t_max};
+}
+
+Ray shadow_ray_from(const SurfacePoint& point, glm::vec3 to_light, float distance)
+{
+    // Both ends are rounded; the far one by about as much as the near one, and by a few ulps of the way.
+    constexpr float kRelativeEnd = 1.0f - 0x1p-16f;
+    return ray_from(point, to_light, std::max(0.0f, kRelativeEnd * distance - 2.0f * point.position_error));
+}
+
+namespace {
+
+/// Where a ray meets a triangle's plane, and its barycentric weights there, in double precision.
+struct PlaneHit {
+    double t, u, v;
+    glm::dvec3 point;
+};
+PlaneHit meet_plane(const std::array<glm::vec3, 3>& c, glm::dvec3 origin, glm::dvec3 direction)
+{
+    const glm::dvec3 e1 = glm::dvec3(c[1]) - glm::dvec3(c[0]);
+    const glm::dvec3 e2 = glm::dvec3(c[2]) - glm::dvec3(c[0]);
+    const glm::dvec3 n = glm::cross(e1, e2);
+    const glm::dvec3 s = origin - glm::dvec3(c[0]);
+    const double slope = glm::dot(n, direction);
+    const double t = slope != 0.0 ? -glm::dot(n, s) / slope : 0.0;
+    const glm::dvec3 q = s + t * direction;
+    const double nn = std::max(glm::dot(n, n), 1e-300);
+    return {t, glm::dot(glm::cross(q, e2), n) / nn, glm::dot(glm::cross(e1, q), n) / nn, origin + t * direction};
+}
+
+struct PixelHits {
+    PlaneHit here, dx, dy;  // through the sample, and one pixel to the right and down
+};
+PixelHits meet_plane(const std::array<glm::vec3, 3>& c, const CameraRay& ray)
+{
+    return {meet_plane(c, ray.origin, ray.direction),
+            meet_plane(c, ray.origin + ray.origin_dx, ray.direction + ray.direction_dx),
+            meet_plane(c, ray.origin + ray.origin_dy, ray.direction + ray.direction_dy)};
+}
+
+// A pixel on a surface seen at a grazing angle counts as at most so many times larger than one seen squarely:
+// cos 89.4 degrees. Beyond, the neighbouring rays may not meet the surface at all.
+constexpr double kMostStretch = 100.0;
+
+float footprint(const CameraRay& ray, const PixelHits& hit)
+{
+    const double t = hit.here.t;
+    const double square = glm::length(glm::cross(ray.origin_dx + t * ray.direction_dx, ray.origin_dy + t * ray.direction_dy));
+    const double area = glm::length(glm::cross(hit.dx.point - hit.here.point, hit.dy.point - hit.here.point));
+    return static_cast<float>(std::sqrt(area < square ? square : std::min(area, kMostStretch * square)));
+}
+
+}  // namespace
+
+double pixels_inside(const RayScene& rays, std::uint32_t instance, std::uint32_t primitive, const CameraRay& ray)
+{
+    const PixelHits hit = meet_plane(triangle_corners(rays, instance, primitive), ray);
+    if (!(hit.here.t > 0.0))
+        return -std::numeric_limits<double>::infinity();
+    const auto distance = [](double here, double dx, double dy) {
+        const double change = std::hypot(dx - here, dy - here);
+        return change > 0.0 ? here / change : -std::numeric_limits<double>::infinity();
+    };
+    const auto w = [](const PlaneHit& h) { return 1.0 - h.u - h.v; };
+    return std::min({distance(hit.here.u, hit.dx.u, hit.dy.u), distance(hit.here.v, hit.dx.v, hit.dy.v),
+                     distance(w(hit.here), w(hit.dx), w(hit.dy))});
+}
+
+std::optional<Hit> find_visible(const RayScene& rays, const CameraRay& camera_ray)
+{
+    Ray ray{glm::vec3(camera_ray.origin), glm::vec3(camera_ray.direction)};
+    while (const std::optional<Hit> hit = intersect(rays, ray)) {
+        const SurfacePoint point = surface_at(rays, hit->instance, hit->primitive, hit->u, hit->v, ray.direction);
+        if (camera_sees(rays.scene().materials[static_cast<std::size_t>(point.material)], point.front))
+            return hit;
+        ray.t_min = std::nextafter(hit->t, ray.t_max);
+    }
+    return std::nullopt;
+}
+
+VisiblePoint visible_point(const RayScene& rays, std::uint32_t instance, std::uint32_t primitive,
+                           const CameraRay& ray, glm::dvec3 camera_position, float texture_scale)
+{
+    const Scene& scene = rays.scene();
+    const std::array<glm::vec3, 3> c = triangle_corners(rays, instance, primitive);
+    const PixelHits pixel = meet_plane(c, ray);
+    const PlaneHit& hit = pixel.here;
+
+    VisiblePoint point;
+    // A sample on the triangle's edge may lie outside it by a rounding.
+    const double u = std::clamp(hit.u, 0.0, 1.0);
+    const double v = std::clamp(hit.v, 0.0, 1.0 - u);
+    point.surface = surface_at(rays, instance, primitive, static_cast<float>(u), static_cast<float>(v),
+                               glm::vec3(ray.direction));
+    const glm::dvec3 position = (1.0 - u - v) * glm::dvec3(c[0]) + u * glm::dvec3(c[1]) + v * glm::dvec3(c[2]);
+    point.relative_position = glm::vec3(position - camera_position);
+    point.distance = hit.t * glm::length(ray.direction);
+    point.footprint = footprint(ray, pixel);
+
+    const Material& material = scene.materials[static_cast<std::size_t>(point.surface.material)];
+    point.emission = emitted_radiance(material, point.surface.front);
+    point.albedo = material.base_color;
+    if (material.base_color_texture >= 0) {
+        const std::array<glm::vec2, 3> uv = triangle_uvs(scene, instance, primitive);
+        const auto moved = [&](const PlaneHit& h) {
+            return texture_scale * (static_cast<float>(h.u - hit.u) * (uv[1] - uv[0]) +
+                                    static_cast<float>(h.v - hit.v) * (uv[2] - uv[0]));
+        };
+        const Texture& texture = scene.textures[static_cast<std::size_t>(material.base_color_texture)];
+        point.albedo *= sample_filtered(texture, point.surface.uv, moved(pixel.dx), moved(pixel.dy));
+    }
+    return point;
+}
+
+}  // namespace rcs

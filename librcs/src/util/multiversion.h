@@ -1,0 +1,11 @@
+#pragma once
+
+/// Put before a hot loop's function: compiled for several instruction sets, the best one chosen when the
+/// program starts. All give the same bits, since contraction is off and no sum crosses lanes.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(RCS_SANITIZE)
+#define RCS_MULTIVERSION __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#else
+#define RCS_MULTIVERSION
+#endif
+
+#define RCS_ALWAYS_INLINE inline __attribute__((always_inline))
