@@ -1,0 +1,15 @@
+#pragma once
+
+#include <string>
+
+#include "rcs/scene.h"
+
+namespace rcs {
+
+/// @param name  one of demo_scene_names()   @throws Error not_found, which lists them
+Scene make_demo_scene(const std::string& name);
+
+Scene make_cornell();
+Scene make_atrium();
+
+}  // namespace rcs

@@ -1,0 +1,176 @@
+#include "rcs/scene.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <string>
+
+#include <glm/gtc/constants.hpp>
+
+#include "rcs/error.h"
+
+namespace rcs {
+namespace {
+
+bool is_finite(glm::dvec3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+bool is_finite(const glm::dmat4& m)
+{
+    return is_finite(glm::dvec3(m[0])) && is_finite(glm::dvec3(m[1])) && is_finite(glm::dvec3(m[2])) &&
+           is_finite(glm::dvec3(m[3]));
+}
+bool is_light(glm::vec3 v) { return is_finite(v) && v.x >= 0.0f && v.y >= 0.0f && v.z >= 0.0f; }
+bool is_unit(glm::dvec3 v) { return std::fabs(glm::dot(v, v) - 1.0) < 1e-3; }  // floats, a few times rounded
+
+/// "scene: material 3 'glass' ..."
+struct Element {
+    const Scene& scene;
+    const char* kind;
+    std::size_t index;
+    const std::string& name;
+
+    void expect(bool holds, const char* what) const
+    {
+        if (holds) return;
+        throw Error(ErrorCode::bad_file, "scene '" + scene.name + "': " + kind + " " + std::to_string(index) + " '" +
+                                             name + "' " + what);
+    }
+};
+
+template <class Elements>
+bool is_index(int index, const Elements& elements)
+{
+    return index >= 0 && static_cast<std::size_t>(index) < elements.size();
+}
+
+void check(const Element& element, const Texture& texture)
+{
+    element.expect(!texture.levels.empty(), "has no texels");
+    for (const Texture::Level& level : texture.levels) {
+        element.expect(level.width > 0 && level.height > 0 &&
+                           level.texels.size() ==
+                               static_cast<std::size_t>(level.width) * static_cast<std::size_t>(level.height),
+                       "has a level whose size is not its width x height");
+    }
+    element.expect(texture.levels.back().texels.size() == 1, "lacks its 1 x 1 level");
+}
+
+void check(const Element& element, const Material& material)
+{
+    const glm::vec3 color = material.base_color;
+    element.expect(is_light(color) && color.r <= 1.0f && color.g <= 1.0f && color.b <= 1.0f,
+                   "has a base colour outside [0, 1]");
+    element.expect(is_light(material.emission), "has an emission that is negative or not finite");
+    element.expect(material.base_color_texture == -1 ||
+                       is_index(material.base_color_texture, element.scene.textures),
+                   "names a texture that does not exist");
+}
+
+void check(const Element& element, const Mesh& mesh)
+{
+    const std::size_t vertices = mesh.positions.size();
+    element.expect(is_index(mesh.material, element.scene.materials), "names a material that does not exist");
+    element.expect(mesh.normals.empty() || mesh.normals.size() == vertices, "has not one normal per position");
+    element.expect(mesh.uvs.empty() || mesh.uvs.size() == vertices, "has not one uv per position");
+    for (const glm::vec3& position : mesh.positions) {
+        element.expect(is_finite(position), "has a position that is not finite");
+    }
+    for (const glm::vec3& normal : mesh.normals) element.expect(is_unit(normal), "has a normal that is no unit vector");
+    for (const glm::vec2& uv : mesh.uvs) {
+        element.expect(std::isfinite(uv.x) && std::isfinite(uv.y), "has a uv that is not finite");
+    }
+    for (const glm::uvec3& triangle : mesh.triangles) {
+        element.expect(triangle.x < vertices && triangle.y < vertices && triangle.z < vertices,
+                       "has a triangle that names a vertex that does not exist");
+    }
+}
+
+void check(const Element& element, const Instance& instance)
+{
+    element.expect(is_index(instance.mesh, element.scene.meshes), "names a mesh that does not exist");
+    element.expect(is_finite(instance.world_from_object), "has a matrix that is not finite");
+}
+
+void check(const Element& element, const PunctualLight& light)
+{
+    element.expect(is_light(light.intensity), "has an intensity that is negative or not finite");
+    element.expect(is_finite(light.position), "has a position that is not finite");
+    element.expect(is_unit(light.direction), "has a direction that is no unit vector");
+    element.expect(light.range > 0.0f, "has a range that is not above 0");
+    element.expect(light.kind != LightKind::spot ||
+                       (light.inner_cone >= 0.0f && light.inner_cone < light.outer_cone &&
+                        light.outer_cone <= glm::half_pi<float>() + 1e-6f),  // pi/2 as the nearest float
+                   "has cone angles that are not 0 <= inner < outer <= pi/2");
+}
+
+void check(const Element& element, const Camera& camera)
+{
+    const glm::dmat4& matrix = camera.world_from_view;
+    element.expect(is_finite(matrix), "has a matrix that is not finite");
+    element.expect(is_unit(glm::dvec3(matrix[0])) && is_unit(glm::dvec3(matrix[1])) && is_unit(glm::dvec3(matrix[2])),
+                   "has a matrix that scales");
+    if (camera.projection == Projection::perspective) {
+        element.expect(camera.yfov > 0.0 && camera.yfov < glm::pi<double>(), "has a yfov outside (0, pi)");
+    } else {
+        element.expect(camera.ymag > 0.0 && std::isfinite(camera.ymag), "has a ymag that is not above 0");
+    }
+}
+
+template <class Elements>
+void check_all(const Scene& scene, const char* kind, const Elements& elements)
+{
+    for (std::size_t i = 0; i < elements.size(); ++i) {
+        check(Element{scene, kind, i, elements[i].name}, elements[i]);
+    }
+}
+
+}  // namespace
+
+const Camera& find_camera(const Scene& scene, const std::string& name_or_number)
+{
+    if (name_or_number.empty() && !scene.cameras.empty()) return scene.cameras.front();
+    for (const Camera& camera : scene.cameras) {
+        if (camera.name == name_or_number) return camera;
+    }
+    std::size_t number = 0;
+    const char* end = name_or_number.data() + name_or_number.size();
+    const auto [rest, problem] = std::from_chars(name_or_number.data(), end, number);
+    if (problem == std::errc() && rest == end && number < scene.cameras.size()) return scene.cameras[number];
+
+    std::string list;
+    for (const Camera& camera : scene.cameras) list += (list.empty() ? "" : ", ") + camera.name;
+    throw Error(ErrorCode::not_found, "camera '" + name_or_number + "' does not exist in scene '" + scene.name +
+                                          "'; it has " + (list.empty() ? "none" : list));
+}
+
+void validate(const Scene& scene)
+{
+    check_all(scene, "texture", scene.textures);
+    check_all(scene, "material", scene.materials);
+    check_all(scene, "mesh", scene.meshes);
+    check_all(scene, "instance", scene.instances);
+    check_all(scene, "light", scene.lights);
+    check_all(scene, "camera", scene.cameras);
+    if (!is_light(scene.sky_radiance)) {
+        throw Error(ErrorCode::bad_file,
+                    "scene '" + scene.name + "': its sky radiance is negative or not finite");
+    }
+}
+
+Bounds bounds_of(const Scene& scene)
+{
+    Bounds bounds;
+    for (const Instance& instance : scene.instances) {
+        const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
+        // By triangles, as a vertex that none uses is not there to be seen.
+        for (const glm::uvec3 triangle : mesh.triangles) {
+            for (int i = 0; i < 3; ++i) {
+                const glm::dvec3 p = instance.world_from_object * glm::dvec4(mesh.positions[triangle[i]], 1.0);
+                bounds.min = glm::min(bounds.min, p);
+                bounds.max = glm::max(bounds.max, p);
+            }
+        }
+    }
+    return bounds;
+}
+
+}  // namespace rcs
