@@ -1,0 +1,35 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <utility>
+
+#include <epoxy/egl.h>
+
+#include "gl/program.h"
+#include "rcs/gl_context.h"
+
+namespace rcs {
+
+struct GlContext::Impl {
+    /// Initialised, and left so: a display belongs to the whole process, eglTerminate would end it for other
+    /// contexts on it too, and Mesa's driver loses a little memory each time it is loaded again.
+    EGLDisplay display = EGL_NO_DISPLAY;
+    EGLContext context = EGL_NO_CONTEXT;
+    std::string platform, renderer, version;
+    bool software = false;
+    std::map<std::pair<std::string, std::string>, GlProgram> programs;  ///< by vertex and fragment shader
+
+    Impl() = default;
+    ~Impl();
+    Impl(const Impl&) = delete;
+    Impl& operator=(const Impl&) = delete;
+
+    /// Every stage that draws begins with this: another context may have been made current meanwhile.
+    void make_current();
+
+    /// The program of these two files of shaders/, built when it is first asked for.
+    GLuint program(const std::string& vertex, const std::string& fragment);
+};
+
+}  // namespace rcs

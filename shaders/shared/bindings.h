@@ -1,0 +1,18 @@
+// Where buffers, textures, uniforms and attributes are bound: read by C++ and GLSL.
+#ifdef __cplusplus
+#pragma once
+#endif
+
+// Pass gbuffer: which triangle does each pixel see?
+#define RCS_GBUFFER_ATTRIBUTE_POSITION 0         // vec3, object space
+#define RCS_GBUFFER_UNIFORM_CLIP_FROM_OBJECT 0   // mat4
+#define RCS_GBUFFER_UNIFORM_INSTANCE 1           // uint, index into Scene::instances
+#define RCS_GBUFFER_TARGET_IDS 0                 // RG32UI: instance, primitive
+
+// Pass splat: the sums over all records at each pixel.
+#define RCS_SPLAT_BUFFER_RECORDS 0               // std430, GpuRecord[]
+#define RCS_SPLAT_TEXTURE_POSITION 0             // RGBA32F: relative to the camera; a = 1 where covered
+#define RCS_SPLAT_TEXTURE_NORMAL 1               // RGBA32F: shading normal; a unused
+#define RCS_SPLAT_UNIFORM_IMAGE_SIZE 0           // ivec2 [px]
+#define RCS_SPLAT_TARGET_SUMS 0                  // RGBA32F: rgb sum w E, a sum w
+#define RCS_SPLAT_TARGET_COUNT 1                 // R32F: records with w > 0

@@ -1,0 +1,24 @@
+// One record as the splat passes read it (std430, rows of 16 bytes): read by C++ and GLSL.
+#ifdef __cplusplus
+#pragma once
+#include <glm/glm.hpp>
+namespace rcs {
+namespace gpu {
+using glm::ivec4;
+using glm::vec4;
+#endif
+
+struct GpuRecord {
+    vec4 position;                 // xyz: p_k relative to the camera [m]   w: 1 / influence radius [1/m]
+    vec4 normal;                   // xyz: n_k, unit                        w: 1 / tolerance of sqrt(1-n.n_k)
+    vec4 irradiance;               // rgb: E_k [W m^-2]                     w: factor of the weight, > 0
+    vec4 rotation_gradient[3];     // r, g, b; xyz: [W m^-2 rad^-1]         w: unused
+    vec4 translation_gradient[3];  // r, g, b; xyz: [W m^-3]                w: unused
+    ivec4 pixels;                  // x0, y0, x1, y1: PixelBounds of the influence sphere
+};  // ------------------------------ 160 bytes
+
+#ifdef __cplusplus
+static_assert(sizeof(GpuRecord) == 160);
+}  // namespace gpu
+}  // namespace rcs
+#endif

@@ -1,0 +1,46 @@
+// How much a record counts at a point, and what it says there: the one definition that C++ (tiles) and
+// GLSL (quads) compile. Scalars only, so that loops over pixels vectorise.
+//
+// d = p - p_k, the point relative to the record; n its normal; n_k the record's.
+#ifdef __cplusplus
+#pragma once
+#include <algorithm>
+#include <cmath>
+#define RCS_SHARED_FUNCTION inline
+namespace rcs {
+namespace gpu {
+inline float max(float a, float b) { return a > b ? a : b; }
+inline float sqrt(float x) { return __builtin_sqrtf(x); }
+#else
+#define RCS_SHARED_FUNCTION
+#endif
+
+// Interpolation weight: Ward's split-sphere error measure (Ward et al. 1988), with the distance relative to
+// the influence radius and the change of normal to its tolerance, in the bounded form of Tabellion and
+// Lamorlette 2004: 1 at the record, falling to 0 at the rim of its influence, so nothing pops or diverges.
+// The distance across the record's tangent plane counts more than along it: a step is another surface.
+RCS_SHARED_FUNCTION float rcs_interpolation_weight(float dx, float dy, float dz, float nx, float ny, float nz,
+                                                   float knx, float kny, float knz, float inv_radius,
+                                                   float inv_normal_tolerance)
+{
+    float across = dx * knx + dy * kny + dz * knz;
+    float distance2 = dx * dx + dy * dy + dz * dz + 3.0f * across * across;
+    float turned = max(0.0f, 1.0f - (nx * knx + ny * kny + nz * knz));
+    float error = sqrt(distance2) * inv_radius + sqrt(turned) * inv_normal_tolerance;
+    return max(0.0f, 1.0f - error);
+}
+
+// First-order extrapolation of one colour of the record's irradiance (Ward and Heckbert 1992, eq. 1), never
+// negative. r = cross(n_k, n); gt, gr: translation and rotation gradient.
+RCS_SHARED_FUNCTION float rcs_extrapolate(float e, float dx, float dy, float dz, float rx, float ry, float rz,
+                                          float gtx, float gty, float gtz, float grx, float gry, float grz)
+{
+    float change = dx * gtx + dy * gty + dz * gtz + rx * grx + ry * gry + rz * grz;
+    return max(0.0f, e + change);
+}
+
+#ifdef __cplusplus
+}  // namespace gpu
+}  // namespace rcs
+#undef RCS_SHARED_FUNCTION
+#endif
