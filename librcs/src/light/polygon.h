@@ -1,0 +1,38 @@
+#pragma once
+
+#include <glm/glm.hpp>
+
+namespace rcs {
+
+/// Irradiance that a polygon of uniform radiance 1 sends to a point: the integral of the cosine to
+/// `normal` over the directions in which the polygon is seen above the horizon, in [0, pi] [sr].
+/// Lambert's formula; either winding. Lengths between 1e-9 and 1e9 m. Finite for every input in
+/// that range: 0 for a polygon without area or below the horizon.
+/// @param corners  of a planar convex polygon, relative to the point
+/// @param count  in [3, 8]
+/// @param normal  of the receiver, unit
+float polygon_irradiance_factor(const glm::vec3* corners, int count, glm::vec3 normal);
+
+/// A triangle as a point sees it, prepared for sampling uniformly in solid angle. Relative to the point.
+struct SphericalTriangle {
+    glm::dvec3 corner[3];    ///< [m]
+    glm::dvec3 normal;       ///< cross product of the first two edges; twice the area long [m^2]
+    glm::dvec3 a, b;         ///< unit directions to the first two corners
+    glm::dvec3 tangent_ac;   ///< unit, at a right angle to a, towards the third corner
+    double sin_alpha = 0.0;  ///< of the angle at a
+    double cos_alpha = 0.0;
+    double tan_half_c = 0.0;   ///< c is the side from a to b
+    double solid_angle = 0.0;  ///< [sr], in [0, 2 pi]
+    bool by_area = false;      ///< too small or degenerate on the sphere: sampled by area instead
+};
+SphericalTriangle make_spherical_triangle(const glm::vec3 corners[3]);
+
+struct TriangleSample {
+    glm::vec3 position;     ///< on the triangle, relative to the point [m]
+    float inverse_density;  ///< 1 / probability density in solid angle [sr]; finite, may be 0
+};
+/// Maps the unit square to the triangle: uniform in solid angle (Arvo 1995, "Stratified sampling of
+/// spherical triangles"), or in area where `by_area` is set.
+TriangleSample sample(const SphericalTriangle& triangle, float u1, float u2);
+
+}  // namespace rcs
