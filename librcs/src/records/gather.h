@@ -1,0 +1,25 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "rcs/records.h"
+
+namespace rcs {
+
+/// gather_records() for many batches on one scene: what depends on the scene and options alone is
+/// prepared once.
+class RecordGatherer {
+public:
+    RecordGatherer(const RayScene& rays, const RecordOptions& options);
+    ~RecordGatherer();
+
+    std::vector<Record> gather(const GBuffer& gbuffer, const std::vector<std::uint32_t>& pixels, ThreadPool& pool,
+                               RecordStats& stats) const;
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace rcs

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+namespace rcs {
+
+/// M x N strata of equal cosine-weighted solid angle over a hemisphere, and what the gradient sums need of
+/// each ring j and azimuth k. Cell c = j N + k; sin^2 of a ring's lower elevation bound is j/M.
+struct HemisphereGrid {
+    int rings = 0;     ///< M
+    int azimuths = 0;  ///< N, about pi M
+    int cells = 0;     ///< M N
+
+    // Lattice offsets inside each cell before the record's own shift, in [0, 1).
+    std::vector<float> lattice_theta, lattice_phi;
+
+    // Per ring: tangent of the polar angle in its middle; factors of the wall to the ring inside it,
+    // (2 pi/N) sin cos^2 of the lower bound, and of the walls between azimuths, cos/sin x height of the cell.
+    std::vector<float> tan_middle, ring_wall, azimuth_wall;
+    // Per azimuth: unit vectors at the cell's middle (u_k) and at its lower bound.
+    std::vector<float> cos_middle, sin_middle_phi, cos_bound, sin_bound;
+};
+
+/// @param rays  wanted number of cells; M = round(sqrt(rays / pi)) >= 2, N = round(rays / M)
+HemisphereGrid make_hemisphere_grid(int rays);
+
+/// What came back from each cell's ray, component by component, index c.
+struct HemisphereSamples {
+    std::vector<float> red, green, blue;  ///< radiance [W m^-2 sr^-1]
+    std::vector<float> inverse_distance;  ///< [1/m], 0 where nothing was hit
+    std::vector<float> cosine;            ///< to the record's normal
+
+    explicit HemisphereSamples(int cells)
+        : red(static_cast<std::size_t>(cells)), green(red), blue(red), inverse_distance(red), cosine(red)
+    {
+    }
+};
+
+/// Local frame of a record: x and y in the tangent plane, z the normal.
+struct Frame {
+    glm::vec3 x, y, z;
+};
+/// @param turn  rotation about the normal in full turns, [0, 1)
+Frame make_frame(glm::vec3 normal, float turn);
+
+/// Unit directions of all cells in the local frame; every cell's lattice point is shifted by `shift`.
+void hemisphere_directions(const HemisphereGrid& grid, glm::vec2 shift, float* x, float* y, float* z);
+
+/// Integrals over the hemisphere in the local frame.
+struct HemisphereIntegrals {
+    glm::vec3 irradiance;                ///< E [W m^-2]
+    glm::vec3 rotation_gradient[3];      ///< per colour, z = 0
+    glm::vec3 translation_gradient[3];   ///< per colour, z = 0
+    float harmonic_mean_distance;        ///< [m], may be +inf
+    float minimum_distance;              ///< [m], grazing cells left out; may be +inf
+    float standard_error;                ///< of E's luminance [W m^-2]
+};
+HemisphereIntegrals integrate(const HemisphereGrid& grid, const HemisphereSamples& samples);
+
+}  // namespace rcs
