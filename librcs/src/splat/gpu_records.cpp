@@ -1,0 +1,44 @@
+#include "splat/gpu_records.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rcs {
+namespace {
+
+// Positions in the G-buffer and in GpuRecord are floats relative to the camera: each may be off by half a
+// unit in the last place of each coordinate, together below 3 x 2^-24 of the distance, and the weight rounds
+// about as much again. A sphere larger by that much covers every pixel to which float arithmetic gives a
+// weight.
+constexpr double kPositionRounding = 8 * 0x1p-24;
+
+}  // namespace
+
+std::vector<gpu::GpuRecord> make_gpu_records(const std::vector<Record>& records, const GBuffer& gbuffer,
+                                             const View& view, const SplatOptions& options)
+{
+    std::vector<gpu::GpuRecord> gpu_records;
+    gpu_records.reserve(records.size());
+    const float inv_normal_tolerance = 1.0f / (options.error_tolerance * options.overlap);
+    for (const Record& record : records) {
+        const float radius = record.spacing_radius * std::max(1.0f, options.overlap * record.gradient_scale);
+        const glm::dvec3 relative = glm::dvec3(record.position) - gbuffer.camera_position;
+        const double padding = kPositionRounding * (glm::length(relative) + 2.0 * radius);
+        const PixelBounds bounds = sphere_bounds(view, relative, radius + padding);
+        if (bounds.empty() || !(radius > 0.0f)) continue;
+
+        gpu::GpuRecord out{};
+        out.position = glm::vec4(glm::vec3(relative), 1.0f / radius);
+        out.normal = glm::vec4(record.normal, inv_normal_tolerance);
+        out.irradiance = glm::vec4(record.irradiance, 1.0f);
+        for (std::size_t color = 0; color < 3; ++color) {
+            out.rotation_gradient[color] = glm::vec4(record.rotation_gradient[color], 0.0f);
+            out.translation_gradient[color] = glm::vec4(record.gradient_scale * record.translation_gradient[color], 0.0f);
+        }
+        out.pixels = {bounds.x0, bounds.y0, bounds.x1, bounds.y1};
+        gpu_records.push_back(out);
+    }
+    return gpu_records;
+}
+
+}  // namespace rcs

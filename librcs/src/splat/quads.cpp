@@ -1,0 +1,145 @@
+#include <algorithm>
+#include <string>
+
+#include "gl/gl_context_impl.h"
+#include "rcs/splat.h"
+#include "shared/bindings.h"
+#include "splat/gpu_records.h"
+
+namespace rcs {
+namespace {
+
+const std::string kStage = "splatting quads";
+
+// OpenGL 4.5 guarantees 16 MiB a shader storage block; drivers at hand give 128 MiB and more.
+constexpr GLsizeiptr kMaxBlockBytes = GLsizeiptr{64} << 20;
+
+/// Buffers of the width of the image and the height of a band of it.
+struct BandBuffers {
+    GlTexture positions, normals, sums, counts;
+    GlFramebuffer framebuffer;
+};
+
+BandBuffers make_band_buffers(int width, int rows)
+{
+    BandBuffers buffers;
+    buffers.positions = make_texture(GL_RGBA32F, width, rows);
+    buffers.normals = make_texture(GL_RGBA32F, width, rows);
+    buffers.sums = make_texture(GL_RGBA32F, width, rows);
+    buffers.counts = make_texture(GL_R32F, width, rows);
+    static_assert(RCS_SPLAT_TARGET_SUMS == 0 && RCS_SPLAT_TARGET_COUNT == 1);
+    buffers.framebuffer = make_framebuffer(kStage, {buffers.sums.id(), buffers.counts.id()}, 0);
+    return buffers;
+}
+
+void upload_gbuffer(const GBuffer& gbuffer, int first_row, int rows, const BandBuffers& buffers)
+{
+    const std::size_t begin = static_cast<std::size_t>(first_row) * static_cast<std::size_t>(gbuffer.width);
+    const std::size_t count = static_cast<std::size_t>(rows) * static_cast<std::size_t>(gbuffer.width);
+    std::vector<glm::vec4> texels(count);
+    for (std::size_t i = 0; i < count; ++i)
+        texels[i] = glm::vec4(gbuffer.position(begin + i), gbuffer.covered(begin + i) ? 1.0f : 0.0f);
+    glTextureSubImage2D(buffers.positions.id(), 0, 0, 0, gbuffer.width, rows, GL_RGBA, GL_FLOAT,
+                        texels.data());
+    for (std::size_t i = 0; i < count; ++i) texels[i] = glm::vec4(gbuffer.normal(begin + i), 0.0f);
+    glTextureSubImage2D(buffers.normals.id(), 0, 0, 0, gbuffer.width, rows, GL_RGBA, GL_FLOAT,
+                        texels.data());
+}
+
+void set_state(GlContext::Impl& gl, const GBuffer& gbuffer, const BandBuffers& buffers)
+{
+    glUseProgram(gl.program("splat.vert", "splat.frag"));
+    glUniform2i(RCS_SPLAT_UNIFORM_IMAGE_SIZE, gbuffer.width, gbuffer.height);
+    glBindTextureUnit(RCS_SPLAT_TEXTURE_POSITION, buffers.positions.id());
+    glBindTextureUnit(RCS_SPLAT_TEXTURE_NORMAL, buffers.normals.id());
+    glBindFramebuffer(GL_FRAMEBUFFER, buffers.framebuffer.id());
+    glDisable(GL_DEPTH_TEST);
+    glDisable(GL_CULL_FACE);
+    glEnable(GL_BLEND);
+    glBlendEquation(GL_FUNC_ADD);
+    glBlendFunc(GL_ONE, GL_ONE);
+}
+
+/// Draws the records in their order, as many at a time as a storage block holds.
+void draw_records(const std::vector<gpu::GpuRecord>& records, const GlBuffer& block,
+                  std::size_t block_records)
+{
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, RCS_SPLAT_BUFFER_RECORDS, block.id());
+    for (std::size_t first = 0; first < records.size(); first += block_records) {
+        const std::size_t count = std::min(block_records, records.size() - first);
+        glNamedBufferSubData(block.id(), 0, static_cast<GLsizeiptr>(count * sizeof(gpu::GpuRecord)),
+                             records.data() + first);
+        glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(count));
+    }
+}
+
+void read_back(int first_row, int rows, SplatBuffer& splats)
+{
+    const std::size_t begin = static_cast<std::size_t>(first_row) * static_cast<std::size_t>(splats.width);
+    std::vector<glm::vec4> sums(static_cast<std::size_t>(rows) * static_cast<std::size_t>(splats.width));
+    glReadBuffer(GL_COLOR_ATTACHMENT0 + RCS_SPLAT_TARGET_SUMS);
+    glReadPixels(0, 0, splats.width, rows, GL_RGBA, GL_FLOAT, sums.data());
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+        splats.weighted_r[begin + i] = sums[i].r;
+        splats.weighted_g[begin + i] = sums[i].g;
+        splats.weighted_b[begin + i] = sums[i].b;
+        splats.weight[begin + i] = sums[i].a;
+    }
+    glReadBuffer(GL_COLOR_ATTACHMENT0 + RCS_SPLAT_TARGET_COUNT);
+    glReadPixels(0, 0, splats.width, rows, GL_RED, GL_FLOAT, splats.count.data() + begin);
+}
+
+SplatBuffer make_splat_buffer(const GBuffer& gbuffer)
+{
+    SplatBuffer splats;
+    splats.width = gbuffer.width;
+    splats.height = gbuffer.height;
+    for (auto* plane :
+         {&splats.weighted_r, &splats.weighted_g, &splats.weighted_b, &splats.weight, &splats.count})
+        plane->resize(gbuffer.size());
+    return splats;
+}
+
+}  // namespace
+
+SplatBuffer splat_quads(GlContext& gl, const std::vector<Record>& records, const GBuffer& gbuffer,
+                        const View& view, const SplatOptions& options, SplatStats& stats)
+{
+    const std::vector<gpu::GpuRecord> gpu_records = make_gpu_records(records, gbuffer, view, options);
+    for (const gpu::GpuRecord& record : gpu_records)
+        stats.samples += static_cast<std::uint64_t>(record.pixels[2] - record.pixels[0]) *
+                         static_cast<std::uint64_t>(record.pixels[3] - record.pixels[1]);
+    stats.splats += gpu_records.size();
+
+    SplatBuffer splats = make_splat_buffer(gbuffer);
+    if (gbuffer.size() == 0 || gpu_records.empty()) return splats;
+
+    gl.impl().make_current();
+    const int max_rows = band_rows(gbuffer.width, gbuffer.height);
+    const BandBuffers buffers = make_band_buffers(gbuffer.width, max_rows);
+    GLint64 block_limit = 0;
+    glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &block_limit);
+    const std::size_t block_records =
+        static_cast<std::size_t>(std::min<GLint64>(block_limit, kMaxBlockBytes)) / sizeof(gpu::GpuRecord);
+    const GlBuffer block = make_buffer(static_cast<GLsizeiptr>(
+        std::min(block_records, gpu_records.size()) * sizeof(gpu::GpuRecord)));
+    const GlVertexArray no_attributes = make_vertex_array();
+    glBindVertexArray(no_attributes.id());
+    set_state(gl.impl(), gbuffer, buffers);
+
+    const float zero[4] = {0.0f, 0.0f, 0.0f, 0.0f};
+    for (int first_row = 0; first_row < gbuffer.height; first_row += max_rows) {
+        const int rows = std::min(max_rows, gbuffer.height - first_row);
+        upload_gbuffer(gbuffer, first_row, rows, buffers);
+        // The viewport spans the whole image; the band's rows of it fall on the target.
+        glViewport(0, -first_row, gbuffer.width, gbuffer.height);
+        glClearBufferfv(GL_COLOR, RCS_SPLAT_TARGET_SUMS, zero);
+        glClearBufferfv(GL_COLOR, RCS_SPLAT_TARGET_COUNT, zero);
+        draw_records(gpu_records, block, block_records);
+        read_back(first_row, rows, splats);
+    }
+    check_gl(kStage);
+    return splats;
+}
+
+}  // namespace rcs

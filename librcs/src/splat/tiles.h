@@ -1,0 +1,13 @@
+#pragma once
+
+#include <vector>
+
+#include "rcs/splat.h"
+
+namespace rcs {
+
+/// The sum of weights alone, for finding holes: one value per pixel, row by row.
+std::vector<float> splat_weights(const std::vector<Record>& records, const GBuffer& gbuffer, const View& view,
+                                 const SplatOptions& options, ThreadPool& pool);
+
+}  // namespace rcs
