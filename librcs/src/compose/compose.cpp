@@ -1,0 +1,89 @@
+#include "compose/compose.h"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace rcs {
+namespace {
+
+constexpr float kInversePi = std::numbers::inv_pi_v<float>;
+
+Image& layer(LayeredImage& image, const char* name, const GBuffer& g, int channels)
+{
+    Image& result = image.layers[name];
+    if (result.pixels.empty())
+        result = Image(g.width, g.height, channels);
+    return result;
+}
+
+void add(Image& image, std::size_t pixel, glm::vec3 value)
+{
+    float* p = image.pixels.data() + 3 * pixel;
+    p[0] += value.r;
+    p[1] += value.g;
+    p[2] += value.b;
+}
+
+}  // namespace
+
+std::size_t accumulate_pass(const GBuffer& g, const View& view, const std::vector<glm::vec3>& direct,
+                            const SplatBuffer& indirect, LayeredImage& sums)
+{
+    Image& beauty = layer(sums, "beauty", g, 4);
+    Image& emission = layer(sums, "emission", g, 3);
+    Image& direct_layer = layer(sums, "direct", g, 3);
+    Image& indirect_layer = layer(sums, "indirect", g, 3);
+    Image& irradiance_layer = layer(sums, "irradiance", g, 3);
+    Image& albedo = layer(sums, "albedo", g, 3);
+    Image& normal = layer(sums, "normal", g, 3);
+    Image& depth = layer(sums, "depth", g, 1);
+    Image& records = layer(sums, "records", g, 1);
+    const bool orthographic = view.camera.projection == Projection::orthographic;
+    const glm::dvec3 forward = -glm::dvec3(view.camera.world_from_view[2]);
+    std::size_t unserved = 0;
+    for (std::size_t i = 0; i < g.size(); ++i) {
+        add(emission, i, g.emission[i]);
+        if (!g.covered(i)) {
+            depth.pixels[i] = std::numeric_limits<float>::infinity();
+            continue;
+        }
+        beauty.pixels[4 * i + 3] += 1.0f;
+        const glm::vec3 reflectance = g.albedo[i] * kInversePi;
+        add(direct_layer, i, reflectance * direct[i]);
+        add(albedo, i, g.albedo[i]);
+        add(normal, i, g.normal(i));
+        const glm::vec3 p = g.position(i);
+        depth.pixels[i] += orthographic ? static_cast<float>(glm::dot(glm::dvec3(p), forward)) : glm::length(p);
+        if (indirect.width == 0)
+            continue;
+        const float weight = indirect.weight[i];
+        if (!(weight > 0.0f)) {
+            ++unserved;
+            continue;
+        }
+        const glm::vec3 e = glm::vec3(indirect.weighted_r[i], indirect.weighted_g[i], indirect.weighted_b[i]) / weight;
+        add(irradiance_layer, i, e);
+        add(indirect_layer, i, reflectance * e);
+        records.pixels[i] += indirect.count[i];
+    }
+    return unserved;
+}
+
+void finish_passes(int passes, LayeredImage& sums)
+{
+    const float scale = 1.0f / static_cast<float>(passes);
+    for (auto& [name, image] : sums.layers)
+        for (float& value : image.pixels)
+            value *= scale;
+    Image& beauty = sums.layers["beauty"];
+    const Image& emission = sums.layers["emission"];
+    const Image& direct = sums.layers["direct"];
+    const Image& indirect = sums.layers["indirect"];
+    const std::size_t pixels = beauty.pixels.size() / 4;
+    for (std::size_t i = 0; i < pixels; ++i)
+        for (std::size_t c = 0; c < 3; ++c)
+            beauty.pixels[4 * i + c] = emission.pixels[3 * i + c] + direct.pixels[3 * i + c] + indirect.pixels[3 * i + c];
+}
+
+}  // namespace rcs

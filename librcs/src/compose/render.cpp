@@ -1,0 +1,174 @@
+#include "rcs/render.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <string>
+
+#include "compose/compose.h"
+#include "rcs/error.h"
+#include "rcs/version.h"
+
+namespace rcs {
+namespace {
+
+void require(bool valid, const char* field, double value, const char* range)
+{
+    if (valid)
+        return;
+    std::string number = std::to_string(value);
+    number.erase(std::min(number.find_last_not_of('0') + 1, number.size()));
+    if (number.back() == '.')
+        number.pop_back();
+    throw Error(ErrorCode::bad_argument, std::string(field) + " is " + number + ", expected " + range);
+}
+
+/// Adds the wall time of a stage to the statistics.
+class StageClock {
+public:
+    StageClock(RenderStats& stats, const ProgressFunction& progress) : stats_(stats), progress_(progress) {}
+
+    template <typename Work>
+    auto run(const char* stage, const Work& work)
+    {
+        if (progress_ && !progress_(stage, 0.0f))
+            throw Error(ErrorCode::cancelled, std::string("cancelled before stage ") + stage);
+        const Stop stop{*this, stage, std::chrono::steady_clock::now()};
+        return work();
+    }
+
+private:
+    struct Stop {
+        StageClock& clock;
+        const char* stage;
+        std::chrono::steady_clock::time_point start;
+        ~Stop()
+        {
+            const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
+            clock.stats_.add(stage, spent.count());
+        }
+    };
+    RenderStats& stats_;
+    const ProgressFunction& progress_;
+};
+
+/// Where pass i of n samples the pixel: its centre if there is one pass, else the first n points of the
+/// R2 sequence (Roberts 2018), which fill the square evenly for every n.
+glm::dvec2 pixel_offset(int pass, int passes)
+{
+    if (passes == 1)
+        return {0.5, 0.5};
+    const auto wrap = [](double x) { return x - std::floor(x); };
+    return {wrap(0.5 + 0.7548776662466927 * pass), wrap(0.5 + 0.5698402910980532 * pass)};
+}
+
+std::vector<View> make_views(const Camera& camera, const RenderOptions& options)
+{
+    std::vector<View> views;
+    for (int pass = 0; pass < options.aa; ++pass)
+        views.push_back({camera, options.width, options.height, pixel_offset(pass, options.aa)});
+    return views;
+}
+
+SplatMethod choose_method(SplatMethod wanted, const GlContext& gl)
+{
+    if (wanted != SplatMethod::automatic)
+        return wanted;
+    return gl.software() ? SplatMethod::tiles : SplatMethod::quads;
+}
+
+void describe(const RenderOptions& o, const Camera& camera, const RenderStats& stats, LayeredImage& image)
+{
+    const auto number = [](auto value) { return std::to_string(value); };
+    image.metadata["rcs:version"] = kVersion;
+    image.metadata["rcs:camera"] = camera.name;
+    image.metadata["rcs:accuracy"] = number(o.records.error_tolerance);
+    image.metadata["rcs:rays"] = number(o.records.rays);
+    image.metadata["rcs:bounces"] = number(o.bounces);
+    image.metadata["rcs:aa"] = number(o.aa);
+    image.metadata["rcs:overlap"] = number(o.overlap);
+    image.metadata["rcs:seed"] = number(o.seed);
+    image.metadata["rcs:records"] = number(stats.records.records);
+    image.metadata["rcs:splat"] = stats.splat_method;
+    image.metadata["rcs:renderer"] = stats.gl_renderer;
+}
+
+}  // namespace
+
+void validate(const RenderOptions& o)
+{
+    require(o.width >= 1 && o.width <= 16384, "width", o.width, "a value in [1, 16384]");
+    require(o.height >= 1 && o.height <= 16384, "height", o.height, "a value in [1, 16384]");
+    require(o.aa >= 1 && o.aa <= 64, "aa", o.aa, "a value in [1, 64]");
+    require(o.bounces >= 0 && o.bounces <= 1, "bounces", o.bounces, "0 or 1");
+    require(o.overlap >= 1.0f && o.overlap <= 16.0f, "overlap", o.overlap, "a value in [1, 16]");
+    validate(o.records);
+}
+
+void RenderStats::add(const std::string& stage, double seconds)
+{
+    const auto found = std::find_if(stage_seconds.begin(), stage_seconds.end(),
+                                    [&](const auto& entry) { return entry.first == stage; });
+    if (found == stage_seconds.end())
+        stage_seconds.emplace_back(stage, seconds);
+    else
+        found->second += seconds;
+}
+
+RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, const RenderOptions& options,
+                    ThreadPool& pool, std::vector<Record> cache, const LogFunction& log,
+                    const ProgressFunction& progress)
+{
+    validate(options);
+    RenderResult result;
+    RenderStats& stats = result.stats;
+    stats.threads = pool.size();
+    stats.gl_renderer = gl.renderer();
+    stats.gl_version = gl.version();
+    stats.gl_platform = gl.platform();
+    const SplatMethod method = choose_method(options.splat, gl);
+    stats.splat_method = method == SplatMethod::quads ? "quads" : "tiles";
+    RecordOptions record_options = options.records;
+    record_options.seed = options.seed;
+    record_options.bounces = options.bounces;
+    DirectOptions direct_options = options.direct;
+    direct_options.seed = options.seed;
+    const SplatOptions wide{options.records.error_tolerance, options.overlap};
+    // Without a bounce, records still bring the light of the sky.
+    const bool has_indirect = options.bounces > 0 || rays.scene().sky_radiance != glm::vec3(0.0f);
+    StageClock clock(stats, progress);
+
+    const std::vector<View> views = make_views(camera, options);
+    const float texture_scale = 1.0f / std::sqrt(static_cast<float>(options.aa));
+    std::vector<Record> records = std::move(cache);
+    for (const View& view : views) {
+        const GBuffer gbuffer =
+            clock.run("gbuffer", [&] { return render_gbuffer(gl, rays, view, texture_scale, pool); });
+        const std::vector<glm::vec3> direct = clock.run("direct", [&] {
+            return direct_irradiance(rays, gbuffer, direct_options, pool, stats.direct_shadow_rays);
+        });
+        SplatBuffer indirect;
+        if (has_indirect) {
+            // Records of earlier passes are shared; this one adds where it sees what they did not.
+            clock.run("records", [&] {
+                place_records(rays, gbuffer, view, record_options, pool, records, stats.records, progress);
+            });
+            indirect = clock.run("splat", [&] {
+                return method == SplatMethod::quads ? splat_quads(gl, records, gbuffer, view, wide, stats.splats)
+                                                    : splat_tiles(records, gbuffer, view, wide, pool, stats.splats);
+            });
+        }
+        clock.run("compose", [&] {
+            stats.unserved_pixels += accumulate_pass(gbuffer, view, direct, indirect, result.image);
+        });
+        ++direct_options.seed;
+    }
+    clock.run("compose", [&] { finish_passes(options.aa, result.image); });
+    describe(options, camera, stats, result.image);
+    if (stats.unserved_pixels > 0 && log)
+        log(LogLevel::warning, std::to_string(stats.unserved_pixels) + " visible pixels are served by no record");
+    result.records = std::move(records);
+    return result;
+}
+
+}  // namespace rcs
