@@ -36,9 +36,9 @@ struct Record {
 struct RecordOptions {
     float error_tolerance = 0.2f;  ///< a, in (0, 1]; smaller is finer
     int rays = 256;                ///< hemisphere rays per record, in [16, 65536]; rounded to M x N strata
-    float min_spacing = 1.5f;      ///< least spacing radius [px], in (0, max_spacing]
-    float max_spacing = 60.0f;     ///< largest spacing radius [px]
-    float gradient_limit = 1.0f;   ///< R_k is at most so many times E/|grad E|, > 0
+    float min_reach = 15.0f;       ///< least R_k [px], in (0, max_reach]: a times it is the closest spacing
+    float max_reach = 100.0f;      ///< largest R_k [px]: a times it is the widest spacing
+    float gradient_limit = 3.0f;   ///< R_k is at most so many times E/|grad E|, > 0
     int bounces = 1;               ///< 0: only the sky's own light arrives; 1: light reflected once as well
     std::uint64_t seed = 1;
 };
@@ -59,7 +59,7 @@ std::vector<Record> gather_records(const RayScene& rays, const GBuffer& gbuffer,
 
 /// Sets every record's spacing radius: a R_k, limited by the relative gradient, by neighbours (no
 /// record may claim more than a neighbour's radius plus the distance to it; Krivanek et al. 2006,
-/// neighbour clamping, here as the order-free fixed point) and to a range of pixels.
+/// neighbour clamping, here as the order-free fixed point) and to a range of pixels on the surface.
 void limit_spacing(std::vector<Record>& records, const RecordOptions& options, ThreadPool& pool);
 
 /// Adds records until every visible point is within the spacing radius of one: waves of holes on a

@@ -26,8 +26,11 @@ float cosine_if_lit(const SurfacePoint& point, glm::vec3 to_light)
 
 }  // namespace
 
-HitLights::HitLights(const Lights& lights) : lights_(lights), candidates_(lights, kCandidates, true)
+HitLights::HitLights(const Lights& lights) : lights_(lights), candidates_(lights, kCandidates, true),
+      any_(!lights.punctual.empty() || !lights.triangles.empty())
 {
+    if (lights.punctual.size() == 1 && lights.triangles.empty() && lights.punctual[0].kind == LightKind::directional)
+        only_direction_ = glm::vec3(-lights.punctual[0].direction);
     for (const EmissiveTriangle& t : lights_.triangles) {
         const glm::vec3 centre = (t.corner[0] + t.corner[1] + t.corner[2]) / 3.0f;
         float radius = 0.0f;
@@ -86,8 +89,18 @@ HitLights::Sample HitLights::sample_triangle(const EmissiveTriangle& triangle, c
     return result;
 }
 
-HitLights::Sample HitLights::sample(const SurfacePoint& point, float choice, RandomStream& random) const
+HitLights::Sample HitLights::sample_lamp(std::uint32_t lamp, const SurfacePoint& point, RandomStream& random) const
 {
+    if (lamp >= lights_.punctual.size())
+        return sample_triangle(lights_.triangles[lamp - lights_.punctual.size()], point, random);
+    const PunctualSample s = sample_punctual(lights_.punctual[lamp], point.position);
+    return {s.irradiance * cosine_if_lit(point, s.to_light), s.to_light, s.distance};
+}
+
+HitLights::Sample HitLights::sample(const SurfacePoint& point, RandomStream& random) const
+{
+    if (lights_.punctual.size() + lights_.triangles.size() == 1)
+        return sample_lamp(0, point, random);
     std::array<LampCandidate, kCandidates> candidates;
     std::array<float, kCandidates> estimates;
     const std::size_t count = candidates_.draw(candidates_.draws() ? random.next() : 0.0f, candidates);
@@ -97,7 +110,7 @@ HitLights::Sample HitLights::sample(const SurfacePoint& point, float choice, Ran
     if (!(sum > 0.0f))
         return {};
     std::size_t chosen = 0;
-    float rest = choice * sum;
+    float rest = random.next() * sum;
     for (std::size_t i = 0; i < count; ++i) {
         if (estimates[i] <= 0.0f)
             continue;
@@ -106,14 +119,7 @@ HitLights::Sample HitLights::sample(const SurfacePoint& point, float choice, Ran
         if (rest < 0.0f)
             break;
     }
-    const std::uint32_t light = candidates[chosen].lamp;
-    Sample result;
-    if (light < lights_.punctual.size()) {
-        const PunctualSample s = sample_punctual(lights_.punctual[light], point.position);
-        result = {s.irradiance * cosine_if_lit(point, s.to_light), s.to_light, s.distance};
-    } else {
-        result = sample_triangle(lights_.triangles[light - lights_.punctual.size()], point, random);
-    }
+    Sample result = sample_lamp(candidates[chosen].lamp, point, random);
     result.irradiance *= candidates[chosen].multiplicity * sum / estimates[chosen];
     return result;
 }

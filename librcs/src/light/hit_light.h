@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include <glm/glm.hpp>
@@ -24,16 +25,24 @@ public:
         glm::vec3 to_light{0.0f};    ///< unit
         float distance = 0.0f;       ///< [m], may be +inf
     };
-    /// @param choice  in [0, 1): which lamp   @param random  further numbers
-    Sample sample(const SurfacePoint& point, float choice, RandomStream& random) const;
+    Sample sample(const SurfacePoint& point, RandomStream& random) const;
+
+    /// False only if no lamp reaches the side that `point` is seen from, whatever its shading normal: quick.
+    bool may_reach(const SurfacePoint& point) const
+    {
+        return any_ && (!only_direction_ || glm::dot(point.geometric_normal, *only_direction_) > 0.0f);
+    }
 
 private:
+    Sample sample_lamp(std::uint32_t lamp, const SurfacePoint& point, RandomStream& random) const;
     float estimate(std::uint32_t light, const SurfacePoint& point) const;
     Sample sample_triangle(const EmissiveTriangle& triangle, const SurfacePoint& point, RandomStream& random) const;
 
     Lights lights_;
     std::vector<glm::vec4> bounding_spheres_;  // of the triangles: centre, radius
     LampCandidates candidates_;
+    bool any_;
+    std::optional<glm::vec3> only_direction_;  // to the one lamp there is, if it is a sun
 };
 
 }  // namespace rcs

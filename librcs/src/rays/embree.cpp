@@ -97,9 +97,8 @@ HitTriangle hit_triangle(const Mesh& mesh, glm::uvec3 t)
     }
     const glm::dvec2 d1 = glm::dvec2(h.uv[1]) - glm::dvec2(h.uv[0]);
     const glm::dvec2 d2 = glm::dvec2(h.uv[2]) - glm::dvec2(h.uv[0]);
-    const double density = 0.5 * std::log2(std::max(std::abs(d1.x * d2.y - d1.y * d2.x), 1e-30) /
-                                           std::max(twice_area, 1e-30));
-    h.uv_density = static_cast<std::int16_t>(std::clamp(std::round(density * 256.0), -32767.0, 32767.0));
+    const double uv_area = std::abs(d1.x * d2.y - d1.y * d2.x);
+    h.uv_density = twice_area > 0.0 ? static_cast<float>(std::sqrt(uv_area / twice_area)) : 0.0f;
     return h;
 }
 
@@ -200,7 +199,7 @@ RayScene build_ray_scene(const Scene& scene, const ThreadPool& pool)
             impl->hit_triangles[m] = hit_triangles(mesh);
         target.smooth = !mesh.normals.empty();
         target.triangles = impl->hit_triangles[m].data();
-        target.log2_scale = static_cast<float>(std::log2(std::abs(glm::determinant(linear))) / 3.0);
+        target.inverse_scale = static_cast<float>(1.0 / std::cbrt(std::abs(glm::determinant(linear))));
         target.mirrored = glm::determinant(linear) < 0.0;
         target.normal_from_object = glm::mat3(glm::transpose(glm::inverse(linear)));
         impl->triangle_count += mesh.triangles.size();

@@ -16,8 +16,7 @@ struct EmbreeScene;
 struct alignas(64) HitTriangle {
     glm::vec3 normal[3];  ///< at the corners, unit; the face's own where the mesh has none
     glm::vec2 uv[3];
-    std::int16_t uv_density;  ///< log2 of texture space per object length [1/m], in steps of 1/256
-    std::uint16_t padding;
+    float uv_density;  ///< texture space per object length [1/m]
 };
 static_assert(sizeof(HitTriangle) == 64);
 
@@ -26,7 +25,7 @@ struct RayInstance {
     const Mesh* mesh = nullptr;
     const HitTriangle* triangles = nullptr;  ///< of the mesh
     int material = 0;
-    float log2_scale = 0.0f;  ///< log2 of the transform's mean stretch
+    float inverse_scale = 1.0f;  ///< 1 / the transform's mean stretch
     bool smooth = false;     ///< the mesh has vertex normals
     bool mirrored = false;   ///< the transform turns front faces clockwise
     bool instanced = false;  ///< traced through an Embree instance; else baked into scene space

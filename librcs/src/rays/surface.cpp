@@ -11,31 +11,9 @@
 namespace rcs {
 namespace {
 
-// Interpolating a position from three corners, and moving it along a normal, costs a handful of
-// roundings of half an ulp each (Pharr, Jakob, Humphreys: PBRT 3.9); twice that for Embree's own
-// arithmetic on the same corners.
-constexpr float kPositionRoundings = 16.0f;
-constexpr float kUnitRoundoff = 0x1p-24f;
-
 // A vertex normal may lean at most this far from the face (cosine): beyond it, hardly any of its
 // hemisphere lies outside the surface.
 constexpr float kLeastNormalAgreement = 0.1f;
-
-float max_component(glm::vec3 v)
-{
-    return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
-}
-
-const RayInstance& instance_of(const RayScene& rays, std::uint32_t instance)
-{
-    return rays.impl().instances[instance];
-}
-
-glm::vec3 unit_or(glm::vec3 v, glm::vec3 fallback)
-{
-    const float length = glm::length(v);
-    return length > 0.0f && std::isfinite(length) ? v / length : fallback;
-}
 
 /// The face's normal in double precision: long thin triangles lose theirs in float.
 glm::vec3 face_normal(const std::array<glm::vec3, 3>& c)
@@ -67,39 +45,16 @@ glm::vec3 shading_normal(const RayInstance& i, const HitTriangle& t, float u, fl
 
 }  // namespace
 
-void prefetch_hit_surface(const RayScene& rays, const HitPacket& packet, int lane)
-{
-    __builtin_prefetch(&instance_of(rays, packet.instance(lane)).triangles[packet.primitive[lane]]);
-}
-
-HitSurface hit_surface(const RayScene& rays, const HitPacket& packet, int lane)
+void complete_hit(const RayScene& rays, const HitPacket& packet, int lane, HitSurface& hit)
 {
     const RayInstance& i = instance_of(rays, packet.instance(lane));
     const HitTriangle& t = i.triangles[packet.primitive[lane]];
-    const RayPacket& ray = packet.ray;
     const float u = packet.u[lane];
     const float v = packet.v[lane];
-    const glm::vec3 direction(ray.direction_x[lane], ray.direction_y[lane], ray.direction_z[lane]);
-    const glm::vec3 origin(ray.origin_x[lane], ray.origin_y[lane], ray.origin_z[lane]);
-    glm::vec3 face(packet.normal_x[lane], packet.normal_y[lane], packet.normal_z[lane]);
-    if (i.instanced)
-        face = i.normal_from_object * face;  // keeps the front side also where the transform mirrors
-    else if (i.mirrored)
-        face = -face;
-    face = unit_or(face, -direction);
-
-    HitSurface hit;
-    const bool front = glm::dot(face, direction) < 0.0f;
-    hit.point.position = origin + ray.t_max[lane] * direction;
-    hit.point.position_error = kPositionRoundings * kUnitRoundoff * (max_component(origin) + ray.t_max[lane]);
-    hit.point.geometric_normal = front ? face : -face;
     hit.point.shading_normal =
-        i.smooth ? shading_normal(i, t, u, v, face, front) : hit.point.geometric_normal;
+        i.smooth ? shading_normal(i, t, u, v, hit.face, hit.point.front) : hit.point.geometric_normal;
     hit.point.uv = (1.0f - u - v) * t.uv[0] + u * t.uv[1] + v * t.uv[2];
-    hit.point.material = i.material;
-    hit.point.front = front;
-    hit.log2_uv_per_length = static_cast<float>(t.uv_density) * (1.0f / 256.0f) - i.log2_scale;
-    return hit;
+    hit.uv_per_length = t.uv_density * i.inverse_scale;
 }
 
 std::array<glm::vec3, 3> triangle_corners(const RayScene& rays, std::uint32_t instance, std::uint32_t primitive)
@@ -209,7 +164,7 @@ double pixels_inside(const RayScene& rays, std::uint32_t instance, std::uint32_t
     if (!(hit.here.t > 0.0))
         return -std::numeric_limits<double>::infinity();
     const auto distance = [](double here, double dx, double dy) {
-        const double change = std::hypot(dx - here, dy - here);
+        const double change = std::sqrt((dx - here) * (dx - here) + (dy - here) * (dy - here));
         return change > 0.0 ? here / change : -std::numeric_limits<double>::infinity();
     };
     const auto w = [](const PlaneHit& h) { return 1.0 - h.u - h.v; };

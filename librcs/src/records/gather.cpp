@@ -46,13 +46,21 @@ Birth birth_at(const GBuffer& g, std::uint32_t pixel, std::uint64_t seed)
     return b;
 }
 
+/// Light that arrives at a hit over a shadow ray, and where the hit's albedo is to be looked up: only if it counts.
+struct ShadowedLight {
+    std::uint32_t cell;
+    std::int32_t material;
+    glm::vec3 radiance;  // towards the record, of a white surface
+    glm::vec2 uv;
+    float uv_per_length;
+};
+
 /// One thread's working memory for a record at a time.
 struct Workspace {
     std::vector<float> x, y, z;
     std::vector<HitPacket> packets;
     ShadowBatch shadow;
-    std::vector<std::uint32_t> shadow_cell;  // which cell a shadow ray's light belongs to
-    std::vector<glm::vec3> shadow_light;     // radiance towards the record if the ray is free
+    std::vector<ShadowedLight> lights;  // what each shadow ray brings if it is free
     HemisphereSamples samples;
     std::uint64_t hemisphere_rays = 0;
     std::uint64_t shadow_rays = 0;
@@ -91,19 +99,21 @@ std::uint32_t fill_packet(const Frame& frame, const Birth& birth, Workspace& w, 
     return active;
 }
 
-/// The mip level at which a texel is as wide as the cone of one hemisphere ray at the hit.
-int mip_level(const Texture& texture, float log2_cone_width, const HitSurface& hit)
+/// The mip level at which a texel is about as wide as the cone of one hemisphere ray at the hit.
+int mip_level(const Texture& texture, float uv_per_length, float cone_width)
 {
-    const float size = static_cast<float>(std::max(texture.levels[0].width, texture.levels[0].height));
-    return static_cast<int>(std::log2(size) + hit.log2_uv_per_length + log2_cone_width + 0.5f);
+    const int size = std::max(texture.levels[0].width, texture.levels[0].height);
+    const float texels = static_cast<float>(size) * uv_per_length * cone_width;
+    // The exponent of sqrt(2) x is log2(x), rounded.
+    const std::uint32_t bits = std::bit_cast<std::uint32_t>(std::max(texels, 1.0f) * std::numbers::sqrt2_v<float>);
+    return static_cast<int>(bits >> 23) - 127;
 }
 
-void add_shadow_ray(Workspace& w, const SurfacePoint& point, glm::vec3 to_light, float distance, std::uint32_t cell,
+void add_shadow_ray(Workspace& w, const HitSurface& hit, std::uint32_t cell, glm::vec3 to_light, float distance,
                     glm::vec3 radiance)
 {
-    w.shadow.add(shadow_ray_from(point, to_light, distance));
-    w.shadow_cell.push_back(cell);
-    w.shadow_light.push_back(radiance);
+    w.shadow.add(shadow_ray_from(hit.point, to_light, distance));
+    w.lights.push_back({cell, hit.point.material, radiance, hit.point.uv, hit.uv_per_length});
 }
 
 /// A direction over the point, in proportion to the cosine to its shading normal.
@@ -128,8 +138,9 @@ public:
 
 private:
     void trace(const Birth& birth, const Frame& frame, Workspace& w) const;
-    void shade(int first, std::uint32_t active, std::uint64_t key, Workspace& w) const;
-    void shade_hit(const HitPacket& packet, int lane, std::uint32_t cell, std::uint64_t key, Workspace& w) const;
+    void shade(const Frame& frame, int first, std::uint32_t active, std::uint64_t key, Workspace& w) const;
+    void shade_hit(const HitSurface& hit, std::uint32_t cell, std::uint64_t key, Workspace& w) const;
+    glm::vec3 albedo(const ShadowedLight& light, const Workspace& w) const;
     void shoot_shadow_rays(Workspace& w) const;
 
     const RayScene& rays_;
@@ -142,38 +153,40 @@ private:
     bool has_bounce_;
 };
 
-void Gatherer::shade_hit(const HitPacket& packet, int lane, std::uint32_t cell, std::uint64_t key, Workspace& w) const
+void Gatherer::shade_hit(const HitSurface& hit, std::uint32_t cell, std::uint64_t key, Workspace& w) const
 {
-    const HitSurface hit = hit_surface(rays_, packet, lane);
-    const Material& material = scene_.materials[static_cast<std::size_t>(hit.point.material)];
-    glm::vec3 albedo = material.base_color;
-    if (material.base_color_texture >= 0) {
-        const Texture& texture = scene_.textures[static_cast<std::size_t>(material.base_color_texture)];
-        // A cell spans pi / (M N cos theta) of solid angle.
-        const float solid_angle = std::numbers::pi_v<float> / (static_cast<float>(grid_.cells) * w.samples.cosine[cell]);
-        const float log2_width = 0.5f * std::log2(solid_angle) + std::log2(packet.ray.t_max[lane]);
-        albedo *= sample_nearest(texture, hit.point.uv, mip_level(texture, log2_width, hit));
-    }
-    if (albedo.r + albedo.g + albedo.b <= 0.0f)
-        return;
     RandomStream random(mix64(key ^ cell));
-    const float choice = random.next();
-    const HitLights::Sample light = hit_lights_.sample(hit.point, choice, random);
+    const HitLights::Sample light = hit_lights_.sample(hit.point, random);
     if (luminance(light.irradiance) > 0.0f)
-        add_shadow_ray(w, hit.point, light.to_light, light.distance, cell, albedo * kInversePi * light.irradiance);
+        add_shadow_ray(w, hit, cell, light.to_light, light.distance, kInversePi * light.irradiance);
     if (has_sky_) {
         const glm::vec3 direction = cosine_direction(hit.point, random);
         if (glm::dot(direction, hit.point.geometric_normal) > 0.0f)
-            add_shadow_ray(w, hit.point, direction, std::numeric_limits<float>::infinity(), cell, albedo * sky_);
+            add_shadow_ray(w, hit, cell, direction, std::numeric_limits<float>::infinity(), sky_);
     }
 }
 
-void Gatherer::shade(int first, std::uint32_t active, std::uint64_t key, Workspace& w) const
+/// The plane of a hit's face, for the gradients.
+void note_plane(const Frame& frame, const HitSurface& hit, const HitPacket& packet, int lane, std::size_t cell,
+                HemisphereSamples& samples)
+{
+    const RayPacket& ray = packet.ray;
+    const glm::vec3 way = ray.t_max[lane] * glm::vec3(ray.direction_x[lane], ray.direction_y[lane], ray.direction_z[lane]);
+    const float height = glm::dot(hit.face, way);
+    if (height == 0.0f)
+        return;
+    const glm::vec3 q = hit.face / height;
+    samples.plane_x[cell] = glm::dot(q, frame.x);
+    samples.plane_y[cell] = glm::dot(q, frame.y);
+    samples.plane_z[cell] = glm::dot(q, frame.z);
+}
+
+void Gatherer::shade(const Frame& frame, int first, std::uint32_t active, std::uint64_t key, Workspace& w) const
 {
     const HitPacket& packet = w.packets[static_cast<std::size_t>(first / kWidth)];
-    for (int i = 0; i < kWidth; ++i)
-        if ((active >> i & 1u) != 0u && packet.geometry[i] != RayPacket::kMiss)
-            prefetch_hit_surface(rays_, packet, i);
+    HitSurface hits[kWidth];
+    int lanes[kWidth];
+    int count = 0;
     for (int i = 0; i < kWidth && first + i < grid_.cells; ++i) {
         const std::size_t c = static_cast<std::size_t>(first + i);
         const bool alive = (active >> i & 1u) != 0u;
@@ -184,9 +197,35 @@ void Gatherer::shade(int first, std::uint32_t active, std::uint64_t key, Workspa
         w.samples.blue[c] = seen.b;
         w.samples.cosine[c] = w.z[c];
         w.samples.inverse_distance[c] = hit ? 1.0f / std::max(packet.ray.t_max[i], 1e-30f) : 0.0f;
-        if (hit && has_bounce_)
-            shade_hit(packet, i, static_cast<std::uint32_t>(c), key, w);
+        w.samples.plane_x[c] = w.samples.plane_y[c] = w.samples.plane_z[c] = 0.0f;
+        if (!hit)
+            continue;
+        hits[count] = begin_hit(rays_, packet, i);
+        note_plane(frame, hits[count], packet, i, c, w.samples);
+        if (!has_bounce_)
+            continue;
+        if (!has_sky_ && !hit_lights_.may_reach(hits[count].point))
+            continue;
+        prefetch_hit(rays_, packet, i);
+        lanes[count++] = i;
     }
+    for (int n = 0; n < count; ++n) {
+        complete_hit(rays_, packet, lanes[n], hits[n]);
+        shade_hit(hits[n], static_cast<std::uint32_t>(first + lanes[n]), key, w);
+    }
+}
+
+glm::vec3 Gatherer::albedo(const ShadowedLight& light, const Workspace& w) const
+{
+    const Material& material = scene_.materials[static_cast<std::size_t>(light.material)];
+    if (material.base_color_texture < 0)
+        return material.base_color;
+    const Texture& texture = scene_.textures[static_cast<std::size_t>(material.base_color_texture)];
+    // A cell spans pi / (M N cos theta) of solid angle.
+    const float cosine = w.samples.cosine[light.cell];
+    const float solid_angle = std::numbers::pi_v<float> / (static_cast<float>(grid_.cells) * cosine);
+    const float width = std::sqrt(solid_angle) / w.samples.inverse_distance[light.cell];
+    return material.base_color * sample_nearest(texture, light.uv, mip_level(texture, light.uv_per_length, width));
 }
 
 void Gatherer::shoot_shadow_rays(Workspace& w) const
@@ -195,10 +234,11 @@ void Gatherer::shoot_shadow_rays(Workspace& w) const
     for (std::size_t i = 0; i < w.shadow.size(); ++i) {
         if (!w.shadow.is_free(i))
             continue;
-        const std::size_t c = w.shadow_cell[i];
-        w.samples.red[c] += w.shadow_light[i].r;
-        w.samples.green[c] += w.shadow_light[i].g;
-        w.samples.blue[c] += w.shadow_light[i].b;
+        const ShadowedLight& light = w.lights[i];
+        const glm::vec3 radiance = light.radiance * albedo(light, w);
+        w.samples.red[light.cell] += radiance.r;
+        w.samples.green[light.cell] += radiance.g;
+        w.samples.blue[light.cell] += radiance.b;
     }
     w.shadow_rays += w.shadow.size();
 }
@@ -209,14 +249,13 @@ void Gatherer::trace(const Birth& birth, const Frame& frame, Workspace& w) const
     const glm::vec2 shift(random.next(), random.next());
     hemisphere_directions(grid_, shift, w.x.data(), w.y.data(), w.z.data());
     w.shadow.clear();
-    w.shadow_cell.clear();
-    w.shadow_light.clear();
+    w.lights.clear();
     const std::uint64_t light_key = mix64(birth.key + 1);
     for (int first = 0; first < grid_.cells; first += kWidth) {
         const std::uint32_t active = fill_packet(frame, birth, w, first, grid_.cells);
         intersect(rays_, active, w.packets[static_cast<std::size_t>(first / kWidth)]);
         w.hemisphere_rays += static_cast<std::uint64_t>(std::popcount(active));
-        shade(first, active, light_key, w);
+        shade(frame, first, active, light_key, w);
     }
     shoot_shadow_rays(w);
 }

@@ -61,6 +61,10 @@ HemisphereGrid make_hemisphere_grid(int rays)
         const double lower = static_cast<double>(j) / g.rings;
         const double upper = static_cast<double>(j + 1) / g.rings;
         const double middle = 0.5 * (lower + upper);
+        g.sin_lower.push_back(static_cast<float>(std::sqrt(lower)));
+        g.cos_lower.push_back(static_cast<float>(std::sqrt(1.0 - lower)));
+        g.sin_middle.push_back(static_cast<float>(std::sqrt(middle)));
+        g.cos_middle.push_back(static_cast<float>(std::sqrt(1.0 - middle)));
         g.tan_middle.push_back(static_cast<float>(std::sqrt(middle / (1.0 - middle))));
         const double azimuth_width = 2.0 * std::numbers::pi / g.azimuths;
         g.ring_wall.push_back(static_cast<float>(azimuth_width * std::sqrt(lower) * (1.0 - lower)));
@@ -70,8 +74,8 @@ HemisphereGrid make_hemisphere_grid(int rays)
     for (int k = 0; k < g.azimuths; ++k) {
         const double bound = 2.0 * std::numbers::pi * k / g.azimuths;
         const double middle = 2.0 * std::numbers::pi * (k + 0.5) / g.azimuths;
-        g.cos_middle.push_back(static_cast<float>(std::cos(middle)));
-        g.sin_middle_phi.push_back(static_cast<float>(std::sin(middle)));
+        g.cos_phi.push_back(static_cast<float>(std::cos(middle)));
+        g.sin_phi.push_back(static_cast<float>(std::sin(middle)));
         g.cos_bound.push_back(static_cast<float>(std::cos(bound)));
         g.sin_bound.push_back(static_cast<float>(std::sin(bound)));
     }
@@ -122,10 +126,56 @@ struct ColorGradients {
     float translation_x = 0.0f, translation_y = 0.0f;
 };
 
-/// Krivanek et al. 2005 / Ward and Heckbert 1992, stratified-cell form: each wall between two cells moves with
-/// the nearer of the two hits when the record moves.
+/// How fast each wall between two cells moves when the record does, times the wall's length. The nearer hit is
+/// the one that occludes; what moves is the plane it lies on, where that crosses the wall: a wall or floor that
+/// runs on to the horizon does not move there, however near it was hit (a plain minimum of the two distances
+/// gives ten times the gradient beside a lit wall).
+struct WallSpeeds {
+    std::vector<float> ring;  // between cell (j, k) and (j - 1, k); 0 for j = 0
+    std::vector<float> side;  // between cell (j, k) and (j, k - 1)
+
+    explicit WallSpeeds(int cells) : ring(static_cast<std::size_t>(cells)), side(ring) {}
+};
+
+/// One wall's inverse distance along its direction (x, y, z): of the plane of the nearer of two hits.
+RCS_ALWAYS_INLINE float wall_inverse(const HemisphereSamples& s, int a, int b, float x, float y, float z)
+{
+    const std::size_t ia = static_cast<std::size_t>(a), ib = static_cast<std::size_t>(b);
+    const float inverse_a = s.inverse_distance[ia], inverse_b = s.inverse_distance[ib];
+    const float plane_a = s.plane_x[ia] * x + s.plane_y[ia] * y + s.plane_z[ia] * z;
+    const float plane_b = s.plane_x[ib] * x + s.plane_y[ib] * y + s.plane_z[ib] * z;
+    const float nearer = inverse_a > inverse_b ? inverse_a : inverse_b;
+    const float plane = inverse_a > inverse_b ? plane_a : plane_b;
+    const float positive = plane > 0.0f ? plane : 0.0f;
+    return positive < nearer ? positive : nearer;
+}
+
 RCS_MULTIVERSION
-ColorGradients color_gradients(const HemisphereGrid& g, const float* radiance, const float* inverse_distance)
+void wall_speeds(const HemisphereGrid& g, const HemisphereSamples& s, WallSpeeds& walls)
+{
+    const int n = g.azimuths;
+    for (int j = 0; j < g.rings; ++j) {
+        const std::size_t jj = static_cast<std::size_t>(j);
+        const int row = j * n;
+        const float sin_middle = g.sin_middle[jj], cos_middle = g.cos_middle[jj], side_length = g.azimuth_wall[jj];
+        float* side = walls.side.data() + row;
+        for (int k = 1; k < n; ++k)
+            side[k] = side_length * wall_inverse(s, row + k, row + k - 1, sin_middle * g.cos_bound[static_cast<std::size_t>(k)],
+                                                 sin_middle * g.sin_bound[static_cast<std::size_t>(k)], cos_middle);
+        side[0] = side_length * wall_inverse(s, row, row + n - 1, sin_middle, 0.0f, cos_middle);
+        if (j == 0)
+            continue;
+        const float sin_lower = g.sin_lower[jj], cos_lower = g.cos_lower[jj], ring_length = g.ring_wall[jj];
+        float* ring = walls.ring.data() + row;
+        for (int k = 0; k < n; ++k)
+            ring[k] = ring_length * wall_inverse(s, row + k, row + k - n, sin_lower * g.cos_phi[static_cast<std::size_t>(k)],
+                                                 sin_lower * g.sin_phi[static_cast<std::size_t>(k)], cos_lower);
+    }
+}
+
+/// Krivanek et al. 2005 / Ward and Heckbert 1992, stratified-cell form.
+RCS_MULTIVERSION
+ColorGradients color_gradients(const HemisphereGrid& g, const WallSpeeds& walls, const float* radiance)
 {
     constexpr int kMostAzimuths = 512;  // of 65536 rays: 454
     float across_rings[kMostAzimuths] = {};     // per azimuth, along u_k
@@ -134,28 +184,27 @@ ColorGradients color_gradients(const HemisphereGrid& g, const float* radiance, c
     const int n = g.azimuths;
     for (int j = 0; j < g.rings; ++j) {
         const float* l = radiance + j * n;
-        const float* r = inverse_distance + j * n;
+        const float* side = walls.side.data() + j * n;
+        const float* ring = walls.ring.data() + j * n;
         const float tangent = g.tan_middle[static_cast<std::size_t>(j)];
-        const float wall = g.azimuth_wall[static_cast<std::size_t>(j)];
         for (int k = 0; k < n; ++k)
             rotation[k] += tangent * l[k];
         for (int k = 1; k < n; ++k)
-            across_azimuths[k] += wall * (r[k] > r[k - 1] ? r[k] : r[k - 1]) * (l[k] - l[k - 1]);
-        across_azimuths[0] += wall * std::max(r[0], r[n - 1]) * (l[0] - l[n - 1]);
+            across_azimuths[k] += side[k] * (l[k] - l[k - 1]);
+        across_azimuths[0] += side[0] * (l[0] - l[n - 1]);
         if (j == 0)
             continue;
-        const float ring = g.ring_wall[static_cast<std::size_t>(j)];
         for (int k = 0; k < n; ++k)
-            across_rings[k] += ring * (r[k] > r[k - n] ? r[k] : r[k - n]) * (l[k] - l[k - n]);
+            across_rings[k] += ring[k] * (l[k] - l[k - n]);
     }
     ColorGradients sum;
     for (int k = 0; k < n; ++k) {
         const std::size_t kk = static_cast<std::size_t>(k);
         // Tangents at azimuth + 90 degrees: (-sin, cos).
-        sum.translation_x += g.cos_middle[kk] * across_rings[k] - g.sin_bound[kk] * across_azimuths[k];
-        sum.translation_y += g.sin_middle_phi[kk] * across_rings[k] + g.cos_bound[kk] * across_azimuths[k];
-        sum.rotation_x -= g.sin_middle_phi[kk] * rotation[k];
-        sum.rotation_y += g.cos_middle[kk] * rotation[k];
+        sum.translation_x += g.cos_phi[kk] * across_rings[k] - g.sin_bound[kk] * across_azimuths[k];
+        sum.translation_y += g.sin_phi[kk] * across_rings[k] + g.cos_bound[kk] * across_azimuths[k];
+        sum.rotation_x -= g.sin_phi[kk] * rotation[k];
+        sum.rotation_y += g.cos_phi[kk] * rotation[k];
     }
     const float scale = kPi / static_cast<float>(g.cells);
     sum.rotation_x *= scale;
@@ -203,9 +252,13 @@ HemisphereIntegrals integrate(const HemisphereGrid& g, const HemisphereSamples& 
                                                       : std::numeric_limits<float>::infinity();
     result.minimum_distance =
         nearest_inverse > 0.0f ? 1.0f / nearest_inverse : std::numeric_limits<float>::infinity();
+    thread_local WallSpeeds walls(0);
+    if (walls.ring.size() != static_cast<std::size_t>(g.cells))
+        walls = WallSpeeds(g.cells);
+    wall_speeds(g, s, walls);
     const float* colors[3] = {s.red.data(), s.green.data(), s.blue.data()};
     for (int i = 0; i < 3; ++i) {
-        const ColorGradients gradients = color_gradients(g, colors[i], s.inverse_distance.data());
+        const ColorGradients gradients = color_gradients(g, walls, colors[i]);
         result.rotation_gradient[i] = {gradients.rotation_x, gradients.rotation_y, 0.0f};
         result.translation_gradient[i] = {gradients.translation_x, gradients.translation_y, 0.0f};
     }

@@ -17,11 +17,13 @@ struct HemisphereGrid {
     // Lattice offsets inside each cell before the record's own shift, in [0, 1).
     std::vector<float> lattice_theta, lattice_phi;
 
+    // Per ring: sine and cosine of its lower bound's and its middle's polar angle.
+    std::vector<float> sin_lower, cos_lower, sin_middle, cos_middle;
     // Per ring: tangent of the polar angle in its middle; factors of the wall to the ring inside it,
     // (2 pi/N) sin cos^2 of the lower bound, and of the walls between azimuths, cos/sin x height of the cell.
     std::vector<float> tan_middle, ring_wall, azimuth_wall;
     // Per azimuth: unit vectors at the cell's middle (u_k) and at its lower bound.
-    std::vector<float> cos_middle, sin_middle_phi, cos_bound, sin_bound;
+    std::vector<float> cos_phi, sin_phi, cos_bound, sin_bound;
 };
 
 /// @param rays  wanted number of cells; M = round(sqrt(rays / pi)) >= 2, N = round(rays / M)
@@ -32,9 +34,13 @@ struct HemisphereSamples {
     std::vector<float> red, green, blue;  ///< radiance [W m^-2 sr^-1]
     std::vector<float> inverse_distance;  ///< [1/m], 0 where nothing was hit
     std::vector<float> cosine;            ///< to the record's normal
+    /// q of the plane that the ray hit, in the record's frame: that plane lies at distance 1/(q.w) along any
+    /// direction w [1/m]; 0 where nothing was hit.
+    std::vector<float> plane_x, plane_y, plane_z;
 
     explicit HemisphereSamples(int cells)
-        : red(static_cast<std::size_t>(cells)), green(red), blue(red), inverse_distance(red), cosine(red)
+        : red(static_cast<std::size_t>(cells)), green(red), blue(red), inverse_distance(red), cosine(red),
+          plane_x(red), plane_y(red), plane_z(red)
     {
     }
 };

@@ -7,13 +7,14 @@
 #include "rcs/error.h"
 #include "rcs/records.h"
 #include "records/gather.h"
+#include "records/spacing.h"
 #include "splat/tiles.h"
 #include "util/random.h"
 
 namespace rcs {
 namespace {
 
-// The coarsest grid of candidates. Wider spacing than max_spacing cannot be asked for anyway.
+// The coarsest grid of candidates [px]: about the widest spacing of default options.
 constexpr int kCoarsestStride = 32;
 
 /// One wave: in each cell of a grid, one pixel by rule.
@@ -70,10 +71,10 @@ void validate(const RecordOptions& o)
     require(o.error_tolerance > 0.0f && o.error_tolerance <= 1.0f, "records.error_tolerance", o.error_tolerance,
             "a value in (0, 1]");
     require(o.rays >= 16 && o.rays <= 65536, "records.rays", o.rays, "a value in [16, 65536]");
-    require(o.max_spacing > 0.0f && std::isfinite(o.max_spacing), "records.max_spacing", o.max_spacing,
+    require(o.max_reach > 0.0f && std::isfinite(o.max_reach), "records.max_reach", o.max_reach,
             "a positive number of pixels");
-    require(o.min_spacing > 0.0f && o.min_spacing <= o.max_spacing, "records.min_spacing", o.min_spacing,
-            "a value in (0, max_spacing]");
+    require(o.min_reach > 0.0f && o.min_reach <= o.max_reach, "records.min_reach", o.min_reach,
+            "a value in (0, max_reach]");
     require(o.gradient_limit > 0.0f, "records.gradient_limit", o.gradient_limit, "a positive value");
 }
 
@@ -84,20 +85,34 @@ void place_records(const RayScene& rays, const GBuffer& gbuffer, const View& vie
     validate(options);
     const RecordGatherer gatherer(rays, options);
     const SplatOptions reach{options.error_tolerance, 1.0f};
-    limit_spacing(records, options, pool);
+    SpacingLimiter spacing(options);
+    spacing.limit(records, pool);
     std::vector<float> weight = splat_weights(records, gbuffer, view, reach, pool);
     const std::vector<Wave> list = waves();
-    for (std::size_t w = 0; w < list.size(); ++w) {
-        if (progress && !progress("records", static_cast<float>(w) / static_cast<float>(list.size())))
+    const Wave every_pixel{1, -1};
+    for (std::size_t w = 0;; ++w) {
+        const bool planned = w < list.size();
+        if (progress && !progress("records", planned ? static_cast<float>(w) / static_cast<float>(list.size()) : 1.0f))
             throw Error(ErrorCode::cancelled, "cancelled while gathering records");
-        const std::vector<std::uint32_t> holes = find_holes(gbuffer, weight, list[w], options.seed);
+        const std::vector<std::uint32_t> holes =
+            find_holes(gbuffer, weight, planned ? list[w] : every_pixel, options.seed);
+        // A late record may clamp a neighbour so that a pixel already passed is a hole again. Each such pixel
+        // gets a record of its own, which always serves it: the loop ends.
+        if (holes.empty() && !planned)
+            break;
         if (holes.empty())
             continue;
         const std::vector<Record> fresh = gatherer.gather(gbuffer, holes, pool, stats);
         records.insert(records.end(), fresh.begin(), fresh.end());
-        limit_spacing(records, options, pool);
-        weight = splat_weights(records, gbuffer, view, reach, pool);
+        spacing.limit(records, pool);
         ++stats.waves;
+        // What neighbours took from older records shows when the grid changes; until then the new ones are added.
+        const bool same_grid = w + 1 < list.size() && list[w + 1].stride == list[w].stride;
+        if (same_grid)
+            add_weights({records.end() - static_cast<std::ptrdiff_t>(fresh.size()), records.end()}, gbuffer, view, reach,
+                        pool, weight);
+        else
+            weight = splat_weights(records, gbuffer, view, reach, pool);
     }
 }
 

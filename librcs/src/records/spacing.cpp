@@ -3,9 +3,10 @@
 #include <cstdint>
 #include <limits>
 #include <numeric>
+#include <span>
 #include <vector>
 
-#include "rcs/records.h"
+#include "records/spacing.h"
 #include "util/color.h"
 
 namespace rcs {
@@ -15,40 +16,45 @@ namespace {
 /// min over j of (R_j + |x_i - x_j|).
 class ClampTree {
 public:
-    ClampTree(const std::vector<Record>& records, const std::vector<float>& distances)
-        : records_(records), distances_(distances), order_(records.size())
+    explicit ClampTree(std::span<const Record> records)
     {
-        std::iota(order_.begin(), order_.end(), 0u);
-        if (!order_.empty())
-            build(0, order_.size());
+        for (const Record& r : records)
+            points_.push_back({r.position, r.harmonic_mean_distance});
+        if (!points_.empty())
+            build(0, points_.size());
     }
 
-    float clamped(std::size_t i) const
+    /// @param most  more than this is not wanted
+    float clamped(glm::vec3 position, float most) const
     {
-        float best = distances_[i];
-        search(0, records_[i].position, best);
-        return best;
+        if (!nodes_.empty())
+            search(0, position, most);
+        return most;
     }
 
 private:
+    struct Point {
+        glm::vec3 position;
+        float distance;
+    };
     struct Node {
         glm::vec3 low, high;
         float least;
-        std::uint32_t begin, end;  // of order_
+        std::uint32_t begin, end;  // of points_
         std::uint32_t right;       // the left child follows its parent; 0 marks a leaf
     };
     static constexpr std::size_t kLeaf = 8;
 
     std::uint32_t build(std::size_t begin, std::size_t end)
     {
+        constexpr float kInfinity = std::numeric_limits<float>::infinity();
         const std::uint32_t id = static_cast<std::uint32_t>(nodes_.size());
-        Node node{glm::vec3(std::numeric_limits<float>::infinity()), glm::vec3(-std::numeric_limits<float>::infinity()),
-                  std::numeric_limits<float>::infinity(), static_cast<std::uint32_t>(begin),
+        Node node{glm::vec3(kInfinity), glm::vec3(-kInfinity), kInfinity, static_cast<std::uint32_t>(begin),
                   static_cast<std::uint32_t>(end), 0};
         for (std::size_t k = begin; k < end; ++k) {
-            node.low = glm::min(node.low, records_[order_[k]].position);
-            node.high = glm::max(node.high, records_[order_[k]].position);
-            node.least = std::min(node.least, distances_[order_[k]]);
+            node.low = glm::min(node.low, points_[k].position);
+            node.high = glm::max(node.high, points_[k].position);
+            node.least = std::min(node.least, points_[k].distance);
         }
         nodes_.push_back(node);
         if (end - begin <= kLeaf)
@@ -56,40 +62,48 @@ private:
         const glm::vec3 size = node.high - node.low;
         const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
         const std::size_t middle = (begin + end) / 2;
-        const auto at = [&](std::size_t k) { return order_.begin() + static_cast<std::ptrdiff_t>(k); };
-        std::nth_element(at(begin), at(middle), at(end), [&](std::uint32_t a, std::uint32_t b) {
-            const float pa = records_[a].position[axis], pb = records_[b].position[axis];
-            return pa < pb || (pa == pb && a < b);
-        });
+        const auto at = [&](std::size_t k) { return points_.begin() + static_cast<std::ptrdiff_t>(k); };
+        std::nth_element(at(begin), at(middle), at(end),
+                         [&](const Point& a, const Point& b) { return a.position[axis] < b.position[axis]; });
         build(begin, middle);
         const std::uint32_t right = build(middle, end);
         nodes_[id].right = right;
         return id;
     }
 
-    static float distance_to(const Node& node, glm::vec3 p)
+    static float distance2_to(const Node& node, glm::vec3 p)
     {
-        return glm::length(glm::max(glm::max(node.low - p, p - node.high), glm::vec3(0.0f)));
+        const glm::vec3 d = glm::max(glm::max(node.low - p, p - node.high), glm::vec3(0.0f));
+        return glm::dot(d, d);
+    }
+
+    /// Whether a node may hold something that lowers `best`.
+    static bool may_lower(const Node& node, glm::vec3 p, float best)
+    {
+        const float room = best - node.least;
+        return room > 0.0f && distance2_to(node, p) < room * room;
     }
 
     void search(std::uint32_t id, glm::vec3 p, float& best) const
     {
         const Node& node = nodes_[id];
-        if (node.least + distance_to(node, p) >= best)
+        if (!may_lower(node, p, best))
             return;
         if (node.right == 0) {
-            for (std::uint32_t k = node.begin; k < node.end; ++k)
-                best = std::min(best, distances_[order_[k]] + glm::distance(p, records_[order_[k]].position));
+            for (std::uint32_t k = node.begin; k < node.end; ++k) {
+                const float room = best - points_[k].distance;
+                const glm::vec3 d = p - points_[k].position;
+                if (room > 0.0f && glm::dot(d, d) < room * room)
+                    best = points_[k].distance + glm::length(d);
+            }
             return;
         }
-        const bool right_first = distance_to(nodes_[node.right], p) < distance_to(nodes_[id + 1], p);
+        const bool right_first = distance2_to(nodes_[node.right], p) < distance2_to(nodes_[id + 1], p);
         search(right_first ? node.right : id + 1, p, best);
         search(right_first ? id + 1 : node.right, p, best);
     }
 
-    const std::vector<Record>& records_;
-    const std::vector<float>& distances_;
-    std::vector<std::uint32_t> order_;
+    std::vector<Point> points_;
     std::vector<Node> nodes_;
 };
 
@@ -102,25 +116,50 @@ float gradient_reach(const Record& r)
     return steepness > 0.0f ? luminance(r.irradiance) / steepness : std::numeric_limits<float>::infinity();
 }
 
+/// All limits but the neighbours', which `near` already holds.
+void set_spacing(Record& r, float near, const RecordOptions& options)
+{
+    const float steep = gradient_reach(r);
+    const float reach = std::clamp(std::min(near, options.gradient_limit * steep), options.min_reach * r.footprint,
+                                   options.max_reach * r.footprint);
+    r.spacing_radius = options.error_tolerance * reach;
+    r.gradient_scale = std::min(1.0f, std::min(near, steep) / reach);
+}
+
 }  // namespace
 
-void limit_spacing(std::vector<Record>& records, const RecordOptions& options, ThreadPool& pool)
+struct SpacingLimiter::Trees {
+    std::vector<ClampTree> per_call;  // of the records that each call brought
+};
+
+SpacingLimiter::SpacingLimiter(const RecordOptions& options) : options_(options), trees_(std::make_unique<Trees>()) {}
+SpacingLimiter::~SpacingLimiter() = default;
+
+void SpacingLimiter::limit(std::vector<Record>& records, ThreadPool& pool)
 {
-    std::vector<float> distance(records.size());
-    for (std::size_t i = 0; i < records.size(); ++i)
-        distance[i] = records[i].harmonic_mean_distance;
-    const ClampTree tree(records, distance);
+    const std::size_t known = near_.size();
+    std::vector<ClampTree>& trees = trees_->per_call;
+    trees.emplace_back(std::span<const Record>(records).subspan(known));
+    near_.resize(records.size());
     pool.parallel_for(records.size(), 256, [&](std::size_t begin, std::size_t end, int) {
         for (std::size_t i = begin; i < end; ++i) {
             Record& r = records[i];
-            const float steep = gradient_reach(r);
-            const float reach = std::min(tree.clamped(i), options.gradient_limit * steep);
-            r.spacing_radius = std::clamp(options.error_tolerance * reach, options.min_spacing * r.footprint,
-                                          options.max_spacing * r.footprint);
-            const float trusted = options.error_tolerance * std::min(reach, steep);
-            r.gradient_scale = std::min(1.0f, trusted / r.spacing_radius);
+            // The minimum over all neighbours is the least of those over the records of each call.
+            if (i < known) {
+                near_[i] = trees.back().clamped(r.position, near_[i]);
+            } else {
+                near_[i] = std::min(r.harmonic_mean_distance, options_.max_reach * r.footprint);
+                for (const ClampTree& tree : trees)
+                    near_[i] = tree.clamped(r.position, near_[i]);
+            }
+            set_spacing(r, near_[i], options_);
         }
     });
+}
+
+void limit_spacing(std::vector<Record>& records, const RecordOptions& options, ThreadPool& pool)
+{
+    SpacingLimiter(options).limit(records, pool);
 }
 
 }  // namespace rcs

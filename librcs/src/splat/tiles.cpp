@@ -161,14 +161,20 @@ void for_each_busy_tile(const GBuffer& g, const std::vector<gpu::GpuRecord>& rec
 
 }  // namespace
 
+void add_weights(const std::vector<Record>& records, const GBuffer& gbuffer, const View& view,
+                 const SplatOptions& options, ThreadPool& pool, std::vector<float>& weight)
+{
+    const auto store = [&](const Tile& tile, int left, int top) {
+        for_each_pixel(gbuffer, left, top, [&](std::size_t to, std::size_t from) { weight[to] += tile.weight[from]; });
+    };
+    for_each_busy_tile(gbuffer, make_gpu_records(records, gbuffer, view, options), pool, splat_tile_weights, store);
+}
+
 std::vector<float> splat_weights(const std::vector<Record>& records, const GBuffer& gbuffer, const View& view,
                                  const SplatOptions& options, ThreadPool& pool)
 {
     std::vector<float> weight(gbuffer.size(), 0.0f);
-    const auto store = [&](const Tile& tile, int left, int top) {
-        for_each_pixel(gbuffer, left, top, [&](std::size_t to, std::size_t from) { weight[to] = tile.weight[from]; });
-    };
-    for_each_busy_tile(gbuffer, make_gpu_records(records, gbuffer, view, options), pool, splat_tile_weights, store);
+    add_weights(records, gbuffer, view, options, pool, weight);
     return weight;
 }
 

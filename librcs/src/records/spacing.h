@@ -1,0 +1,27 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "rcs/records.h"
+
+namespace rcs {
+
+/// limit_spacing() for a set of records that only grows: what neighbours allow is kept from call to call.
+class SpacingLimiter {
+public:
+    explicit SpacingLimiter(const RecordOptions& options);
+    ~SpacingLimiter();
+
+    /// @param records  those of the last call, unchanged but for what this sets, and new ones behind them
+    void limit(std::vector<Record>& records, ThreadPool& pool);
+
+private:
+    struct Trees;
+
+    RecordOptions options_;
+    std::unique_ptr<Trees> trees_;
+    std::vector<float> near_;  // per record: the least R_j + |x_i - x_j| over all j, or what is wanted at most
+};
+
+}  // namespace rcs
