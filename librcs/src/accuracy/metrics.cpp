@@ -1,0 +1,183 @@
+#include "rcs/metrics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <vector>
+
+#include "display/srgb.h"
+#include "rcs/error.h"
+#include "util/color.h"
+
+namespace rcs {
+namespace {
+
+const Image& layer_of(const LayeredImage& image, const std::string& name, const char* which)
+{
+    const auto found = image.layers.find(name);
+    if (found != image.layers.end()) {
+        return found->second;
+    }
+    std::string names;
+    for (const auto& [other, layer] : image.layers) {
+        names.append(names.empty() ? "" : ", ").append(other);
+    }
+    throw Error(ErrorCode::not_found, std::string("the ") + which + " has no layer \"" + name +
+                                          "\"; there are: " + (names.empty() ? "none" : names));
+}
+
+int stride_of(const LayeredImage& image, const char* which)
+{
+    const auto found = image.metadata.find("rcs:stride");
+    if (found == image.metadata.end()) {
+        return 1;
+    }
+    char* end = nullptr;
+    const long stride = std::strtol(found->second.c_str(), &end, 10);
+    if (end == found->second.c_str() || *end != '\0' || stride < 1 || stride > 16384) {
+        throw Error(ErrorCode::bad_argument, std::string("rcs:stride of the ") + which + " is \"" +
+                                                 found->second + "\", expected a whole number in [1, 16384]");
+    }
+    return static_cast<int>(stride);
+}
+
+/// How many of s/2, s/2 + s, ... lie below `size`.
+int strided_size(int size, int stride) { return (size - stride / 2 + stride - 1) / stride; }
+
+std::string size_text(const Image& image)
+{
+    return std::to_string(image.width) + "x" + std::to_string(image.height);
+}
+
+/// The step between pixels of `image` that matches one pixel of `reference`.
+int matching_stride(const LayeredImage& image, const Image& a, const LayeredImage& reference,
+                    const Image& b)
+{
+    const int image_stride = stride_of(image, "image");
+    const int stride = stride_of(reference, "reference");
+    if (image_stride == stride && a.width == b.width && a.height == b.height) {
+        return 1;
+    }
+    if (image_stride == 1 && strided_size(a.width, stride) == b.width &&
+        strided_size(a.height, stride) == b.height) {
+        return stride;
+    }
+    throw Error(ErrorCode::bad_argument, "the image is " + size_text(a) + " with stride " +
+                                             std::to_string(image_stride) + ", the reference " + size_text(b) +
+                                             " with stride " + std::to_string(stride) + ": they do not match");
+}
+
+/// A pixel's one value that errors are taken of: luminance, or the value itself of a scalar layer.
+double level(const float* pixel, int channels)
+{
+    return channels >= 3 ? static_cast<double>(luminance({pixel[0], pixel[1], pixel[2]}))
+                         : static_cast<double>(pixel[0]);
+}
+
+double display_value(float v)
+{
+    return static_cast<double>(srgb_from_linear(std::clamp(v, 0.0f, 1.0f)));
+}
+
+/// x/y where 0/0 is `undefined`: both pictures are black there.
+double ratio(double x, double y, double undefined)
+{
+    return x == 0.0 && y == 0.0 ? undefined : x / y;
+}
+
+/// The smallest value that at least a fraction p of all values do not exceed. Reorders `values`.
+double percentile(std::vector<double>& values, double p)
+{
+    const auto rank = static_cast<std::size_t>(std::ceil(p * static_cast<double>(values.size())));
+    const auto nth = values.begin() + static_cast<std::ptrdiff_t>(std::max<std::size_t>(rank, 1) - 1);
+    std::nth_element(values.begin(), nth, values.end());
+    return *nth;
+}
+
+/// The finite pixels of both images, side by side.
+struct Samples {
+    std::vector<double> image, reference;
+    std::size_t not_finite = 0;
+    double display_square_error = 0.0;  ///< summed over pixels and colours
+};
+
+Samples take_samples(const Image& a, const Image& b, int stride)
+{
+    Samples samples;
+    const int colours = std::min(b.channels, 3);
+    for (int y = 0; y < b.height; ++y) {
+        for (int x = 0; x < b.width; ++x) {
+            const float* p = a.at(stride / 2 + x * stride, stride / 2 + y * stride);
+            const float* q = b.at(x, y);
+            const double i = level(p, a.channels);
+            const double r = level(q, b.channels);
+            if (!std::isfinite(i) || !std::isfinite(r)) {
+                ++samples.not_finite;
+                continue;
+            }
+            samples.image.push_back(i);
+            samples.reference.push_back(r);
+            for (int c = 0; c < colours; ++c) {
+                const double d = display_value(p[c]) - display_value(q[c]);
+                samples.display_square_error += d * d;
+            }
+        }
+    }
+    samples.display_square_error /= static_cast<double>(colours);
+    return samples;
+}
+
+double mean(const std::vector<double>& values)
+{
+    double sum = 0.0;
+    for (const double v : values) sum += v;
+    return sum / static_cast<double>(values.size());
+}
+
+}  // namespace
+
+ErrorMetrics compare_images(const LayeredImage& image, const LayeredImage& reference,
+                            const std::string& layer)
+{
+    const Image& a = layer_of(image, layer, "image");
+    const Image& b = layer_of(reference, layer, "reference");
+    if ((a.channels >= 3) != (b.channels >= 3)) {
+        throw Error(ErrorCode::bad_argument, "layer " + layer + " has " + std::to_string(a.channels) +
+                                                 " channels in the image and " + std::to_string(b.channels) +
+                                                 " in the reference");
+    }
+    const Samples samples = take_samples(a, b, matching_stride(image, a, reference, b));
+
+    ErrorMetrics metrics;
+    metrics.pixels = samples.image.size();
+    metrics.not_finite = samples.not_finite;
+    metrics.display_psnr = std::numeric_limits<double>::infinity();
+    if (metrics.pixels == 0) {
+        return metrics;
+    }
+    const double mean_reference = mean(samples.reference);
+    const double eps = 0.01 * std::abs(mean_reference);
+    std::vector<double> relative(metrics.pixels);
+    double square = 0.0, relative_square = 0.0;
+    for (std::size_t i = 0; i < metrics.pixels; ++i) {
+        const double r = std::abs(samples.reference[i]);
+        const double d = samples.image[i] - samples.reference[i];
+        square += d * d;
+        relative_square += ratio(d * d, r * r + eps * eps, 0.0);
+        relative[i] = ratio(std::abs(d), r + eps, 0.0);
+    }
+    const auto n = static_cast<double>(metrics.pixels);
+    metrics.relmse = relative_square / n;
+    metrics.rmse = std::sqrt(square / n);
+    metrics.mean_relative_error = mean(relative);
+    metrics.median_relative_error = percentile(relative, 0.5);
+    metrics.p95_relative_error = percentile(relative, 0.95);
+    metrics.ratio_of_means = ratio(mean(samples.image), mean_reference, 1.0);
+    if (samples.display_square_error > 0.0) {
+        metrics.display_psnr = -10.0 * std::log10(samples.display_square_error / n);
+    }
+    return metrics;
+}
+
+}  // namespace rcs
