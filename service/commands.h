@@ -1,0 +1,18 @@
+#pragma once
+
+#include <functional>
+
+namespace CLI {
+class App;
+}
+
+namespace rcs::service {
+
+/// What the chosen subcommand will do; set while the command line is parsed, called once it is valid.
+using Action = std::function<void()>;
+
+void add_render_command(CLI::App& app, Action& action);
+void add_reference_command(CLI::App& app, Action& action);
+void add_compare_command(CLI::App& app, Action& action);
+
+}  // namespace rcs::service

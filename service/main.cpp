@@ -1,0 +1,108 @@
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <optional>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "commands.h"
+#include "interrupt.h"
+#include "rcs/error.h"
+#include "rcs/version.h"
+
+namespace {
+
+using rcs::ErrorCode;
+
+constexpr int kFailure = 1;
+constexpr int kBadUsage = 2;
+constexpr int kSignalBase = 128;  // the shell's convention: 130 is SIGINT
+
+int exit_code(ErrorCode code)
+{
+    switch (code) {
+        case ErrorCode::bad_argument: return kBadUsage;
+        case ErrorCode::cancelled: return kSignalBase + rcs::service::interrupt_signal();
+        case ErrorCode::not_found:
+        case ErrorCode::bad_file:
+        case ErrorCode::unsupported:
+        case ErrorCode::gl_unavailable:
+        case ErrorCode::io:
+        case ErrorCode::out_of_memory:
+        case ErrorCode::internal: return kFailure;
+    }
+    return kFailure;
+}
+
+int report(const std::string& message, int code)
+{
+    std::string line = message;
+    for (char& c : line) {
+        if (c == '\n' || c == '\r') c = ' ';
+    }
+    std::fprintf(stderr, "rcsplat: error: %s\n", line.c_str());
+    return code;
+}
+
+/// Whether stdout took everything: a table lost to a full disk is a failure too.
+int flush_results()
+{
+    const bool ok = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+    return ok ? 0 : report("cannot write the results to standard output", kFailure);
+}
+
+/// CLI11 says no more than that a subcommand is missing; this says which word is none.
+std::optional<std::string> unknown_command(CLI::App& app, int argc, char** argv)
+{
+    if (argc < 2 || argv[1][0] == '-') {
+        return std::nullopt;
+    }
+    const std::string word = argv[1];
+    std::string names;
+    for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+        if (command->get_name() == word) {
+            return std::nullopt;
+        }
+        names.append(names.empty() ? "" : ", ").append(command->get_name());
+    }
+    return "there is no command " + word + "; there are " + names;
+}
+
+int run(int argc, char** argv)
+{
+    CLI::App app("Renders global illumination by radiance cache splatting.", "rcsplat");
+    app.set_version_flag("--version", std::string("rcsplat ") + rcs::kVersion);
+    app.require_subcommand(1);
+    app.footer("rcsplat COMMAND --help lists a command's options.");
+    rcs::service::Action action;
+    rcs::service::add_render_command(app, action);
+    rcs::service::add_reference_command(app, action);
+    rcs::service::add_compare_command(app, action);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& e) {
+        if (e.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
+            return app.exit(e);  // --help and --version
+        }
+        return report(unknown_command(app, argc, argv).value_or(e.what()), kBadUsage);
+    }
+    action();
+    return flush_results();
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    rcs::service::install_signal_handlers();
+    try {
+        return run(argc, argv);
+    } catch (const rcs::Error& e) {
+        return report(e.what(), exit_code(e.code()));
+    } catch (const std::bad_alloc&) {
+        return report("out of memory", exit_code(ErrorCode::out_of_memory));
+    } catch (const std::exception& e) {
+        return report(std::string("internal error: ") + e.what(), exit_code(ErrorCode::internal));
+    }
+}

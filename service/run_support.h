@@ -1,0 +1,28 @@
+#pragma once
+
+#include <chrono>
+
+#include <CLI/CLI.hpp>
+
+#include "options.h"
+#include "progress_bar.h"
+#include "rcs/ray_scene.h"
+#include "rcs/scene.h"
+#include "rcs/thread_pool.h"
+#include "stats_json.h"
+
+namespace rcs::service {
+
+/// A report that names the command and lists all its options with the values they have.
+RunReport begin_report(const CLI::App& command, const SceneArguments& arguments, const ThreadPool& pool);
+
+/// The scene with the sky that the command line asks for.
+Scene load(const SceneArguments& arguments, ProgressBar& bar, RunReport& report);
+
+RayScene build_rays(const Scene& scene, const ThreadPool& pool, ProgressBar& bar, RunReport& report);
+
+/// Writes and prints what was asked for; the last step of a command.
+/// @param begin  when the command began
+void deliver(RunReport& report, const ReportArguments& arguments, std::chrono::steady_clock::time_point begin);
+
+}  // namespace rcs::service
