@@ -98,7 +98,7 @@ Materials add_materials(Scene& scene)
     m.stone = textured("stone", {0.66f, 0.58f, 0.46f}, ashlar_texture);
     m.trim = add_material(scene, "trim", {0.60f, 0.55f, 0.47f});
     m.tiles = textured("tiles", glm::vec3(1.0f), tile_texture);
-    m.paving = textured("paving", {0.46f, 0.42f, 0.37f}, ashlar_texture);
+    m.paving = textured("paving", {0.54f, 0.49f, 0.43f}, ashlar_texture);
     m.plaster = add_material(scene, "plaster", {0.78f, 0.62f, 0.38f});
     m.terracotta = add_material(scene, "terracotta", {0.68f, 0.30f, 0.18f});
     m.blue = add_material(scene, "blue", {0.24f, 0.36f, 0.48f});

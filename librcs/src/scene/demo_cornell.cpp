@@ -62,7 +62,7 @@ Scene make_cornell()
     add_object(scene, "lamp", lamp, panel);
 
     // Far enough outside that the open front fills the picture.
-    scene.cameras.push_back(look_at_camera("front", {0.0, 2.73, 10.9}, {0.0, 2.73, 0.0}, glm::radians(37.5)));
+    scene.cameras.push_back(look_at_camera("front", {0.0, 2.73, 10.8}, {0.0, 2.73, 0.0}, glm::radians(37.5)));
     return scene;
 }
 

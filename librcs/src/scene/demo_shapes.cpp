@@ -1,5 +1,6 @@
 #include "scene/demo_shapes.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
