@@ -37,7 +37,7 @@ struct RecordOptions {
     float error_tolerance = 0.2f;  ///< a, in (0, 1]; smaller is finer
     int rays = 256;                ///< hemisphere rays per record, in [16, 65536]; rounded to M x N strata
     float min_reach = 15.0f;       ///< least R_k [px], in (0, max_reach]: a times it is the closest spacing
-    float max_reach = 100.0f;      ///< largest R_k [px]: a times it is the widest spacing
+    float max_reach = 60.0f;       ///< largest R_k [px]: a times it is the widest spacing
     float gradient_limit = 3.0f;   ///< R_k is at most so many times E/|grad E|, > 0
     int bounces = 1;               ///< 0: only the sky's own light arrives; 1: light reflected once as well
     std::uint64_t seed = 1;

@@ -26,9 +26,10 @@ constexpr float kSmallShare = 0.02f;
 // Least shadow rays towards a triangle of its own: two see whether its visibility is mixed.
 constexpr int kLeastSamples = 2;
 
-/// One triangle as one pixel sees it.
+/// One triangle, or the part of one above the horizon, as one pixel sees it.
 struct LampView {
-    std::uint32_t triangle;
+    std::array<glm::vec3, 3> corner;  // relative to the point
+    std::uint32_t number;             // of its random stream
     glm::vec3 irradiance;  // if nothing stood between, exact (Lambert's formula)
     float luminance;
     int samples = 0;
@@ -98,27 +99,29 @@ void DirectLight::find_lamps(const SurfacePoint& point, RandomStream& random, Wo
         const LampCandidate& candidate = w.candidates[c];
         const std::uint32_t t = candidate.lamp - static_cast<std::uint32_t>(lights_.punctual.size());
         const EmissiveTriangle& triangle = lights_.triangles[t];
-        glm::vec3 corners[3];
-        for (int i = 0; i < 3; ++i)
-            corners[i] = triangle.corner[i] - point.position;
-        if (!triangle.double_sided && glm::dot(triangle.normal, corners[0]) >= 0.0f)
+        std::array<glm::vec3, 3> corner;
+        for (std::size_t i = 0; i < 3; ++i)
+            corner[i] = triangle.corner[i] - point.position;
+        if (!triangle.double_sided && glm::dot(triangle.normal, corner[0]) >= 0.0f)
             continue;
-        const float factor = polygon_irradiance_factor(corners, 3, point.shading_normal);
-        const glm::vec3 irradiance = candidate.multiplicity * factor * triangle.radiance;
-        if (factor > 0.0f && luminance(irradiance) > 0.0f)
-            w.lamps.push_back({t, irradiance, luminance(irradiance)});
+        // Only the part above the horizon: sampling the rest would be in vain.
+        glm::vec3 polygon[4];
+        const int corners = clip_to_horizon(corner.data(), 3, point.shading_normal, polygon);
+        for (int i = 0; i + 2 < corners; ++i) {
+            const std::array<glm::vec3, 3> part{polygon[0], polygon[i + 1], polygon[i + 2]};
+            const float factor = polygon_irradiance_factor(part.data(), 3, point.shading_normal);
+            const glm::vec3 irradiance = candidate.multiplicity * factor * triangle.radiance;
+            if (factor > 0.0f && luminance(irradiance) > 0.0f)
+                w.lamps.push_back({part, 2 * t + static_cast<std::uint32_t>(i), irradiance, luminance(irradiance)});
+        }
     }
 }
 
 /// Adds `samples` shadow rays towards the lamp, low-discrepancy over its solid angle.
 void DirectLight::shoot(const SurfacePoint& point, LampView& lamp, int samples, std::uint64_t key, Workspace& w) const
 {
-    const EmissiveTriangle& triangle = lights_.triangles[lamp.triangle];
-    glm::vec3 corners[3];
-    for (int i = 0; i < 3; ++i)
-        corners[i] = triangle.corner[i] - point.position;
-    const SphericalTriangle spherical = make_spherical_triangle(corners);
-    RandomStream random(mix64(key ^ lamp.triangle));
+    const SphericalTriangle spherical = make_spherical_triangle(lamp.corner.data());
+    RandomStream random(mix64(key ^ lamp.number));
     const float shift1 = random.next();
     const float shift2 = random.next();
     w.shadow.clear();

@@ -6,6 +6,7 @@
 
 #include "light/polygon.h"
 #include "util/color.h"
+#include "util/multiversion.h"
 
 namespace rcs {
 namespace {
@@ -26,38 +27,105 @@ float cosine_if_lit(const SurfacePoint& point, glm::vec3 to_light)
 
 }  // namespace
 
-HitLights::HitLights(const Lights& lights) : lights_(lights), candidates_(lights, kCandidates, true),
+HitLights::HitLights(const Lights& lights)
+    : lights_(lights), candidates_(lights, kCandidates, true),
       any_(!lights.punctual.empty() || !lights.triangles.empty())
 {
+    for (const PunctualLamp& lamp : lights_.punctual)
+        add(lamp);
+    for (const EmissiveTriangle& triangle : lights_.triangles)
+        add(triangle);
     if (lights.punctual.size() == 1 && lights.triangles.empty() && lights.punctual[0].kind == LightKind::directional)
         only_direction_ = glm::vec3(-lights.punctual[0].direction);
-    for (const EmissiveTriangle& t : lights_.triangles) {
-        const glm::vec3 centre = (t.corner[0] + t.corner[1] + t.corner[2]) / 3.0f;
-        float radius = 0.0f;
-        for (const glm::vec3& corner : t.corner)
-            radius = std::max(radius, glm::distance(centre, corner));
-        bounding_spheres_.emplace_back(centre, radius);
-    }
 }
 
-float HitLights::estimate(std::uint32_t light, const SurfacePoint& point) const
+void HitLights::add(const PunctualLamp& lamp)
 {
-    if (light < lights_.punctual.size()) {
-        const PunctualSample s = sample_punctual(lights_.punctual[light], point.position);
-        return luminance(s.irradiance) * cosine_if_lit(point, s.to_light);
-    }
-    const std::size_t t = light - lights_.punctual.size();
-    const EmissiveTriangle& triangle = lights_.triangles[t];
-    const glm::vec4 sphere = bounding_spheres_[t];
-    const glm::vec3 to_centre = glm::vec3(sphere) - point.position;
-    const float distance = glm::length(to_centre);
-    // Cosines of the most favourable point of the bounding sphere: never 0 where light can arrive.
-    const float facing = triangle.double_sided ? 1.0f : (sphere.w - glm::dot(triangle.normal, to_centre)) / distance;
-    const float seen = (sphere.w + glm::dot(point.shading_normal, to_centre)) / distance;
-    if (facing <= 0.0f || seen <= 0.0f)
-        return 0.0f;
-    const float nearest2 = std::max(distance * distance, 0.25f * triangle.area);
-    return luminance(triangle.radiance) * triangle.area * std::min(facing, 1.0f) * std::min(seen, 1.0f) / nearest2;
+    const bool sun = lamp.kind == LightKind::directional;
+    const bool spot = lamp.kind == LightKind::spot;
+    const glm::vec3 at(sun ? -lamp.direction : lamp.position);
+    punctual_.luminance.push_back(luminance(lamp.intensity));
+    punctual_.x.push_back(at.x);
+    punctual_.y.push_back(at.y);
+    punctual_.z.push_back(at.z);
+    punctual_.axis_x.push_back(static_cast<float>(lamp.direction.x));
+    punctual_.axis_y.push_back(static_cast<float>(lamp.direction.y));
+    punctual_.axis_z.push_back(static_cast<float>(lamp.direction.z));
+    punctual_.inverse_range.push_back(sun ? 0.0f : 1.0f / lamp.range);
+    // A little wider than the cone: rounding must not make impossible what can happen.
+    punctual_.cos_outer.push_back(spot ? static_cast<float>(lamp.cos_outer - 1e-5) : -2.0f);
+    punctual_.inverse_cone.push_back(spot ? static_cast<float>(1.0 / std::max(0.001, lamp.cos_inner - lamp.cos_outer)) : 1.0f);
+    punctual_.is_sun.push_back(sun ? 1.0f : 0.0f);
+}
+
+void HitLights::add(const EmissiveTriangle& triangle)
+{
+    const glm::vec3 centre = (triangle.corner[0] + triangle.corner[1] + triangle.corner[2]) / 3.0f;
+    float radius = 0.0f;
+    for (const glm::vec3& corner : triangle.corner)
+        radius = std::max(radius, glm::distance(centre, corner));
+    triangles_.power.push_back(luminance(triangle.radiance) * triangle.area);
+    triangles_.x.push_back(centre.x);
+    triangles_.y.push_back(centre.y);
+    triangles_.z.push_back(centre.z);
+    triangles_.radius.push_back(radius);
+    triangles_.normal_x.push_back(triangle.normal.x);
+    triangles_.normal_y.push_back(triangle.normal.y);
+    triangles_.normal_z.push_back(triangle.normal.z);
+    triangles_.area.push_back(triangle.area);
+    triangles_.two_sided.push_back(triangle.double_sided ? 1.0f : 0.0f);
+}
+
+RCS_ALWAYS_INLINE float HitLights::estimate_punctual(std::size_t i, glm::vec3 p, glm::vec3 n) const
+{
+    const PunctualEstimates& l = punctual_;
+    const float sun = l.is_sun[i], here = 1.0f - sun;
+    const float dx = l.x[i] - here * p.x, dy = l.y[i] - here * p.y, dz = l.z[i] - here * p.z;
+    const float d2 = dx * dx + dy * dy + dz * dz + 1e-30f;
+    const float inverse_d = 1.0f / std::sqrt(d2);
+    const float cosine = (dx * n.x + dy * n.y + dz * n.z) * inverse_d;
+    const float ratio2 = d2 * l.inverse_range[i] * l.inverse_range[i];
+    const float range = 1.0f - ratio2 * ratio2;
+    const float along = -(dx * l.axis_x[i] + dy * l.axis_y[i] + dz * l.axis_z[i]) * inverse_d;
+    const float raw_edge = (along - l.cos_outer[i]) * l.inverse_cone[i];
+    const float edge = raw_edge < 0.0f ? 0.0f : raw_edge > 1.0f ? 1.0f : raw_edge;
+    const float falloff = sun + here * inverse_d * inverse_d;
+    const float e = l.luminance[i] * falloff * edge * edge * range * cosine;
+    return cosine > 0.0f && range > 0.0f ? e : 0.0f;
+}
+
+/// Cosines are those of the most favourable point of the bounding sphere: never 0 where light can arrive.
+RCS_ALWAYS_INLINE float HitLights::estimate_triangle(std::size_t i, glm::vec3 p, glm::vec3 n) const
+{
+    const TriangleEstimates& t = triangles_;
+    const float dx = t.x[i] - p.x, dy = t.y[i] - p.y, dz = t.z[i] - p.z;
+    const float d2 = dx * dx + dy * dy + dz * dz + 1e-30f;
+    const float inverse_d = 1.0f / std::sqrt(d2);
+    const float away = dx * t.normal_x[i] + dy * t.normal_y[i] + dz * t.normal_z[i];
+    float facing = (t.radius[i] - away) * inverse_d;
+    facing = t.two_sided[i] > 0.0f || facing > 1.0f ? 1.0f : facing;
+    float seen = (t.radius[i] + dx * n.x + dy * n.y + dz * n.z) * inverse_d;
+    seen = seen > 1.0f ? 1.0f : seen;
+    const float nearest2 = d2 > 0.25f * t.area[i] ? d2 : 0.25f * t.area[i];
+    return facing > 0.0f && seen > 0.0f ? t.power[i] * facing * seen / nearest2 : 0.0f;
+}
+
+float HitLights::estimate(std::uint32_t lamp, const SurfacePoint& point) const
+{
+    const std::size_t punctual = lights_.punctual.size();
+    return lamp < punctual ? estimate_punctual(lamp, point.position, point.shading_normal)
+                           : estimate_triangle(lamp - punctual, point.position, point.shading_normal);
+}
+
+RCS_MULTIVERSION
+void HitLights::estimate_all(const SurfacePoint& point, float* estimates) const
+{
+    const glm::vec3 p = point.position, n = point.shading_normal;
+    const std::size_t punctual = lights_.punctual.size(), triangles = lights_.triangles.size();
+    for (std::size_t i = 0; i < punctual; ++i)
+        estimates[i] = estimate_punctual(i, p, n);
+    for (std::size_t i = 0; i < triangles; ++i)
+        estimates[punctual + i] = estimate_triangle(i, p, n);
 }
 
 HitLights::Sample HitLights::sample_triangle(const EmissiveTriangle& triangle, const SurfacePoint& point,
@@ -104,9 +172,15 @@ HitLights::Sample HitLights::sample(const SurfacePoint& point, RandomStream& ran
     std::array<LampCandidate, kCandidates> candidates;
     std::array<float, kCandidates> estimates;
     const std::size_t count = candidates_.draw(candidates_.draws() ? random.next() : 0.0f, candidates);
+    if (candidates_.draws()) {
+        for (std::size_t i = 0; i < count; ++i)
+            estimates[i] = candidates[i].multiplicity * estimate(candidates[i].lamp, point);
+    } else {
+        estimate_all(point, estimates.data());
+    }
     float sum = 0.0f;
     for (std::size_t i = 0; i < count; ++i)
-        sum += estimates[i] = candidates[i].multiplicity * estimate(candidates[i].lamp, point);
+        sum += estimates[i];
     if (!(sum > 0.0f))
         return {};
     std::size_t chosen = 0;

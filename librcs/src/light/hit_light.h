@@ -34,12 +34,32 @@ public:
     }
 
 private:
+    /// Punctual lamps, component by component, so that looking at all of them vectorises.
+    struct PunctualEstimates {
+        std::vector<float> luminance, x, y, z;       // position [m], or the direction to a sun
+        std::vector<float> axis_x, axis_y, axis_z;   // unit, the way a spot points
+        std::vector<float> inverse_range, cos_outer, inverse_cone;  // 0, -2, 1: no limit
+        std::vector<float> is_sun;                   // 1 or 0
+    };
+    /// Emissive triangles by their bounding spheres.
+    struct TriangleEstimates {
+        std::vector<float> power, x, y, z, radius;
+        std::vector<float> normal_x, normal_y, normal_z;
+        std::vector<float> area, two_sided;  // two_sided: 1 or 0
+    };
+
+    void add(const PunctualLamp& lamp);
+    void add(const EmissiveTriangle& triangle);
+    void estimate_all(const SurfacePoint& point, float* estimates) const;
+    float estimate_punctual(std::size_t i, glm::vec3 p, glm::vec3 n) const;
+    float estimate_triangle(std::size_t i, glm::vec3 p, glm::vec3 n) const;
+    float estimate(std::uint32_t lamp, const SurfacePoint& point) const;
     Sample sample_lamp(std::uint32_t lamp, const SurfacePoint& point, RandomStream& random) const;
-    float estimate(std::uint32_t light, const SurfacePoint& point) const;
     Sample sample_triangle(const EmissiveTriangle& triangle, const SurfacePoint& point, RandomStream& random) const;
 
     Lights lights_;
-    std::vector<glm::vec4> bounding_spheres_;  // of the triangles: centre, radius
+    PunctualEstimates punctual_;
+    TriangleEstimates triangles_;
     LampCandidates candidates_;
     bool any_;
     std::optional<glm::vec3> only_direction_;  // to the one lamp there is, if it is a sun

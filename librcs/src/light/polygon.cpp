@@ -42,9 +42,13 @@ float edge_term(glm::vec3 a, glm::vec3 b, glm::vec3 normal)
     return angle_of(length, glm::dot(a, b)) * glm::dot(normal, c) / length;
 }
 
-/// Sutherland-Hodgman against one plane: a convex polygon gains one corner at most.
-int clip_to_horizon(const glm::vec3* corners, const float* heights, int count, glm::vec3* clipped)
+}  // namespace
+
+int clip_to_horizon(const glm::vec3* corners, int count, glm::vec3 normal, glm::vec3* clipped)
 {
+    float heights[kMaxCorners];
+    for (int i = 0; i < count; ++i)
+        heights[i] = glm::dot(corners[i], normal);
     int kept = 0;
     for (int i = 0; i < count; ++i) {
         const int next = i + 1 < count ? i + 1 : 0;
@@ -57,28 +61,13 @@ int clip_to_horizon(const glm::vec3* corners, const float* heights, int count, g
     return kept;
 }
 
-}  // namespace
-
 float polygon_irradiance_factor(const glm::vec3* corners, int count, glm::vec3 normal)
 {
-    float heights[kMaxCorners];
-    bool any_above = false;
-    bool any_below = false;
-    for (int i = 0; i < count; ++i) {
-        heights[i] = glm::dot(corners[i], normal);
-        any_above |= heights[i] > 0.0f;
-        any_below |= heights[i] < 0.0f;
-    }
-    if (!any_above) return 0.0f;
-
     glm::vec3 clipped[2 * kMaxCorners];
-    if (any_below) {
-        count = clip_to_horizon(corners, heights, count, clipped);
-        corners = clipped;
-    }
+    count = clip_to_horizon(corners, count, normal, clipped);
     float sum = 0.0f;
     for (int i = 0; i < count; ++i)
-        sum += edge_term(corners[i], corners[i + 1 < count ? i + 1 : 0], normal);
+        sum += edge_term(clipped[i], clipped[i + 1 < count ? i + 1 : 0], normal);
     return std::min(0.5f * std::abs(sum), std::numbers::pi_v<float>);
 }
 

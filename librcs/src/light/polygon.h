@@ -13,6 +13,11 @@ namespace rcs {
 /// @param normal  of the receiver, unit
 float polygon_irradiance_factor(const glm::vec3* corners, int count, glm::vec3 normal);
 
+/// The part of a convex polygon above the plane through the point (Sutherland and Hodgman 1974).
+/// @param corners  relative to the point   @param count  in [3, 8]   @param clipped  room for one corner more
+/// @return its number of corners, 0 if all is below
+int clip_to_horizon(const glm::vec3* corners, int count, glm::vec3 normal, glm::vec3* clipped);
+
 /// A triangle as a point sees it, prepared for sampling uniformly in solid angle. Relative to the point.
 struct SphericalTriangle {
     glm::dvec3 corner[3];    ///< [m]

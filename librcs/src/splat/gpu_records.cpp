@@ -21,7 +21,7 @@ std::vector<gpu::GpuRecord> make_gpu_records(const std::vector<Record>& records,
     gpu_records.reserve(records.size());
     const float inv_normal_tolerance = 1.0f / (options.error_tolerance * options.overlap);
     for (const Record& record : records) {
-        const float radius = record.spacing_radius * std::max(1.0f, options.overlap * record.gradient_scale);
+        const float radius = record.spacing_radius * std::max(std::min(2.0f, options.overlap), options.overlap * record.gradient_scale);
         const glm::dvec3 relative = glm::dvec3(record.position) - gbuffer.camera_position;
         const double padding = kPositionRounding * (glm::length(relative) + 2.0 * radius);
         const PixelBounds bounds = sphere_bounds(view, relative, radius + padding);
