@@ -97,8 +97,8 @@ void add_scene_arguments(CLI::App& app, SceneArguments& arguments, Size default_
     app.add_option("--size", arguments.size, "Width and height of the picture [px], each in [1, 16384]")
         ->type_name("WxH")->check(checked_by(parse_size), "")->capture_default_str();
     app.add_option("--environment", arguments.environment,
-                   "Radiance from outside the scene, the same from everywhere [W m^-2 sr^-1], each >= 0")
-        ->type_name("none|R,G,B")->check(checked_by(parse_environment), "")->capture_default_str();
+                   "Radiance from outside the scene, the same from everywhere [W m^-2 sr^-1], each >= 0; default: what the scene says, which for a file is none")
+        ->type_name("scene|none|R,G,B")->check(checked_by(parse_environment), "")->capture_default_str();
     add_number(app, "--threads", arguments.threads, {0, kMostThreads}, "Worker threads; 0 takes every core");
 }
 
@@ -159,8 +159,11 @@ Size parse_size(const std::string& text)
     return size;
 }
 
-glm::vec3 parse_environment(const std::string& text)
+std::optional<glm::vec3> parse_environment(const std::string& text)
 {
+    if (text == "scene") {
+        return std::nullopt;
+    }
     if (text == "none") {
         return glm::vec3(0.0f);
     }
@@ -178,7 +181,7 @@ glm::vec3 parse_environment(const std::string& text)
         }
     }
     throw Error(ErrorCode::bad_argument,
-                text + " is neither none nor R,G,B with three values of at least 0");
+                text + " is neither scene nor none nor R,G,B with three values of at least 0");
 }
 
 std::optional<float> parse_exposure(const std::string& text)

@@ -37,7 +37,7 @@ struct Size {
 struct SceneArguments {
     std::string scene;
     std::string camera;
-    std::string environment = "none";
+    std::string environment = "scene";  ///< the scene's own, "none" or "R,G,B"
     std::string size;  ///< "WxH"
     int threads = 0;
 };
@@ -66,7 +66,7 @@ void add_report_arguments(CLI::App& app, ReportArguments& arguments);
 // Texts to values. Each throws rcs::Error bad_argument; they also are the checks of the options above, so
 // that a command line that parsed cannot fail here, and CLI11 puts the option's name before the message.
 Size parse_size(const std::string& text);
-glm::vec3 parse_environment(const std::string& text);
+std::optional<glm::vec3> parse_environment(const std::string& text);
 std::optional<float> parse_exposure(const std::string& text);
 LogLevel parse_log_level(const std::string& text);
 SplatMethod parse_splat_method(const std::string& text);

@@ -48,9 +48,7 @@ Scene load(const SceneArguments& arguments, ProgressBar& bar, RunReport& report)
 {
     bar.show("load", 0.0f);
     Scene scene = timed(report, "load", [&] { return load_scene(arguments.scene, bar.log()); });
-    if (arguments.environment != "none") {
-        scene.sky_radiance = parse_environment(arguments.environment);
-    }
+    scene.sky_radiance = parse_environment(arguments.environment).value_or(scene.sky_radiance);
     stop_if_interrupted();
     return scene;
 }

@@ -18,6 +18,9 @@ struct DirectOptions {
     std::uint64_t seed = 1;
 };
 
+/// @throws Error bad_argument: the field, its value and its range
+void validate(const DirectOptions& options);
+
 /// Direct irradiance of the scene's lamps at every visible point. The sky is not a lamp: its light
 /// arrives through the records.
 /// @param shadow_rays  is increased by the number of shadow rays shot

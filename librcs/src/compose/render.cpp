@@ -103,6 +103,7 @@ void validate(const RenderOptions& o)
     require(o.bounces >= 0 && o.bounces <= 1, "bounces", o.bounces, "0 or 1");
     require(o.overlap >= 1.0f && o.overlap <= 16.0f, "overlap", o.overlap, "a value in [1, 16]");
     validate(o.records);
+    validate(o.direct);
 }
 
 void RenderStats::add(const std::string& stage, double seconds)

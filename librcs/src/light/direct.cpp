@@ -197,7 +197,9 @@ glm::vec3 DirectLight::area(const SurfacePoint& point, std::uint64_t key, Worksp
     return sum;
 }
 
-void check(const DirectOptions& o)
+}  // namespace
+
+void validate(const DirectOptions& o)
 {
     if (o.area_samples < 1 || o.area_samples > 1024)
         throw Error(ErrorCode::bad_argument, "direct.area_samples is " + std::to_string(o.area_samples) +
@@ -207,12 +209,10 @@ void check(const DirectOptions& o)
                                                  ", expected a value in [area_samples, 65536]");
 }
 
-}  // namespace
-
 std::vector<glm::vec3> direct_irradiance(const RayScene& rays, const GBuffer& gbuffer, const DirectOptions& options,
                                          ThreadPool& pool, std::uint64_t& shadow_rays)
 {
-    check(options);
+    validate(options);
     const DirectLight light(rays, options);
     std::vector<glm::vec3> irradiance(gbuffer.size(), glm::vec3(0.0f));
     std::vector<Workspace> workspaces(static_cast<std::size_t>(pool.size()));

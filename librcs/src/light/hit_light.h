@@ -27,10 +27,10 @@ public:
     };
     Sample sample(const SurfacePoint& point, RandomStream& random) const;
 
-    /// False only if no lamp reaches the side that `point` is seen from, whatever its shading normal: quick.
-    bool may_reach(const SurfacePoint& point) const
+    /// False only if no lamp reaches the side of a surface that this unit normal looks to: quick.
+    bool may_reach(glm::vec3 geometric_normal) const
     {
-        return any_ && (!only_direction_ || glm::dot(point.geometric_normal, *only_direction_) > 0.0f);
+        return any_ && (!only_direction_ || glm::dot(geometric_normal, *only_direction_) > 0.0f);
     }
 
 private:

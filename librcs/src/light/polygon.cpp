@@ -47,8 +47,13 @@ float edge_term(glm::vec3 a, glm::vec3 b, glm::vec3 normal)
 int clip_to_horizon(const glm::vec3* corners, int count, glm::vec3 normal, glm::vec3* clipped)
 {
     float heights[kMaxCorners];
-    for (int i = 0; i < count; ++i)
+    bool any_above = false;
+    for (int i = 0; i < count; ++i) {
         heights[i] = glm::dot(corners[i], normal);
+        any_above |= heights[i] > 0.0f;
+    }
+    if (!any_above)
+        return 0;
     int kept = 0;
     for (int i = 0; i < count; ++i) {
         const int next = i + 1 < count ? i + 1 : 0;

@@ -27,34 +27,38 @@ inline const RayInstance& instance_of(const RayScene& rays, std::uint32_t instan
 
 inline glm::vec3 unit_or(glm::vec3 v, glm::vec3 fallback)
 {
-    const float length = glm::length(v);
-    return length > 0.0f && std::isfinite(length) ? v / length : fallback;
+    const float length2 = glm::dot(v, v);
+    // Also false for NaN; lengths beyond 2^60 or below 2^-60 have no meaning in a scene.
+    return length2 > 0x1p-120f && length2 < 0x1p120f ? v * (1.0f / std::sqrt(length2)) : fallback;
 }
+
+/// The faces that a packet's rays hit, all lanes at once; lanes without a hit hold anything finite or not.
+struct alignas(64) FacePacket {
+    float normal_x[RayPacket::kWidth], normal_y[RayPacket::kWidth], normal_z[RayPacket::kWidth];  ///< unit, towards the ray's origin
+    /// q of the face's plane: it lies at distance 1/(q.w) along any unit direction w [1/m]
+    float plane_x[RayPacket::kWidth], plane_y[RayPacket::kWidth], plane_z[RayPacket::kWidth];
+    float facing[RayPacket::kWidth];  ///< > 0 where the ray meets the face's counter-clockwise side
+};
+void find_faces(const RayScene& rays, const HitPacket& packet, FacePacket& faces);
 
 /// A packet ray's hit, step by step: the same surface as surface_at(), from one cache line per triangle, its
 /// position taken from the ray (as exact as the ray is short).
 struct HitSurface {
     SurfacePoint point;   ///< shading normal and uv are set by complete_hit()
     float uv_per_length;  ///< texture space per scene length [1/m], for the choice of a mip level; by complete_hit()
-    glm::vec3 face;       ///< unit normal of the front side
 };
 
 /// First what the packet itself knows ...
-inline HitSurface begin_hit(const RayScene& rays, const HitPacket& packet, int lane)
+inline HitSurface begin_hit(const RayScene& rays, const HitPacket& packet, const FacePacket& faces, int lane)
 {
     const RayInstance& i = instance_of(rays, packet.instance(lane));
     const RayPacket& ray = packet.ray;
     const glm::vec3 direction(ray.direction_x[lane], ray.direction_y[lane], ray.direction_z[lane]);
     const glm::vec3 origin(ray.origin_x[lane], ray.origin_y[lane], ray.origin_z[lane]);
     HitSurface hit;
-    hit.face = {packet.normal_x[lane], packet.normal_y[lane], packet.normal_z[lane]};
-    if (i.instanced)
-        hit.face = i.normal_from_object * hit.face;  // keeps the front side also where the transform mirrors
-    else if (i.mirrored)
-        hit.face = -hit.face;
-    hit.face = unit_or(hit.face, -direction);
-    hit.point.front = glm::dot(hit.face, direction) < 0.0f;
-    hit.point.geometric_normal = hit.point.front ? hit.face : -hit.face;
+    // A baked mesh has its corners in scene space, where mirroring has turned their order.
+    hit.point.front = (faces.facing[lane] > 0.0f) != (i.mirrored && !i.instanced);
+    hit.point.geometric_normal = {faces.normal_x[lane], faces.normal_y[lane], faces.normal_z[lane]};
     hit.point.position = origin + ray.t_max[lane] * direction;
     hit.point.position_error = kPositionRoundings * kUnitRoundoff * (max_component(origin) + ray.t_max[lane]);
     hit.point.material = i.material;

@@ -15,9 +15,9 @@ public:
 
     void add(const Ray& ray)
     {
-        const std::size_t packet = count_ / RayPacket::kWidth;
         const std::size_t lane = count_ % RayPacket::kWidth;
-        if (packet == packets_.size()) {
+        const std::size_t packet = count_ / RayPacket::kWidth;
+        if (lane == 0 && packet == packets_.size()) {
             packets_.emplace_back();
             reset(packets_.back());
         }

@@ -7,6 +7,7 @@
 #include "rays/ray_scene_impl.h"
 #include "scene/surface.h"
 #include "scene/texture.h"
+#include "util/multiversion.h"
 
 namespace rcs {
 namespace {
@@ -35,15 +36,67 @@ glm::vec3 bend_towards(glm::vec3 shading, glm::vec3 geometric)
     return unit_or(along * tangent + kLeastNormalAgreement * geometric, geometric);
 }
 
-/// @param face  unit normal of the front side, scene space
-glm::vec3 shading_normal(const RayInstance& i, const HitTriangle& t, float u, float v, glm::vec3 face, bool front)
+/// @param geometric  unit, towards the side that the point is seen from
+glm::vec3 shading_normal(const RayInstance& i, const HitTriangle& t, float u, float v, glm::vec3 geometric, bool front)
 {
     const glm::vec3 object_normal = (1.0f - u - v) * t.normal[0] + u * t.normal[1] + v * t.normal[2];
-    const glm::vec3 smooth = unit_or(i.normal_from_object * object_normal, face);
-    return front ? bend_towards(smooth, face) : bend_towards(-smooth, -face);
+    const glm::vec3 smooth = unit_or(i.normal_from_object * object_normal, front ? geometric : -geometric);
+    return bend_towards(front ? smooth : -smooth, geometric);
 }
 
 }  // namespace
+
+namespace {
+
+RCS_MULTIVERSION
+void orient_faces(const HitPacket& packet, const float* nx, const float* ny, const float* nz, FacePacket& faces)
+{
+    const RayPacket& ray = packet.ray;
+    for (int i = 0; i < RayPacket::kWidth; ++i) {
+        const float along = nx[i] * ray.direction_x[i] + ny[i] * ray.direction_y[i] + nz[i] * ray.direction_z[i];
+        const float length2 = nx[i] * nx[i] + ny[i] * ny[i] + nz[i] * nz[i];
+        const float unit = (along < 0.0f ? 1.0f : -1.0f) / std::sqrt(length2);
+        faces.normal_x[i] = nx[i] * unit;
+        faces.normal_y[i] = ny[i] * unit;
+        faces.normal_z[i] = nz[i] * unit;
+        faces.facing[i] = -along;
+        const float height = along * ray.t_max[i];
+        const float inverse = height != 0.0f ? 1.0f / height : 0.0f;
+        faces.plane_x[i] = nx[i] * inverse;
+        faces.plane_y[i] = ny[i] * inverse;
+        faces.plane_z[i] = nz[i] * inverse;
+    }
+}
+
+}  // namespace
+
+void find_faces(const RayScene& rays, const HitPacket& packet, FacePacket& faces)
+{
+    float nx[RayPacket::kWidth], ny[RayPacket::kWidth], nz[RayPacket::kWidth];
+    for (int i = 0; i < RayPacket::kWidth; ++i) {
+        nx[i] = packet.normal_x[i];
+        ny[i] = packet.normal_y[i];
+        nz[i] = packet.normal_z[i];
+        if (packet.geometry[i] == RayPacket::kMiss || packet.instance_id[i] == RayPacket::kMiss)
+            continue;
+        // Embree gives an instance's normal in object space.
+        const glm::vec3 n = instance_of(rays, packet.instance_id[i]).normal_from_object * glm::vec3(nx[i], ny[i], nz[i]);
+        nx[i] = n.x;
+        ny[i] = n.y;
+        nz[i] = n.z;
+    }
+    orient_faces(packet, nx, ny, nz, faces);
+    // A face too small for float arithmetic to have a normal: take the one that looks at the ray.
+    for (int i = 0; i < RayPacket::kWidth; ++i) {
+        const glm::vec3 n(faces.normal_x[i], faces.normal_y[i], faces.normal_z[i]);
+        if (packet.geometry[i] == RayPacket::kMiss || std::isfinite(n.x + n.y + n.z))
+            continue;
+        faces.normal_x[i] = -packet.ray.direction_x[i];
+        faces.normal_y[i] = -packet.ray.direction_y[i];
+        faces.normal_z[i] = -packet.ray.direction_z[i];
+        faces.plane_x[i] = faces.plane_y[i] = faces.plane_z[i] = 0.0f;
+    }
+}
 
 void complete_hit(const RayScene& rays, const HitPacket& packet, int lane, HitSurface& hit)
 {
@@ -52,7 +105,7 @@ void complete_hit(const RayScene& rays, const HitPacket& packet, int lane, HitSu
     const float u = packet.u[lane];
     const float v = packet.v[lane];
     hit.point.shading_normal =
-        i.smooth ? shading_normal(i, t, u, v, hit.face, hit.point.front) : hit.point.geometric_normal;
+        i.smooth ? shading_normal(i, t, u, v, hit.point.geometric_normal, hit.point.front) : hit.point.geometric_normal;
     hit.point.uv = (1.0f - u - v) * t.uv[0] + u * t.uv[1] + v * t.uv[2];
     hit.uv_per_length = t.uv_density * i.inverse_scale;
 }
@@ -95,23 +148,9 @@ SurfacePoint surface_at(const RayScene& rays, std::uint32_t instance, std::uint3
     point.shading_normal = point.geometric_normal;
     const HitTriangle& t = i.triangles[primitive];
     if (i.smooth)
-        point.shading_normal = shading_normal(i, t, u, v, face, point.front);
+        point.shading_normal = shading_normal(i, t, u, v, point.geometric_normal, point.front);
     point.uv = w * t.uv[0] + u * t.uv[1] + v * t.uv[2];
     return point;
-}
-
-Ray ray_from(const SurfacePoint& point, glm::vec3 direction, float t_max)
-{
-    const bool outwards = glm::dot(direction, point.geometric_normal) >= 0.0f;
-    const float offset = outwards ? point.position_error : -point.position_error;
-    return {point.position + offset * point.geometric_normal, direction, 0.0f, t_max};
-}
-
-Ray shadow_ray_from(const SurfacePoint& point, glm::vec3 to_light, float distance)
-{
-    // Both ends are rounded; the far one by about as much as the near one, and by a few ulps of the way.
-    constexpr float kRelativeEnd = 1.0f - 0x1p-16f;
-    return ray_from(point, to_light, std::max(0.0f, kRelativeEnd * distance - 2.0f * point.position_error));
 }
 
 namespace {

@@ -14,6 +14,7 @@
 #include "records/hemisphere.h"
 #include "scene/texture.h"
 #include "util/color.h"
+#include "util/multiversion.h"
 #include "util/random.h"
 
 namespace rcs {
@@ -77,26 +78,61 @@ struct Workspace {
     }
 };
 
-/// Directions to all cells into packets; bit i of `active[p]` is set where a ray leaves the surface.
+/// Cells first .. first + 15 as rays of a packet; `above` becomes the cosine to the geometric normal.
+RCS_MULTIVERSION
+void fill_rays(const Frame& frame, const Birth& birth, const float* x, const float* y, const float* z, RayPacket& ray,
+               float* above)
+{
+    const glm::vec3 ng = birth.geometric_normal;
+    for (int i = 0; i < kWidth; ++i) {
+        ray.origin_x[i] = birth.origin.x;
+        ray.origin_y[i] = birth.origin.y;
+        ray.origin_z[i] = birth.origin.z;
+        ray.t_max[i] = std::numeric_limits<float>::infinity();
+        const float dx = frame.x.x * x[i] + frame.y.x * y[i] + frame.z.x * z[i];
+        const float dy = frame.x.y * x[i] + frame.y.y * y[i] + frame.z.y * z[i];
+        const float dz = frame.x.z * x[i] + frame.y.z * y[i] + frame.z.z * z[i];
+        ray.direction_x[i] = dx;
+        ray.direction_y[i] = dy;
+        ray.direction_z[i] = dz;
+        above[i] = dx * ng.x + dy * ng.y + dz * ng.z;
+    }
+}
+
+/// @return bit i is set where cell first + i exists and its ray leaves the surface
 std::uint32_t fill_packet(const Frame& frame, const Birth& birth, Workspace& w, int first, int cells)
 {
-    HitPacket& packet = w.packets[static_cast<std::size_t>(first / kWidth)];
+    const std::size_t c = static_cast<std::size_t>(first);
+    float above[kWidth];
+    fill_rays(frame, birth, w.x.data() + c, w.y.data() + c, w.z.data() + c, w.packets[c / kWidth].ray, above);
+    const int lanes = std::min(kWidth, cells - first);
     std::uint32_t active = 0;
-    for (int i = 0; i < kWidth; ++i) {
-        const std::size_t c = static_cast<std::size_t>(first + i);
-        packet.ray.direction_x[i] = frame.x.x * w.x[c] + frame.y.x * w.y[c] + frame.z.x * w.z[c];
-        packet.ray.direction_y[i] = frame.x.y * w.x[c] + frame.y.y * w.y[c] + frame.z.y * w.z[c];
-        packet.ray.direction_z[i] = frame.x.z * w.x[c] + frame.y.z * w.y[c] + frame.z.z * w.z[c];
-        packet.ray.origin_x[i] = birth.origin.x;
-        packet.ray.origin_y[i] = birth.origin.y;
-        packet.ray.origin_z[i] = birth.origin.z;
-        packet.ray.t_max[i] = std::numeric_limits<float>::infinity();
-        const float above = packet.ray.direction_x[i] * birth.geometric_normal.x +
-                            packet.ray.direction_y[i] * birth.geometric_normal.y +
-                            packet.ray.direction_z[i] * birth.geometric_normal.z;
-        active |= static_cast<std::uint32_t>(above > 0.0f && first + i < cells) << i;
-    }
+    for (int i = 0; i < lanes; ++i)
+        active |= static_cast<std::uint32_t>(above[i] > 0.0f) << i;
     return active;
+}
+
+/// What the rays themselves tell of their cells: distance, plane of the face, sky where nothing was hit.
+RCS_MULTIVERSION
+void note_cells(const Frame& frame, const HitPacket& packet, const FacePacket& faces, std::uint32_t active,
+                glm::vec3 sky, std::size_t first, int lanes, const float* cosine, HemisphereSamples& s)
+{
+    for (int i = 0; i < lanes; ++i) {
+        const std::size_t c = first + static_cast<std::size_t>(i);
+        const bool alive = (active >> i & 1u) != 0u;
+        const bool hit = alive && packet.geometry[i] != RayPacket::kMiss;
+        const float seen = alive && !hit ? 1.0f : 0.0f;
+        s.red[c] = seen * sky.r;
+        s.green[c] = seen * sky.g;
+        s.blue[c] = seen * sky.b;
+        s.cosine[c] = cosine[c];
+        const float t = packet.ray.t_max[i];
+        s.inverse_distance[c] = hit ? 1.0f / (t > 1e-30f ? t : 1e-30f) : 0.0f;
+        const float qx = faces.plane_x[i], qy = faces.plane_y[i], qz = faces.plane_z[i];
+        s.plane_x[c] = hit ? qx * frame.x.x + qy * frame.x.y + qz * frame.x.z : 0.0f;
+        s.plane_y[c] = hit ? qx * frame.y.x + qy * frame.y.y + qz * frame.y.z : 0.0f;
+        s.plane_z[c] = hit ? qx * frame.z.x + qy * frame.z.y + qz * frame.z.z : 0.0f;
+    }
 }
 
 /// The mip level at which a texel is about as wide as the cone of one hemisphere ray at the hit.
@@ -109,7 +145,7 @@ int mip_level(const Texture& texture, float uv_per_length, float cone_width)
     return static_cast<int>(bits >> 23) - 127;
 }
 
-void add_shadow_ray(Workspace& w, const HitSurface& hit, std::uint32_t cell, glm::vec3 to_light, float distance,
+RCS_ALWAYS_INLINE void add_shadow_ray(Workspace& w, const HitSurface& hit, std::uint32_t cell, glm::vec3 to_light, float distance,
                     glm::vec3 radiance)
 {
     w.shadow.add(shadow_ray_from(hit.point, to_light, distance));
@@ -155,7 +191,8 @@ private:
 
 void Gatherer::shade_hit(const HitSurface& hit, std::uint32_t cell, std::uint64_t key, Workspace& w) const
 {
-    RandomStream random(mix64(key ^ cell));
+    // A stream's own counter stays far below 2^32, so no two cells share a number.
+    RandomStream random(key ^ static_cast<std::uint64_t>(cell) << 32);
     const HitLights::Sample light = hit_lights_.sample(hit.point, random);
     if (luminance(light.irradiance) > 0.0f)
         add_shadow_ray(w, hit, cell, light.to_light, light.distance, kInversePi * light.irradiance);
@@ -166,52 +203,30 @@ void Gatherer::shade_hit(const HitSurface& hit, std::uint32_t cell, std::uint64_
     }
 }
 
-/// The plane of a hit's face, for the gradients.
-void note_plane(const Frame& frame, const HitSurface& hit, const HitPacket& packet, int lane, std::size_t cell,
-                HemisphereSamples& samples)
-{
-    const RayPacket& ray = packet.ray;
-    const glm::vec3 way = ray.t_max[lane] * glm::vec3(ray.direction_x[lane], ray.direction_y[lane], ray.direction_z[lane]);
-    const float height = glm::dot(hit.face, way);
-    if (height == 0.0f)
-        return;
-    const glm::vec3 q = hit.face / height;
-    samples.plane_x[cell] = glm::dot(q, frame.x);
-    samples.plane_y[cell] = glm::dot(q, frame.y);
-    samples.plane_z[cell] = glm::dot(q, frame.z);
-}
-
 void Gatherer::shade(const Frame& frame, int first, std::uint32_t active, std::uint64_t key, Workspace& w) const
 {
     const HitPacket& packet = w.packets[static_cast<std::size_t>(first / kWidth)];
+    const int lanes = std::min(kWidth, grid_.cells - first);
+    FacePacket faces;
+    find_faces(rays_, packet, faces);
+    note_cells(frame, packet, faces, active, sky_, static_cast<std::size_t>(first), lanes, w.z.data(), w.samples);
+    if (!has_bounce_)
+        return;
     HitSurface hits[kWidth];
-    int lanes[kWidth];
+    int lane_of[kWidth];
     int count = 0;
-    for (int i = 0; i < kWidth && first + i < grid_.cells; ++i) {
-        const std::size_t c = static_cast<std::size_t>(first + i);
-        const bool alive = (active >> i & 1u) != 0u;
-        const bool hit = alive && packet.geometry[i] != RayPacket::kMiss;
-        const glm::vec3 seen = alive && !hit ? sky_ : glm::vec3(0.0f);
-        w.samples.red[c] = seen.r;
-        w.samples.green[c] = seen.g;
-        w.samples.blue[c] = seen.b;
-        w.samples.cosine[c] = w.z[c];
-        w.samples.inverse_distance[c] = hit ? 1.0f / std::max(packet.ray.t_max[i], 1e-30f) : 0.0f;
-        w.samples.plane_x[c] = w.samples.plane_y[c] = w.samples.plane_z[c] = 0.0f;
-        if (!hit)
+    for (int i = 0; i < lanes; ++i) {
+        if ((active >> i & 1u) == 0u || packet.geometry[i] == RayPacket::kMiss)
             continue;
-        hits[count] = begin_hit(rays_, packet, i);
-        note_plane(frame, hits[count], packet, i, c, w.samples);
-        if (!has_bounce_)
-            continue;
-        if (!has_sky_ && !hit_lights_.may_reach(hits[count].point))
+        if (!has_sky_ && !hit_lights_.may_reach({faces.normal_x[i], faces.normal_y[i], faces.normal_z[i]}))
             continue;
         prefetch_hit(rays_, packet, i);
-        lanes[count++] = i;
+        hits[count] = begin_hit(rays_, packet, faces, i);
+        lane_of[count++] = i;
     }
     for (int n = 0; n < count; ++n) {
-        complete_hit(rays_, packet, lanes[n], hits[n]);
-        shade_hit(hits[n], static_cast<std::uint32_t>(first + lanes[n]), key, w);
+        complete_hit(rays_, packet, lane_of[n], hits[n]);
+        shade_hit(hits[n], static_cast<std::uint32_t>(first + lane_of[n]), key, w);
     }
 }
 

@@ -21,6 +21,8 @@ constexpr double kLatticePhi = 0.5698402909980532;
 // tessellated curve they always hit its neighbour facets. cos 80 degrees.
 constexpr float kGrazingCosine = 0.1736f;
 
+constexpr int kMostAzimuths = 512;  // of 65536 rays: 454
+
 RCS_ALWAYS_INLINE float fraction(float x)
 {
     return x - std::floor(x);
@@ -57,6 +59,8 @@ HemisphereGrid make_hemisphere_grid(int rays)
         g.lattice_theta.push_back(static_cast<float>(std::fmod(kLatticeTheta * c, 1.0)));
         g.lattice_phi.push_back(static_cast<float>(std::fmod(kLatticePhi * c, 1.0)));
     }
+    // Integral of tan(theta) over sin^2(theta) from 0 to s.
+    const auto tangent_integral = [](double s) { return std::asin(std::sqrt(s)) - std::sqrt(s * (1.0 - s)); };
     for (int j = 0; j < g.rings; ++j) {
         const double lower = static_cast<double>(j) / g.rings;
         const double upper = static_cast<double>(j + 1) / g.rings;
@@ -65,11 +69,11 @@ HemisphereGrid make_hemisphere_grid(int rays)
         g.cos_lower.push_back(static_cast<float>(std::sqrt(1.0 - lower)));
         g.sin_middle.push_back(static_cast<float>(std::sqrt(middle)));
         g.cos_middle.push_back(static_cast<float>(std::sqrt(1.0 - middle)));
-        g.tan_middle.push_back(static_cast<float>(std::sqrt(middle / (1.0 - middle))));
+        // Exact means over the ring: at its middle, the last ring's tangent is a third too small.
+        g.tangent.push_back(static_cast<float>(g.rings * (tangent_integral(upper) - tangent_integral(lower))));
         const double azimuth_width = 2.0 * std::numbers::pi / g.azimuths;
         g.ring_wall.push_back(static_cast<float>(azimuth_width * std::sqrt(lower) * (1.0 - lower)));
-        const double height = std::sqrt(1.0 - lower) - std::sqrt(1.0 - upper);
-        g.azimuth_wall.push_back(static_cast<float>(std::sqrt((1.0 - middle) / middle) * height));
+        g.azimuth_wall.push_back(static_cast<float>(std::sqrt(upper) - std::sqrt(lower)));
     }
     for (int k = 0; k < g.azimuths; ++k) {
         const double bound = 2.0 * std::numbers::pi * k / g.azimuths;
@@ -177,7 +181,6 @@ void wall_speeds(const HemisphereGrid& g, const HemisphereSamples& s, WallSpeeds
 RCS_MULTIVERSION
 ColorGradients color_gradients(const HemisphereGrid& g, const WallSpeeds& walls, const float* radiance)
 {
-    constexpr int kMostAzimuths = 512;  // of 65536 rays: 454
     float across_rings[kMostAzimuths] = {};     // per azimuth, along u_k
     float across_azimuths[kMostAzimuths] = {};  // along the tangent at the wall between k-1 and k
     float rotation[kMostAzimuths] = {};
@@ -186,7 +189,7 @@ ColorGradients color_gradients(const HemisphereGrid& g, const WallSpeeds& walls,
         const float* l = radiance + j * n;
         const float* side = walls.side.data() + j * n;
         const float* ring = walls.ring.data() + j * n;
-        const float tangent = g.tan_middle[static_cast<std::size_t>(j)];
+        const float tangent = g.tangent[static_cast<std::size_t>(j)];
         for (int k = 0; k < n; ++k)
             rotation[k] += tangent * l[k];
         for (int k = 1; k < n; ++k)
@@ -214,23 +217,29 @@ ColorGradients color_gradients(const HemisphereGrid& g, const WallSpeeds& walls,
 
 /// Variance of the mean of stratified cells, from differences between neighbours: what differs between cells
 /// is at least what differs inside one.
+RCS_MULTIVERSION
 float standard_error(const HemisphereGrid& g, const HemisphereSamples& s)
 {
-    double squares = 0.0;
+    const int n = g.azimuths;
+    thread_local std::vector<float> luminances;
+    luminances.resize(static_cast<std::size_t>(g.cells));
+    float* l = luminances.data();
+    for (std::size_t c = 0; c < luminances.size(); ++c)
+        l[c] = luminance({s.red[c], s.green[c], s.blue[c]});
+    float squares[kMostAzimuths] = {};  // per azimuth: no sum crosses the lanes of a vector
     for (int j = 0; j < g.rings; ++j) {
-        for (int k = 0; k < g.azimuths; ++k) {
-            const auto at = [&](int ring, int azimuth) {
-                const std::size_t c = static_cast<std::size_t>(ring * g.azimuths + azimuth);
-                return luminance({s.red[c], s.green[c], s.blue[c]});
-            };
-            const float here = at(j, k);
-            const float beside = at(j, k + 1 < g.azimuths ? k + 1 : 0);
-            const float below = j + 1 < g.rings ? at(j + 1, k) : here;
-            squares += 0.25 * (static_cast<double>(here - beside) * (here - beside) +
-                               static_cast<double>(here - below) * (here - below));
-        }
+        const float* row = l + j * n;
+        const float* below = j + 1 < g.rings ? row + n : row;
+        for (int k = 0; k < n; ++k)
+            squares[k] += (row[k] - below[k]) * (row[k] - below[k]);
+        for (int k = 1; k < n; ++k)
+            squares[k] += (row[k] - row[k - 1]) * (row[k] - row[k - 1]);
+        squares[0] += (row[0] - row[n - 1]) * (row[0] - row[n - 1]);
     }
-    return kPi * static_cast<float>(std::sqrt(squares) / g.cells);
+    double sum = 0.0;
+    for (int k = 0; k < n; ++k)
+        sum += squares[k];
+    return kPi * static_cast<float>(0.5 * std::sqrt(sum) / g.cells);
 }
 
 }  // namespace

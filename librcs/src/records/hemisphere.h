@@ -19,9 +19,9 @@ struct HemisphereGrid {
 
     // Per ring: sine and cosine of its lower bound's and its middle's polar angle.
     std::vector<float> sin_lower, cos_lower, sin_middle, cos_middle;
-    // Per ring: tangent of the polar angle in its middle; factors of the wall to the ring inside it,
-    // (2 pi/N) sin cos^2 of the lower bound, and of the walls between azimuths, cos/sin x height of the cell.
-    std::vector<float> tan_middle, ring_wall, azimuth_wall;
+    // Per ring: mean tangent of the polar angle; factors of the wall to the ring inside it, (2 pi/N) sin cos^2 of
+    // the lower bound, and of the walls between azimuths, the integral of the cosine over the polar angle.
+    std::vector<float> tangent, ring_wall, azimuth_wall;
     // Per azimuth: unit vectors at the cell's middle (u_k) and at its lower bound.
     std::vector<float> cos_phi, sin_phi, cos_bound, sin_bound;
 };

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -20,39 +21,54 @@ constexpr int kCoarsestStride = 32;
 /// One wave: in each cell of a grid, one pixel by rule.
 struct Wave {
     int stride;
-    int phase;  // which quarter of the cells, so that neighbours do not both claim a hole; -1 takes all
+    int phase;     // which quarter of the cells, so that neighbours do not both claim a hole; -1 takes all
+    bool refresh;  // first let new records take reach from older ones, and see what that uncovers
 };
 
 std::vector<Wave> waves()
 {
     std::vector<Wave> list;
     for (int stride = kCoarsestStride; stride >= 4; stride /= 2)
-        list.push_back({stride, -1});
+        list.push_back({stride, -1, stride == 4});
     for (int stride : {2, 1})
         for (int phase = 0; phase < 4; ++phase)
-            list.push_back({stride, phase});
+            list.push_back({stride, phase, stride == 1 && phase == 0});
     return list;
 }
 
-/// The visible points of this wave's grid that no record serves.
-std::vector<std::uint32_t> find_holes(const GBuffer& g, const std::vector<float>& weight, Wave wave, std::uint64_t seed)
+/// The pixel that a wave takes in one cell of its grid; at or beyond the image's edge it may be none of it.
+glm::ivec2 pixel_of_cell(int cx, int cy, int stride, std::uint64_t seed)
 {
-    std::vector<std::uint32_t> holes;
-    for (int cy = 0; cy * wave.stride < g.height; ++cy) {
-        for (int cx = 0; cx * wave.stride < g.width; ++cx) {
-            if (wave.phase >= 0 && ((cx & 1) | (cy & 1) << 1) != wave.phase)
-                continue;
-            const std::uint64_t cell = static_cast<std::uint64_t>(cy) << 32 | static_cast<std::uint64_t>(cx);
-            const std::uint64_t key = stream_key(seed + static_cast<std::uint64_t>(wave.stride), Stream::placement, cell);
-            const int x = cx * wave.stride + static_cast<int>(key % static_cast<std::uint64_t>(wave.stride));
-            const int y = cy * wave.stride + static_cast<int>((key >> 32) % static_cast<std::uint64_t>(wave.stride));
-            if (x >= g.width || y >= g.height)
-                continue;
-            const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(x);
-            if (g.covered(i) && !(weight[i] > 0.0f))
-                holes.push_back(static_cast<std::uint32_t>(i));
+    const std::uint64_t cell = static_cast<std::uint64_t>(cy) << 32 | static_cast<std::uint64_t>(cx);
+    const std::uint64_t key = stream_key(seed + static_cast<std::uint64_t>(stride), Stream::placement, cell);
+    const std::uint64_t side = static_cast<std::uint64_t>(stride);
+    return {cx * stride + static_cast<int>(key % side), cy * stride + static_cast<int>((key >> 32) % side)};
+}
+
+/// The visible points of this wave's grid that no record serves, row of cells by row of cells.
+std::vector<std::uint32_t> find_holes(const GBuffer& g, const std::vector<float>& weight, Wave wave, std::uint64_t seed,
+                                      ThreadPool& pool)
+{
+    const int columns = (g.width + wave.stride - 1) / wave.stride;
+    std::vector<std::vector<std::uint32_t>> rows(static_cast<std::size_t>((g.height + wave.stride - 1) / wave.stride));
+    pool.parallel_for(rows.size(), 16, [&](std::size_t begin, std::size_t end, int) {
+        for (int cy = static_cast<int>(begin); cy < static_cast<int>(end); ++cy) {
+            for (int cx = 0; cx < columns; ++cx) {
+                if (wave.phase >= 0 && ((cx & 1) | (cy & 1) << 1) != wave.phase)
+                    continue;
+                const glm::ivec2 p = pixel_of_cell(cx, cy, wave.stride, seed);
+                if (p.x >= g.width || p.y >= g.height)
+                    continue;
+                const std::size_t i =
+                    static_cast<std::size_t>(p.y) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(p.x);
+                if (g.covered(i) && !(weight[i] > 0.0f))
+                    rows[static_cast<std::size_t>(cy)].push_back(static_cast<std::uint32_t>(i));
+            }
         }
-    }
+    });
+    std::vector<std::uint32_t> holes;
+    for (const auto& row : rows)
+        holes.insert(holes.end(), row.begin(), row.end());
     return holes;
 }
 
@@ -75,6 +91,7 @@ void validate(const RecordOptions& o)
             "a positive number of pixels");
     require(o.min_reach > 0.0f && o.min_reach <= o.max_reach, "records.min_reach", o.min_reach,
             "a value in (0, max_reach]");
+    require(o.bounces == 0 || o.bounces == 1, "records.bounces", o.bounces, "0 or 1");
     require(o.gradient_limit > 0.0f, "records.gradient_limit", o.gradient_limit, "a positive value");
 }
 
@@ -85,34 +102,37 @@ void place_records(const RayScene& rays, const GBuffer& gbuffer, const View& vie
     validate(options);
     const RecordGatherer gatherer(rays, options);
     const SplatOptions reach{options.error_tolerance, 1.0f};
+    const TiledSurfaces surfaces = make_tiled_surfaces(gbuffer, pool);
     SpacingLimiter spacing(options);
-    spacing.limit(records, pool);
-    std::vector<float> weight = splat_weights(records, gbuffer, view, reach, pool);
     const std::vector<Wave> list = waves();
-    const Wave every_pixel{1, -1};
+    const Wave every_pixel{1, -1, true};
+    std::vector<float> weight;
+    bool stale = true;
     for (std::size_t w = 0;; ++w) {
         const bool planned = w < list.size();
-        if (progress && !progress("records", planned ? static_cast<float>(w) / static_cast<float>(list.size()) : 1.0f))
+        const Wave wave = planned ? list[w] : every_pixel;
+        if (progress && !progress("records", static_cast<float>(std::min(w, list.size())) / static_cast<float>(list.size())))
             throw Error(ErrorCode::cancelled, "cancelled while gathering records");
-        const std::vector<std::uint32_t> holes =
-            find_holes(gbuffer, weight, planned ? list[w] : every_pixel, options.seed);
+        if (w == 0 || (stale && wave.refresh)) {
+            spacing.limit(records, 0, pool);
+            weight.assign(gbuffer.size(), 0.0f);
+            add_weights(records, surfaces, view, reach, pool, weight);
+            stale = false;
+        }
+        const std::vector<std::uint32_t> holes = find_holes(gbuffer, weight, wave, options.seed, pool);
         // A late record may clamp a neighbour so that a pixel already passed is a hole again. Each such pixel
         // gets a record of its own, which always serves it: the loop ends.
         if (holes.empty() && !planned)
             break;
         if (holes.empty())
             continue;
+        const std::size_t known = records.size();
         const std::vector<Record> fresh = gatherer.gather(gbuffer, holes, pool, stats);
         records.insert(records.end(), fresh.begin(), fresh.end());
-        spacing.limit(records, pool);
+        spacing.limit(records, known, pool);
+        add_weights(std::span(records).subspan(known), surfaces, view, reach, pool, weight);
+        stale = true;
         ++stats.waves;
-        // What neighbours took from older records shows when the grid changes; until then the new ones are added.
-        const bool same_grid = w + 1 < list.size() && list[w + 1].stride == list[w].stride;
-        if (same_grid)
-            add_weights({records.end() - static_cast<std::ptrdiff_t>(fresh.size()), records.end()}, gbuffer, view, reach,
-                        pool, weight);
-        else
-            weight = splat_weights(records, gbuffer, view, reach, pool);
     }
 }
 

@@ -16,6 +16,7 @@ namespace {
 /// min over j of (R_j + |x_i - x_j|).
 class ClampTree {
 public:
+    ClampTree() = default;
     explicit ClampTree(std::span<const Record> records)
     {
         for (const Record& r : records)
@@ -128,38 +129,58 @@ void set_spacing(Record& r, float near, const RecordOptions& options)
 
 }  // namespace
 
+// Records come in the order of pixels, so a quarter of them lies together; quarters are built side by side.
+constexpr std::size_t kTreesAtOnce = 4;
+
 struct SpacingLimiter::Trees {
-    std::vector<ClampTree> per_call;  // of the records that each call brought
+    std::vector<ClampTree> list;      // every record so far is in one of them
+    std::vector<std::size_t> newest;  // per tree: one past the last record in it
+
+    void add(std::span<const Record> records, std::size_t first, ThreadPool& pool)
+    {
+        const std::size_t known = list.size();
+        const std::size_t count = records.size() - first;
+        list.resize(known + kTreesAtOnce);
+        newest.resize(list.size(), records.size());
+        pool.parallel_for(kTreesAtOnce, 1, [&](std::size_t t, std::size_t, int) {
+            const std::size_t begin = first + count * t / kTreesAtOnce;
+            const std::size_t end = first + count * (t + 1) / kTreesAtOnce;
+            list[known + t] = ClampTree(records.subspan(begin, end - begin));
+        });
+    }
 };
 
 SpacingLimiter::SpacingLimiter(const RecordOptions& options) : options_(options), trees_(std::make_unique<Trees>()) {}
 SpacingLimiter::~SpacingLimiter() = default;
 
-void SpacingLimiter::limit(std::vector<Record>& records, ThreadPool& pool)
+void SpacingLimiter::limit(std::vector<Record>& records, std::size_t first, ThreadPool& pool)
 {
-    const std::size_t known = near_.size();
-    std::vector<ClampTree>& trees = trees_->per_call;
-    trees.emplace_back(std::span<const Record>(records).subspan(known));
-    near_.resize(records.size());
-    pool.parallel_for(records.size(), 256, [&](std::size_t begin, std::size_t end, int) {
-        for (std::size_t i = begin; i < end; ++i) {
-            Record& r = records[i];
-            // The minimum over all neighbours is the least of those over the records of each call.
-            if (i < known) {
-                near_[i] = trees.back().clamped(r.position, near_[i]);
-            } else {
-                near_[i] = std::min(r.harmonic_mean_distance, options_.max_reach * r.footprint);
-                for (const ClampTree& tree : trees)
-                    near_[i] = tree.clamped(r.position, near_[i]);
-            }
-            set_spacing(r, near_[i], options_);
+    Trees& trees = *trees_;
+    if (records.size() > near_.size())
+        trees.add(records, near_.size(), pool);
+    for (std::size_t i = near_.size(); i < records.size(); ++i)
+        near_.push_back(std::min(records[i].harmonic_mean_distance, options_.max_reach * records[i].footprint));
+    seen_.resize(records.size(), 0);
+    pool.parallel_for(records.size() - first, 256, [&](std::size_t begin, std::size_t end, int) {
+        for (std::size_t i = first + begin; i < first + end; ++i) {
+            // The minimum over all neighbours is the least of those over the records of each tree.
+            for (std::size_t t = 0; t < trees.list.size(); ++t)
+                if (trees.newest[t] > seen_[i])
+                    near_[i] = trees.list[t].clamped(records[i].position, near_[i]);
+            seen_[i] = static_cast<std::uint32_t>(records.size());
+            set_spacing(records[i], near_[i], options_);
         }
     });
+    if (first == 0 && trees.list.size() > kTreesAtOnce) {
+        // All are up to date: few trees answer faster than many.
+        trees = {};
+        trees.add(records, 0, pool);
+    }
 }
 
 void limit_spacing(std::vector<Record>& records, const RecordOptions& options, ThreadPool& pool)
 {
-    SpacingLimiter(options).limit(records, pool);
+    SpacingLimiter(options).limit(records, 0, pool);
 }
 
 }  // namespace rcs

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -13,15 +15,17 @@ public:
     explicit SpacingLimiter(const RecordOptions& options);
     ~SpacingLimiter();
 
+    /// Limits the records from `first` on by all there are; those before only if `first` is 0.
     /// @param records  those of the last call, unchanged but for what this sets, and new ones behind them
-    void limit(std::vector<Record>& records, ThreadPool& pool);
+    void limit(std::vector<Record>& records, std::size_t first, ThreadPool& pool);
 
 private:
     struct Trees;
 
     RecordOptions options_;
     std::unique_ptr<Trees> trees_;
-    std::vector<float> near_;  // per record: the least R_j + |x_i - x_j| over all j, or what is wanted at most
+    std::vector<float> near_;          // per record: the least R_j + |x_i - x_j| over all j, or what is wanted at most
+    std::vector<std::uint32_t> seen_;  // per record: over how many records j, from the first on
 };
 
 }  // namespace rcs

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 
 #include <glm/glm.hpp>
@@ -32,11 +34,21 @@ SurfacePoint surface_at(const RayScene& rays, std::uint32_t instance, std::uint3
 
 /// A ray that starts on the surface and does not meet it again because of rounding: the origin is
 /// moved along the geometric normal by the position's error bound, to the side `direction` goes.
-Ray ray_from(const SurfacePoint& point, glm::vec3 direction,
-             float t_max = std::numeric_limits<float>::infinity());
+inline Ray ray_from(const SurfacePoint& point, glm::vec3 direction,
+                    float t_max = std::numeric_limits<float>::infinity())
+{
+    const bool outwards = glm::dot(direction, point.geometric_normal) >= 0.0f;
+    const float offset = outwards ? point.position_error : -point.position_error;
+    return {point.position + offset * point.geometric_normal, direction, 0.0f, t_max};
+}
 
 /// A ray from the surface to a lamp `distance` away that does not meet the lamp itself.
-Ray shadow_ray_from(const SurfacePoint& point, glm::vec3 to_light, float distance);
+inline Ray shadow_ray_from(const SurfacePoint& point, glm::vec3 to_light, float distance)
+{
+    // Both ends are rounded; the far one by about as much as the near one, and by a few ulps of the way.
+    constexpr float kRelativeEnd = 1.0f - 0x1p-16f;
+    return ray_from(point, to_light, std::max(0.0f, kRelativeEnd * distance - 2.0f * point.position_error));
+}
 
 /// Corners of a triangle as texture footprints need it.
 std::array<glm::vec2, 3> triangle_uvs(const Scene& scene, std::uint32_t instance, std::uint32_t primitive);

@@ -14,15 +14,13 @@ constexpr double kPositionRounding = 8 * 0x1p-24;
 
 }  // namespace
 
-std::vector<gpu::GpuRecord> make_gpu_records(const std::vector<Record>& records, const GBuffer& gbuffer,
-                                             const View& view, const SplatOptions& options)
+void append_gpu_records(std::span<const Record> records, glm::dvec3 camera_position, const View& view,
+                        const SplatOptions& options, std::vector<gpu::GpuRecord>& gpu_records)
 {
-    std::vector<gpu::GpuRecord> gpu_records;
-    gpu_records.reserve(records.size());
     const float inv_normal_tolerance = 1.0f / (options.error_tolerance * options.overlap);
     for (const Record& record : records) {
         const float radius = record.spacing_radius * std::max(std::min(2.0f, options.overlap), options.overlap * record.gradient_scale);
-        const glm::dvec3 relative = glm::dvec3(record.position) - gbuffer.camera_position;
+        const glm::dvec3 relative = glm::dvec3(record.position) - camera_position;
         const double padding = kPositionRounding * (glm::length(relative) + 2.0 * radius);
         const PixelBounds bounds = sphere_bounds(view, relative, radius + padding);
         if (bounds.empty() || !(radius > 0.0f)) continue;
@@ -38,7 +36,6 @@ std::vector<gpu::GpuRecord> make_gpu_records(const std::vector<Record>& records,
         out.pixels = {bounds.x0, bounds.y0, bounds.x1, bounds.y1};
         gpu_records.push_back(out);
     }
-    return gpu_records;
 }
 
 }  // namespace rcs

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "rcs/splat.h"
@@ -7,9 +8,9 @@
 
 namespace rcs {
 
-/// The records that reach the image, in their order, as quads and tiles read them.
-/// @param view  the view that `gbuffer` was made for
-std::vector<gpu::GpuRecord> make_gpu_records(const std::vector<Record>& records, const GBuffer& gbuffer,
-                                             const View& view, const SplatOptions& options);
+/// Appends the records that reach the image, in their order, as quads and tiles read them.
+/// @param camera_position  what positions are relative to, as in the G-buffer
+void append_gpu_records(std::span<const Record> records, glm::dvec3 camera_position, const View& view,
+                        const SplatOptions& options, std::vector<gpu::GpuRecord>& gpu_records);
 
 }  // namespace rcs

@@ -105,7 +105,8 @@ SplatBuffer make_splat_buffer(const GBuffer& gbuffer)
 SplatBuffer splat_quads(GlContext& gl, const std::vector<Record>& records, const GBuffer& gbuffer,
                         const View& view, const SplatOptions& options, SplatStats& stats)
 {
-    const std::vector<gpu::GpuRecord> gpu_records = make_gpu_records(records, gbuffer, view, options);
+    std::vector<gpu::GpuRecord> gpu_records;
+    append_gpu_records(records, gbuffer.camera_position, view, options, gpu_records);
     for (const gpu::GpuRecord& record : gpu_records)
         stats.samples += static_cast<std::uint64_t>(record.pixels[2] - record.pixels[0]) *
                          static_cast<std::uint64_t>(record.pixels[3] - record.pixels[1]);

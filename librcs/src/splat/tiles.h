@@ -1,17 +1,31 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "rcs/splat.h"
 
 namespace rcs {
 
-/// The sum of weights alone, for finding holes: one value per pixel, row by row.
-std::vector<float> splat_weights(const std::vector<Record>& records, const GBuffer& gbuffer, const View& view,
-                                 const SplatOptions& options, ThreadPool& pool);
+/// The G-buffer's visible points, tile by tile, next to each other in the cache: made once for many splats.
+struct TiledSurfaces {
+    static constexpr int kTile = 16;  ///< [px]; a row is one AVX-512 vector of floats, two AVX ones, four SSE ones
+    static constexpr std::size_t kTilePixels = kTile * kTile;
 
-/// Adds the weights of more records to such a sum.
-void add_weights(const std::vector<Record>& records, const GBuffer& gbuffer, const View& view,
+    struct alignas(64) Tile {
+        float px[kTilePixels], py[kTilePixels], pz[kTilePixels];  ///< relative to the camera [m]
+        float nx[kTilePixels], ny[kTilePixels], nz[kTilePixels];
+        float cover[kTilePixels];  ///< 1 where a surface is seen, else 0
+    };
+    int width = 0, height = 0;  ///< of the image [px]
+    int tiles_x = 0, tiles_y = 0;
+    glm::dvec3 camera_position{0.0};
+    std::vector<Tile> tiles;
+};
+TiledSurfaces make_tiled_surfaces(const GBuffer& gbuffer, ThreadPool& pool);
+
+/// Adds the records' weights alone, for finding holes: one sum per pixel, row by row.
+void add_weights(std::span<const Record> records, const TiledSurfaces& surfaces, const View& view,
                  const SplatOptions& options, ThreadPool& pool, std::vector<float>& weight);
 
 }  // namespace rcs

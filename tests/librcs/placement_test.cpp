@@ -1,0 +1,203 @@
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "rcs/error.h"
+#include "rcs/gbuffer.h"
+#include "rcs/gl_context.h"
+#include "rcs/records.h"
+#include "support/scenes.h"
+
+namespace rcs {
+namespace {
+
+/// A room with a box and a lamp, as one view sees it.
+class PlaceRecords : public testing::Test {
+protected:
+    Scene scene = test::furnished_room();
+    ThreadPool pool{2};
+    RayScene rays = build_ray_scene(scene, pool);
+    View view = test::view_of(scene.cameras[0], 120, 90);
+    GlContext gl;
+    GBuffer gbuffer = render_gbuffer(gl, rays, view, 1.0f, pool);
+    RecordStats stats;
+
+    std::vector<Record> place(const RecordOptions& options, int threads = 2, std::vector<Record> records = {})
+    {
+        ThreadPool own(threads);
+        place_records(rays, gbuffer, view, options, own, records, stats);
+        return records;
+    }
+
+    /// Visible pixels that no record reaches with its spacing radius: Ward's measure with the distance across the
+    /// tangent plane doubled (shaders/shared/weight.h), in double precision.
+    int unserved(const std::vector<Record>& records, double tolerance)
+    {
+        int count = 0;
+        for (std::size_t i = 0; i < gbuffer.size(); ++i) {
+            if (!gbuffer.covered(i)) continue;
+            const glm::dvec3 p = gbuffer.camera_position + glm::dvec3(gbuffer.position(i));
+            double least = std::numeric_limits<double>::infinity();
+            for (const Record& r : records) {
+                const glm::dvec3 d = p - glm::dvec3(r.position), n(r.normal);
+                const double across = glm::dot(d, n);
+                const double turned = std::max(0.0, 1.0 - glm::dot(n, glm::dvec3(gbuffer.normal(i))));
+                least = std::min(least, std::sqrt(glm::dot(d, d) + 3.0 * across * across) / static_cast<double>(r.spacing_radius) +
+                                            std::sqrt(turned) / tolerance);
+            }
+            count += least < 1.0 + 1e-4 ? 0 : 1;  // the rim itself is a matter of float rounding
+        }
+        return count;
+    }
+};
+
+bool same_bits(const std::vector<Record>& a, const std::vector<Record>& b)
+{
+    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Record)) == 0;
+}
+
+TEST_F(PlaceRecords, LeavesNoVisiblePointUnserved)
+{
+    for (const float tolerance : {0.1f, 0.2f, 0.5f}) {
+        RecordOptions options;
+        options.error_tolerance = tolerance;
+        options.rays = 64;
+        EXPECT_EQ(unserved(place(options), static_cast<double>(tolerance)), 0) << tolerance;
+    }
+}
+
+TEST_F(PlaceRecords, NeedsFewRecordsAndMoreOfThemForLessError)
+{
+    RecordOptions options;
+    options.rays = 64;
+    std::size_t last = 0;
+    for (const float tolerance : {1.0f, 0.4f, 0.2f, 0.1f}) {
+        options.error_tolerance = tolerance;
+        const std::size_t count = place(options).size();
+        EXPECT_GT(count, last);
+        last = count;
+        // The closest spacing is a x min_reach pixels: discs of half that radius around the records do not
+        // overlap. Creases, where normals part, and records of one wave may double that.
+        const double spacing = std::max(1.0, static_cast<double>(tolerance * options.min_reach));
+        EXPECT_LT(static_cast<double>(count), 2.0 * static_cast<double>(gbuffer.size()) / (0.785 * spacing * spacing));
+    }
+    EXPECT_LE(last, gbuffer.size());
+}
+
+TEST_F(PlaceRecords, MakesEachRecordAtAVisiblePointAndCountsIt)
+{
+    RecordOptions options;
+    options.rays = 64;
+    const std::vector<Record> records = place(options);
+    EXPECT_EQ(stats.records, records.size());
+    EXPECT_GE(stats.hemisphere_rays, 32 * records.size());
+    EXPECT_GT(stats.shadow_rays, 0u);
+    EXPECT_GE(stats.waves, 1u);
+    for (const Record& r : records) {
+        bool found = false;
+        for (std::size_t i = 0; i < gbuffer.size() && !found; ++i)
+            found = gbuffer.covered(i) && glm::distance(gbuffer.scene_position(i), r.position) < 1e-5f &&
+                    glm::distance(gbuffer.normal(i), r.normal) < 1e-5f && gbuffer.footprint[i] == r.footprint;
+        ASSERT_TRUE(found);
+        ASSERT_GT(r.spacing_radius, 0.0f);
+        ASSERT_LE(r.spacing_radius, options.error_tolerance * options.max_reach * r.footprint * 1.0001f);
+        ASSERT_GE(r.spacing_radius, options.error_tolerance * options.min_reach * r.footprint * 0.9999f);
+        ASSERT_GE(std::min({r.irradiance.r, r.irradiance.g, r.irradiance.b}), 0.0f);
+    }
+}
+
+TEST_F(PlaceRecords, GivesTheSameBitsForAnyNumberOfThreads)
+{
+    RecordOptions options;
+    options.rays = 100;
+    const std::vector<Record> one = place(options, 1);
+    EXPECT_TRUE(same_bits(one, place(options, 2)));
+    EXPECT_TRUE(same_bits(one, place(options, 3)));
+    EXPECT_TRUE(same_bits(one, place(options, 2))) << "a second run";
+}
+
+TEST_F(PlaceRecords, ASeedIsAnotherSetOfRecords)
+{
+    RecordOptions options;
+    options.rays = 64;
+    const std::vector<Record> first = place(options);
+    options.seed = 2;
+    EXPECT_FALSE(same_bits(first, place(options)));
+}
+
+TEST_F(PlaceRecords, AddsNothingWhereTheCacheServesAll)
+{
+    RecordOptions options;
+    options.rays = 64;
+    const std::vector<Record> first = place(options);
+    stats = {};
+    EXPECT_TRUE(same_bits(place(options, 2, first), first));
+    EXPECT_EQ(stats.records, 0u);
+    EXPECT_EQ(stats.hemisphere_rays, 0u);
+}
+
+TEST_F(PlaceRecords, KeepsTheCacheInFrontAndFillsTheRest)
+{
+    RecordOptions options;
+    options.rays = 64;
+    std::vector<Record> half = place(options);
+    half.resize(half.size() / 2);
+    const std::vector<Record> filled = place(options, 2, half);
+    ASSERT_GT(filled.size(), half.size());
+    for (std::size_t k = 0; k < half.size(); ++k) ASSERT_EQ(filled[k].position, half[k].position);
+    EXPECT_EQ(unserved(filled, static_cast<double>(options.error_tolerance)), 0);
+}
+
+TEST_F(PlaceRecords, StopsWhenAsked)
+{
+    std::vector<Record> records;
+    int calls = 0;
+    try {
+        place_records(rays, gbuffer, view, {}, pool, records, stats, [&](std::string_view stage, float fraction) {
+            EXPECT_EQ(stage, "records");
+            EXPECT_TRUE(fraction >= 0.0f && fraction <= 1.0f);
+            return ++calls < 2;
+        });
+        FAIL() << "went on";
+    } catch (const Error& e) {
+        EXPECT_EQ(e.code(), ErrorCode::cancelled);
+    }
+    EXPECT_EQ(calls, 2);
+}
+
+TEST(ValidateRecordOptions, NamesTheFieldItsValueAndItsRange)
+{
+    const auto message = [](auto change) -> std::string {
+        RecordOptions options;
+        change(options);
+        try {
+            validate(options);
+        } catch (const Error& e) {
+            EXPECT_EQ(e.code(), ErrorCode::bad_argument);
+            return e.what();
+        }
+        return "no error";
+    };
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_EQ(message([](RecordOptions&) {}), "no error");
+    for (const float a : {0.0f, -1.0f, 1.5f, nan})
+        EXPECT_NE(message([a](RecordOptions& o) { o.error_tolerance = a; }).find("error_tolerance is"), std::string::npos) << a;
+    for (const int n : {15, -1, 65537})
+        EXPECT_NE(message([n](RecordOptions& o) { o.rays = n; }).find("rays is " + std::to_string(n)), std::string::npos);
+    for (const float r : {0.0f, 101.0f, nan})
+        EXPECT_NE(message([r](RecordOptions& o) { o.min_reach = r; }).find("min_reach is"), std::string::npos) << r;
+    for (const float r : {0.0f, -2.0f, nan, std::numeric_limits<float>::infinity()})
+        EXPECT_NE(message([r](RecordOptions& o) { o.max_reach = r; }).find("max_reach is"), std::string::npos) << r;
+    for (const float g : {0.0f, -3.0f, nan})
+        EXPECT_NE(message([g](RecordOptions& o) { o.gradient_limit = g; }).find("gradient_limit is"), std::string::npos) << g;
+    for (const int b : {-1, 2, 7})
+        EXPECT_NE(message([b](RecordOptions& o) { o.bounces = b; }).find("bounces is"), std::string::npos) << b;
+}
+
+}  // namespace
+}  // namespace rcs

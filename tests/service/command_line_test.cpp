@@ -1,0 +1,353 @@
+// Runs the real rcsplat, as a user does.
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "support/temporary_folder.h"
+
+extern char** environ;
+
+namespace rcs {
+namespace {
+
+using test::bytes_of;
+using test::TemporaryFolder;
+using test::write_bytes;
+
+struct Outcome {
+    int code = -1;  ///< exit code, or 128 + signal
+    std::string out, err;
+};
+
+pid_t start(const TemporaryFolder& logs, const std::vector<std::string>& arguments)
+{
+    std::string program = RCS_BIN_DIR "/rcsplat";
+    std::vector<std::string> words = arguments;
+    std::vector<char*> argv{program.data()};
+    for (std::string& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_addopen(&actions, 1, (logs / "out").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    posix_spawn_file_actions_addopen(&actions, 2, (logs / "err").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    pid_t pid = 0;
+    EXPECT_EQ(posix_spawn(&pid, program.c_str(), &actions, nullptr, argv.data(), environ), 0);
+    posix_spawn_file_actions_destroy(&actions);
+    return pid;
+}
+
+Outcome finish(pid_t pid, const TemporaryFolder& logs)
+{
+    int status = 0;
+    waitpid(pid, &status, 0);
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), bytes_of(logs / "out"),
+            bytes_of(logs / "err")};
+}
+
+Outcome rcsplat(const std::vector<std::string>& arguments)
+{
+    const TemporaryFolder logs;
+    return finish(start(logs, arguments), logs);
+}
+
+constexpr int kFailure = 1;
+constexpr int kBadUsage = 2;
+
+/// The command must fail with one line that names `thing`, and leave nothing behind.
+void expect_error(const std::vector<std::string>& arguments, int code, const std::string& thing,
+                  const TemporaryFolder& folder)
+{
+    std::vector<std::string> before = folder.names();
+    const Outcome outcome = rcsplat(arguments);
+    EXPECT_EQ(outcome.code, code) << outcome.err;
+    EXPECT_EQ(outcome.err.rfind("rcsplat: error: ", 0), 0u) << outcome.err;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    EXPECT_NE(outcome.err.find(thing), std::string::npos) << outcome.err << "does not name " << thing;
+    EXPECT_EQ(outcome.out, "");
+    std::vector<std::string> after = folder.names();
+    std::sort(before.begin(), before.end());
+    std::sort(after.begin(), after.end());
+    EXPECT_EQ(after, before) << "something was left behind";
+}
+
+void append_u32(std::string& bytes, std::uint32_t value)
+{
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+/// A .glb of one triangle and one camera that looks at it. @param last_z  z of the third vertex [m]
+std::string triangle_glb(float last_z)
+{
+    const float positions[9] = {-1.0f, -1.0f, 0.0f, 1.0f, -1.0f, 0.0f, 0.0f, 1.0f, last_z};
+    std::string json = R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1]}],)"
+                       R"("nodes":[{"mesh":0},{"camera":0,"translation":[0,0,3]}],)"
+                       R"("cameras":[{"type":"perspective","name":"front","perspective":{"yfov":0.8,"znear":0.1}}],)"
+                       R"("meshes":[{"name":"triangle","primitives":[{"attributes":{"POSITION":0}}]}],)"
+                       R"("buffers":[{"byteLength":36}],"bufferViews":[{"buffer":0,"byteLength":36}],)"
+                       R"("accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3",)"
+                       R"("min":[-1,-1,0],"max":[1,1,0]}]})";
+    json.resize((json.size() + 3) / 4 * 4, ' ');
+    std::string glb = "glTF";
+    append_u32(glb, 2);
+    append_u32(glb, static_cast<std::uint32_t>(12 + 8 + json.size() + 8 + sizeof positions));
+    append_u32(glb, static_cast<std::uint32_t>(json.size()));
+    glb += "JSON" + json;
+    append_u32(glb, sizeof positions);
+    glb.append("BIN\0", 4);
+    glb.append(reinterpret_cast<const char*>(positions), sizeof positions);
+    return glb;
+}
+
+std::vector<std::string> small_render(const std::string& scene, const std::vector<std::string>& more)
+{
+    std::vector<std::string> arguments{"render", scene, "--size", "24x24", "--aa", "1", "--rays", "16"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+}
+
+TEST(CommandLine, RendersACornellBoxToEveryFormatWithStatistics)
+{
+    const TemporaryFolder folder;
+    const Outcome outcome =
+        rcsplat({"render", "demo:cornell", "--size", "64x48", "--rays", "64", "-o", folder / "a.exr", "-o",
+                 folder / "a.png", "-o", folder / "a.jpg", "--stats", folder / "a.json", "--seed", "3"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("records"), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find("a.png"), std::string::npos) << outcome.out;
+    std::vector<std::string> names = folder.names();
+    std::sort(names.begin(), names.end());
+    EXPECT_EQ(names, (std::vector<std::string>{"a.exr", "a.jpg", "a.json", "a.png"}));
+    EXPECT_EQ(bytes_of(folder / "a.png").substr(1, 3), "PNG");
+
+    const auto stats = nlohmann::json::parse(bytes_of(folder / "a.json"));
+    EXPECT_EQ(stats.at("scene"), "demo:cornell");
+    EXPECT_EQ(stats.at("width"), 64);
+    EXPECT_EQ(stats.at("height"), 48);
+    EXPECT_EQ(stats.at("options").at("seed"), "3");
+    EXPECT_GT(stats.at("records").get<int>(), 0);
+    EXPECT_GE(stats.at("rays").at("hemisphere").get<int>(), 16 * stats.at("records").get<int>());
+    EXPECT_GT(stats.at("splats").get<int>(), 0);
+    EXPECT_GT(stats.at("pixels_per_splat").get<double>(), 0.0);
+    EXPECT_GE(stats.at("threads").get<int>(), 1);
+    EXPECT_NE(stats.at("gl").at("renderer"), "");
+    EXPECT_GT(stats.at("peak_memory_bytes").get<double>(), 1e6);
+    EXPECT_EQ(stats.at("images").size(), 3u);
+    double sum = 0.0;
+    for (const char* stage :
+         {"load", "bvh", "gbuffer", "direct", "records", "splat", "compose", "tone map", "write"}) {
+        EXPECT_TRUE(stats.at("stage_seconds").contains(stage)) << stage;
+    }
+    for (const auto& stage : stats.at("stages")) sum += stage.at("seconds").get<double>();
+    EXPECT_LE(sum, stats.at("seconds").get<double>());
+    EXPECT_GT(sum, 0.8 * stats.at("seconds").get<double>()) << "the stages account for the time";
+}
+
+TEST(CommandLine, PrintsTheSameStatisticsAsJson)
+{
+    const TemporaryFolder folder;
+    const Outcome outcome = rcsplat(small_render("demo:cornell", {"--json", "-o", folder / "a.png"}));
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(nlohmann::json::parse(outcome.out).at("command"), "render");
+    const Outcome quiet = rcsplat(small_render("demo:cornell", {"--quiet", "-o", folder / "a.png"}));
+    EXPECT_EQ(quiet.code, 0);
+    EXPECT_EQ(quiet.out + quiet.err, "");
+}
+
+TEST(CommandLine, GivesTheSameFilesForAnyNumberOfThreads)
+{
+    const TemporaryFolder folder;
+    for (const std::string threads : {"1", "2", "3"}) {
+        const Outcome outcome =
+            rcsplat({"render", "demo:cornell", "--size", "64x64", "--rays", "64", "--aa", "2", "--threads", threads,
+                     "-o", folder / (threads + ".exr"), "-o", folder / (threads + ".png")});
+        ASSERT_EQ(outcome.code, 0) << outcome.err;
+    }
+    for (const std::string threads : {"2", "3"}) {
+        EXPECT_EQ(bytes_of(folder / "1.exr"), bytes_of(folder / (threads + ".exr")));
+        EXPECT_EQ(bytes_of(folder / "1.png"), bytes_of(folder / (threads + ".png")));
+    }
+    const Outcome outcome = rcsplat({"compare", folder / "1.exr", folder / "2.exr", "--json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const auto metrics = nlohmann::json::parse(outcome.out);
+    EXPECT_EQ(metrics.at("rmse"), 0.0);
+    EXPECT_EQ(metrics.at("relmse"), 0.0);
+    EXPECT_EQ(metrics.at("pixels"), 64 * 64);
+}
+
+TEST(CommandLine, ReferenceWithAStrideIsComparedAtItsOwnPixels)
+{
+    const TemporaryFolder folder;
+    const Outcome reference = rcsplat({"reference", "demo:cornell", "--size", "64x64", "--spp", "64", "--stride", "4",
+                                       "-o", folder / "r.exr", "-o", folder / "r.png"});
+    ASSERT_EQ(reference.code, 0) << reference.err;
+    ASSERT_EQ(rcsplat({"render", "demo:cornell", "--size", "64x64", "--aa", "1", "-o", folder / "a.exr"}).code, 0);
+    const Outcome outcome = rcsplat({"compare", folder / "a.exr", folder / "r.exr", "--layer", "albedo", "--json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const auto metrics = nlohmann::json::parse(outcome.out);
+    EXPECT_EQ(metrics.at("pixels"), 16 * 16);
+    // Both see the same surface at pixel centres; the picture is stored as half (11 bits), the reference as float.
+    EXPECT_LE(metrics.at("median_relative_error").get<double>(), 0x1p-11);
+
+    const Outcome table = rcsplat({"compare", folder / "a.exr", folder / "r.exr"});
+    EXPECT_NE(table.out.find("relMSE"), std::string::npos) << table.out;
+    EXPECT_NE(table.out.find("FLIP"), std::string::npos) << table.out;
+}
+
+TEST(CommandLine, EnvironmentLightsAnEmptyView)
+{
+    const TemporaryFolder folder;
+    write_bytes(folder / "t.glb", triangle_glb(0.0f));
+    const Outcome outcome = rcsplat({"render", folder / "t.glb", "--size", "32x32", "--environment", "0.5,0.25,0.125",
+                                     "--exposure", "0", "--view", "Un-tone-mapped", "-o", folder / "a.png", "--json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const auto shown = nlohmann::json::parse(outcome.out).at("tone_map");
+    EXPECT_EQ(shown.at("view"), "Un-tone-mapped");
+    EXPECT_EQ(shown.at("exposure"), 0.0);
+}
+
+TEST(CommandLine, BadScenesFailWithOneLineThatNamesThem)
+{
+    const TemporaryFolder folder;
+    const std::string picture = folder / "picture.png";
+    write_bytes(folder / "whole.glb", triangle_glb(0.0f));
+    ASSERT_EQ(rcsplat(small_render(folder / "whole.glb", {"-o", folder / "whole.png"})).code, 0)
+        << "the triangle itself is fine";
+
+    expect_error(small_render(folder / "missing.glb", {"-o", picture}), kFailure, "missing.glb", folder);
+    for (const std::size_t length : {0u, 3u, 11u, 15u, 60u, 400u}) {
+        write_bytes(folder / "truncated.glb", triangle_glb(0.0f).substr(0, length));
+        expect_error(small_render(folder / "truncated.glb", {"-o", picture}), kFailure, "truncated.glb", folder);
+    }
+    const std::string whole = triangle_glb(0.0f);
+    write_bytes(folder / "truncated.glb", whole.substr(0, whole.size() - 4));
+    expect_error(small_render(folder / "truncated.glb", {"-o", picture}), kFailure, "truncated.glb", folder);
+
+    for (const float z : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+        write_bytes(folder / "nan.glb", triangle_glb(z));
+        expect_error(small_render(folder / "nan.glb", {"-o", picture}), kFailure, "nan.glb", folder);
+    }
+    write_bytes(folder / "list.gltf", R"({"shopping": ["eggs", "milk"]})");
+    expect_error(small_render(folder / "list.gltf", {"-o", picture}), kFailure, "list.gltf", folder);
+    write_bytes(folder / "text.gltf", "not even JSON");
+    expect_error(small_render(folder / "text.gltf", {"-o", picture}), kFailure, "text.gltf", folder);
+    expect_error(small_render(folder.path(), {"-o", picture}), kFailure, folder.path(), folder);
+    expect_error(small_render("demo:nope", {"-o", picture}), kFailure, "demo:nope", folder);
+    expect_error(small_render("demo:cornell", {"-o", picture, "--camera", "nope"}), kFailure, "nope", folder);
+    expect_error(small_render("demo:cornell", {"-o", picture, "--camera", "7"}), kFailure, "7", folder);
+}
+
+TEST(CommandLine, BadOutputsFailBeforeAnythingIsRendered)
+{
+    const TemporaryFolder folder;
+    // So large that a test which renders first would run into its time limit.
+    const auto huge = [](std::vector<std::string> more) {
+        std::vector<std::string> arguments{"render", "demo:cornell", "--size", "16384x16384", "--aa", "64"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return arguments;
+    };
+    expect_error(huge({"-o", folder / "nowhere/a.png"}), kFailure, "nowhere", folder);
+    expect_error(huge({"-o", "/proc/a.png"}), kFailure, "/proc/a.png", folder);
+    expect_error(huge({"-o", folder / "a.png", "-o", folder / "nowhere/b.exr"}), kFailure, "b.exr", folder);
+    std::filesystem::create_directory(folder / "dir.png");
+    expect_error(huge({"-o", folder / "dir.png"}), kFailure, "dir.png", folder);
+    expect_error(huge({"-o", folder / "a.gif"}), kBadUsage, "a.gif", folder);
+    expect_error(huge({"-o", folder / "a.png", "-o", folder / "a.png"}), kBadUsage, "a.png", folder);
+    expect_error(huge({"-o", folder / "a.png", "--stats", folder / "nowhere/s.json"}), kFailure, "s.json", folder);
+    expect_error(huge({"-o", folder / "a.png", "--view", "Filmic"}), kFailure, "Filmic", folder);
+    expect_error(huge({"-o", folder / "a.png", "--display", "Wall"}), kFailure, "Wall", folder);
+    expect_error(huge({"-o", folder / "a.png", "--ocio", folder / "no.ocio"}), kFailure, "no.ocio", folder);
+}
+
+TEST(CommandLine, BadValuesNameTheOptionAndTheValue)
+{
+    const TemporaryFolder folder;
+    const std::vector<std::pair<std::string, std::string>> cases{
+        {"--size", "0x0"},      {"--size", "64"},         {"--size", "64x"},          {"--size", "-4x4"},
+        {"--size", "64x64x64"}, {"--size", "16385x1"},    {"--accuracy", "-1"},       {"--accuracy", "0"},
+        {"--accuracy", "1.5"},  {"--accuracy", "nan"},    {"--accuracy", "fine"},     {"--rays", "15"},
+        {"--rays", "64.5"},     {"--bounces", "2"},       {"--bounces", "-1"},        {"--aa", "0"},
+        {"--aa", "65"},         {"--overlap", "0.5"},     {"--area-samples", "0"},    {"--threads", "-1"},
+        {"--seed", "-1"},       {"--splat", "cubes"},     {"--exposure", "bright"},   {"--exposure", "inf"},
+        {"--layers", "nope"},   {"--environment", "sky"}, {"--environment", "1,2"},   {"--environment", "1,2,-3"},
+        {"--log-level", "all"}, {"--pixel-format", "32"}, {"--environment", "1,2,3,4"}};
+    for (const auto& [option, value] : cases) {
+        const std::vector<std::string> arguments{"render", "demo:cornell", "-o", folder / "a.exr", option, value};
+        expect_error(arguments, kBadUsage, option + ": " + value + " ", folder);
+    }
+    expect_error({"render", "demo:cornell"}, kBadUsage, "--output", folder);
+    expect_error({"render", "-o", folder / "a.png"}, kBadUsage, "scene", folder);
+    expect_error({"render", "demo:cornell", "-o", folder / "a.png", "--colour"}, kBadUsage, "--colour", folder);
+    const std::string picture = folder / "a.png";
+    expect_error({"render", "demo:cornell", "-o", picture, "--pixel-format", "half"}, kBadUsage, "half", folder);
+    expect_error({"render", "demo:cornell", "-o", picture, "--layers", "depth"}, kBadUsage, "--layers", folder);
+    expect_error({"paint", "demo:cornell"}, kBadUsage, "paint", folder);
+    expect_error({}, kBadUsage, "subcommand", folder);
+    expect_error({"reference", "demo:cornell", "-o", folder / "a.exr", "--spp", "8"}, kBadUsage, "--spp", folder);
+    expect_error({"reference", "demo:cornell", "-o", folder / "a.exr", "--stride", "0"}, kBadUsage, "--stride", folder);
+    expect_error({"compare", folder / "a.exr", folder / "b.exr"}, kFailure, "a.exr", folder);
+}
+
+TEST(CommandLine, HelpOfEveryCommandHasAnExampleAndTheDefaults)
+{
+    for (const std::string command : {"render", "reference", "compare"}) {
+        const Outcome help = rcsplat({command, "--help"});
+        EXPECT_EQ(help.code, 0);
+        EXPECT_NE(help.out.find("Example: rcsplat " + command), std::string::npos) << help.out;
+    }
+    EXPECT_NE(rcsplat({"render", "--help"}).out.find("1000x1000"), std::string::npos);
+    const Outcome version = rcsplat({"--version"});
+    EXPECT_EQ(version.code, 0);
+    EXPECT_EQ(version.out.rfind("rcsplat ", 0), 0u) << version.out;
+}
+
+TEST(CommandLine, AnInterruptEndsItWithoutLeavingFiles)
+{
+    const TemporaryFolder folder;
+    const TemporaryFolder logs;
+    const pid_t pid = start(logs, {"reference", "demo:cornell", "--size", "1000x1000", "--spp", "65536", "-o",
+                                   folder / "a.exr"});
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    kill(pid, SIGINT);
+    const auto asked = std::chrono::steady_clock::now();
+    // The library listens about once per cent of the work, which here is long: a second signal is deadly.
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    kill(pid, SIGINT);
+    const Outcome outcome = finish(pid, logs);
+    EXPECT_EQ(outcome.code, 130);
+    EXPECT_LT(std::chrono::steady_clock::now() - asked, std::chrono::seconds(20));
+    EXPECT_TRUE(folder.names().empty());
+}
+
+TEST(CommandLine, OneInterruptIsEnoughForAnOrderlyEnd)
+{
+    const TemporaryFolder folder;
+    const TemporaryFolder logs;
+    const pid_t pid = start(logs, {"render", "demo:cornell", "--size", "512x512", "--aa", "64", "--rays", "4096", "-o",
+                                   folder / "a.png"});
+    std::this_thread::sleep_for(std::chrono::seconds(2));  // long enough to start, far from the end
+    kill(pid, SIGINT);
+    const Outcome outcome = finish(pid, logs);
+    EXPECT_EQ(outcome.code, 130);
+    EXPECT_NE(outcome.err.find("rcsplat: error: "), std::string::npos) << outcome.err;
+    EXPECT_TRUE(folder.names().empty());
+}
+
+}  // namespace
+}  // namespace rcs
