@@ -130,7 +130,7 @@ TEST(LimitSpacing, OfARecordInACornerIsTheClosestAndTrustsItsGradientLess)
 TEST(LimitSpacing, ShrinksWhereTheGradientIsSteep)
 {
     const RecordOptions options;
-    const float reach = 1.0f;  // 100 pixels of 0.01
+    const float reach = options.max_reach * 0.01f;
     for (const float steepness : {0.0f, 1.0f, 5.0f, 8.0f, 20.0f, 1e6f}) {
         std::vector<Record> records(1);
         records[0].harmonic_mean_distance = kInfinity;

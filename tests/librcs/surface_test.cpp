@@ -118,13 +118,18 @@ TEST_P(Surface, OfAPacketsHitIsThatOfTheSameTriangleWhereverTheMeshIsKept)
             packet.ray.t_max[lane] = std::numeric_limits<float>::infinity();
         }
         intersect(rays, 0xffffu, packet);
+        FacePacket faces;
+        find_faces(rays, packet, faces);
         for (int lane = 0; lane < RayPacket::kWidth; ++lane) {
             ASSERT_NE(packet.geometry[lane], RayPacket::kMiss) << "every ray aims at the body";
             ASSERT_EQ(packet.instance(lane), 0u);
             const glm::vec3 d(packet.ray.direction_x[lane], packet.ray.direction_y[lane], packet.ray.direction_z[lane]);
             const glm::vec3 o(packet.ray.origin_x[lane], packet.ray.origin_y[lane], packet.ray.origin_z[lane]);
             const Expected e = expected_at(scene, 0, packet.primitive[lane], packet.u[lane], packet.v[lane]);
-            HitSurface of_packet = begin_hit(rays, packet, lane);
+            // The plane of the face gives the hit's own distance along the ray.
+            const glm::vec3 q(faces.plane_x[lane], faces.plane_y[lane], faces.plane_z[lane]);
+            EXPECT_NEAR(glm::dot(q, d) * packet.ray.t_max[lane], 1.0f, 1e-4f);
+            HitSurface of_packet = begin_hit(rays, packet, faces, lane);
             complete_hit(rays, packet, lane, of_packet);
             expect_surface(of_packet.point, e, outside, "packet");
             expect_surface(surface_at(rays, 0, packet.primitive[lane], packet.u[lane], packet.v[lane], d), e, outside,
