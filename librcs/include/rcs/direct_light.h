@@ -13,7 +13,7 @@
 namespace rcs {
 
 struct DirectOptions {
-    int area_samples = 8;       ///< shadow rays per pixel towards lamps with area where visibility is uniform, in [1, 1024]
+    int area_samples = 16;      ///< shadow rays per pixel towards lamps with area where visibility is uniform, in [1, 1024]
     int penumbra_samples = 64;  ///< the same where it is mixed, in [area_samples, 65536]
     std::uint64_t seed = 1;
 };
