@@ -83,6 +83,13 @@ RTCGeometry new_instance(RTCDevice device, RTCScene object, const glm::mat4x3& s
     return geometry;
 }
 
+bool is_flat(const HitTriangle& h, glm::vec3 face)
+{
+    // Closer than vertex normals stored as floats are exact anyway.
+    constexpr float kSame2 = 1e-10f;
+    return std::all_of(h.normal, h.normal + 3, [&](glm::vec3 n) { return glm::dot(n - face, n - face) < kSame2; });
+}
+
 HitTriangle hit_triangle(const Mesh& mesh, glm::uvec3 t)
 {
     const glm::dvec3 a(mesh.positions[t.x]);
@@ -98,7 +105,8 @@ HitTriangle hit_triangle(const Mesh& mesh, glm::uvec3 t)
     const glm::dvec2 d1 = glm::dvec2(h.uv[1]) - glm::dvec2(h.uv[0]);
     const glm::dvec2 d2 = glm::dvec2(h.uv[2]) - glm::dvec2(h.uv[0]);
     const double uv_area = std::abs(d1.x * d2.y - d1.y * d2.x);
-    h.uv_density = twice_area > 0.0 ? static_cast<float>(std::sqrt(uv_area / twice_area)) : 0.0f;
+    const float density = twice_area > 0.0 ? static_cast<float>(std::sqrt(uv_area / twice_area)) : 0.0f;
+    h.signed_uv_density = is_flat(h, glm::vec3(face / std::max(twice_area, 1e-300))) ? -density : density;
     return h;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -16,7 +17,11 @@ struct EmbreeScene;
 struct alignas(64) HitTriangle {
     glm::vec3 normal[3];  ///< at the corners, unit; the face's own where the mesh has none
     glm::vec2 uv[3];
-    float uv_density;  ///< texture space per object length [1/m]
+    float signed_uv_density;  ///< texture space per object length [1/m]; the sign bit marks a flat triangle
+
+    float uv_density() const { return std::abs(signed_uv_density); }
+    /// All three normals are the face's own, as on walls: there is nothing to interpolate.
+    bool is_flat() const { return std::signbit(signed_uv_density); }
 };
 static_assert(sizeof(HitTriangle) == 64);
 

@@ -105,9 +105,9 @@ void complete_hit(const RayScene& rays, const HitPacket& packet, int lane, HitSu
     const float u = packet.u[lane];
     const float v = packet.v[lane];
     hit.point.shading_normal =
-        i.smooth ? shading_normal(i, t, u, v, hit.point.geometric_normal, hit.point.front) : hit.point.geometric_normal;
+        i.smooth && !t.is_flat() ? shading_normal(i, t, u, v, hit.point.geometric_normal, hit.point.front) : hit.point.geometric_normal;
     hit.point.uv = (1.0f - u - v) * t.uv[0] + u * t.uv[1] + v * t.uv[2];
-    hit.uv_per_length = t.uv_density * i.inverse_scale;
+    hit.uv_per_length = t.uv_density() * i.inverse_scale;
 }
 
 std::array<glm::vec3, 3> triangle_corners(const RayScene& rays, std::uint32_t instance, std::uint32_t primitive)
@@ -147,7 +147,7 @@ SurfacePoint surface_at(const RayScene& rays, std::uint32_t instance, std::uint3
     point.geometric_normal = point.front ? face : -face;
     point.shading_normal = point.geometric_normal;
     const HitTriangle& t = i.triangles[primitive];
-    if (i.smooth)
+    if (i.smooth && !t.is_flat())
         point.shading_normal = shading_normal(i, t, u, v, point.geometric_normal, point.front);
     point.uv = w * t.uv[0] + u * t.uv[1] + v * t.uv[2];
     return point;

@@ -131,6 +131,7 @@ void set_spacing(Record& r, float near, const RecordOptions& options)
 
 // Records come in the order of pixels, so a quarter of them lies together; quarters are built side by side.
 constexpr std::size_t kTreesAtOnce = 4;
+constexpr std::size_t kMostTrees = 5 * kTreesAtOnce;
 
 struct SpacingLimiter::Trees {
     std::vector<ClampTree> list;      // every record so far is in one of them
@@ -171,8 +172,8 @@ void SpacingLimiter::limit(std::vector<Record>& records, std::size_t first, Thre
             set_spacing(records[i], near_[i], options_);
         }
     });
-    if (first == 0 && trees.list.size() > kTreesAtOnce) {
-        // All are up to date: few trees answer faster than many.
+    if (first == 0 && trees.list.size() > kMostTrees) {
+        // All are up to date: few trees answer faster than many, once there are many.
         trees = {};
         trees.add(records, 0, pool);
     }
