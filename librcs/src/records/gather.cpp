@@ -32,7 +32,8 @@ struct Birth {
     std::uint64_t key;
 };
 
-Birth birth_at(const GBuffer& g, std::uint32_t pixel, std::uint64_t seed)
+/// @param sample  which of the gathers at this place: each has its own rays
+Birth birth_at(const GBuffer& g, std::uint32_t pixel, std::uint64_t seed, std::uint64_t sample = 0)
 {
     Birth b;
     b.position = g.scene_position(pixel);
@@ -43,7 +44,7 @@ Birth birth_at(const GBuffer& g, std::uint32_t pixel, std::uint64_t seed)
     // Keyed by place, not by pixel: a record made in another pass or view is another sample.
     std::uint64_t key = stream_key(seed, Stream::gather, std::bit_cast<std::uint32_t>(b.position.x));
     key = mix64(key ^ std::bit_cast<std::uint32_t>(b.position.y));
-    b.key = mix64(key ^ std::bit_cast<std::uint32_t>(b.position.z));
+    b.key = mix64(key ^ std::bit_cast<std::uint32_t>(b.position.z) ^ sample << 32);
     return b;
 }
 
@@ -301,6 +302,31 @@ Record Gatherer::gather(const Birth& birth, Workspace& w) const
     return record;
 }
 
+/// The mean of n gathers at one place, of which `sum` holds the sums.
+void set_mean(Record& record, const std::vector<Record>& gathers)
+{
+    const float n = static_cast<float>(gathers.size());
+    Record mean = record;
+    mean.irradiance = glm::vec3(0.0f);
+    mean.rotation_gradient = mean.translation_gradient = {};
+    float inverse_distance = 0.0f, variance = 0.0f;
+    for (const Record& g : gathers) {
+        mean.irradiance += g.irradiance / n;
+        for (std::size_t color = 0; color < 3; ++color) {
+            mean.rotation_gradient[color] += g.rotation_gradient[color] / n;
+            mean.translation_gradient[color] += g.translation_gradient[color] / n;
+        }
+        inverse_distance += 1.0f / (n * g.harmonic_mean_distance);
+        mean.minimum_distance = std::min(mean.minimum_distance, g.minimum_distance);
+        const float error = g.noise * luminance(g.irradiance) / n;
+        variance += error * error;
+    }
+    mean.harmonic_mean_distance = 1.0f / inverse_distance;
+    const float e = luminance(mean.irradiance);
+    mean.noise = e > 0.0f ? std::min(1.0f, std::sqrt(variance) / e) : 0.0f;
+    record = mean;
+}
+
 }  // namespace
 
 struct RecordGatherer::Impl {
@@ -332,6 +358,31 @@ std::vector<Record> RecordGatherer::gather(const GBuffer& gbuffer, const std::ve
     }
     stats.records += records.size();
     return records;
+}
+
+void RecordGatherer::gather_more(const GBuffer& gbuffer, std::span<const std::uint32_t> pixels,
+                                 std::span<const int> extra, std::span<Record> records, ThreadPool& pool,
+                                 RecordStats& stats) const
+{
+    const Gatherer& gatherer = impl_->gatherer;
+    std::vector<Workspace> workspaces(static_cast<std::size_t>(pool.size()), Workspace(gatherer.grid()));
+    pool.parallel_for(pixels.size(), 4, [&](std::size_t begin, std::size_t end, int thread) {
+        std::vector<Record> gathers;
+        for (std::size_t i = begin; i < end; ++i) {
+            if (extra[i] <= 0)
+                continue;
+            gathers.assign(1, records[i]);
+            for (int sample = 1; sample <= extra[i]; ++sample)
+                gathers.push_back(gatherer.gather(
+                    birth_at(gbuffer, pixels[i], impl_->seed, static_cast<std::uint64_t>(sample)),
+                    workspaces[static_cast<std::size_t>(thread)]));
+            set_mean(records[i], gathers);
+        }
+    });
+    for (const Workspace& w : workspaces) {
+        stats.hemisphere_rays += w.hemisphere_rays;
+        stats.shadow_rays += w.shadow_rays;
+    }
 }
 
 std::vector<Record> gather_records(const RayScene& rays, const GBuffer& gbuffer,

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "rcs/records.h"
@@ -16,6 +18,10 @@ public:
 
     std::vector<Record> gather(const GBuffer& gbuffer, const std::vector<std::uint32_t>& pixels, ThreadPool& pool,
                                RecordStats& stats) const;
+
+    /// Gathers again at record i's pixel, extra[i] times with other rays, and averages all into the record.
+    void gather_more(const GBuffer& gbuffer, std::span<const std::uint32_t> pixels, std::span<const int> extra,
+                     std::span<Record> records, ThreadPool& pool, RecordStats& stats) const;
 
 private:
     struct Impl;

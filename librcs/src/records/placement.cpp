@@ -8,6 +8,7 @@
 #include "rcs/error.h"
 #include "rcs/records.h"
 #include "records/gather.h"
+#include "records/refine.h"
 #include "records/spacing.h"
 #include "splat/tiles.h"
 #include "util/random.h"
@@ -92,6 +93,7 @@ void validate(const RecordOptions& o)
     require(o.min_reach > 0.0f && o.min_reach <= o.max_reach, "records.min_reach", o.min_reach,
             "a value in (0, max_reach]");
     require(o.bounces == 0 || o.bounces == 1, "records.bounces", o.bounces, "0 or 1");
+    require(o.noise_target > 0.0f, "records.noise_target", o.noise_target, "a positive value");
     require(o.gradient_limit > 0.0f, "records.gradient_limit", o.gradient_limit, "a positive value");
 }
 
@@ -107,6 +109,7 @@ void place_records(const RayScene& rays, const GBuffer& gbuffer, const View& vie
     const std::vector<Wave> list = waves();
     const Wave every_pixel{1, -1, true};
     std::vector<float> weight;
+    std::vector<std::uint32_t> pixels;  // of the records made here
     bool stale = true;
     for (std::size_t w = 0;; ++w) {
         const bool planned = w < list.size();
@@ -129,11 +132,13 @@ void place_records(const RayScene& rays, const GBuffer& gbuffer, const View& vie
         const std::size_t known = records.size();
         const std::vector<Record> fresh = gatherer.gather(gbuffer, holes, pool, stats);
         records.insert(records.end(), fresh.begin(), fresh.end());
+        pixels.insert(pixels.end(), holes.begin(), holes.end());
         spacing.limit(records, known, pool);
         add_weights(std::span(records).subspan(known), surfaces, view, reach, pool, weight);
         stale = true;
         ++stats.waves;
     }
+    refine_noisy_records(gatherer, gbuffer, surfaces, view, options, pixels, pool, records, stats);
 }
 
 }  // namespace rcs

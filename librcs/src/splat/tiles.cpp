@@ -191,15 +191,14 @@ void add_weights(std::span<const Record> records, const TiledSurfaces& surfaces,
                        splat_tile_weights, store);
 }
 
-SplatBuffer splat_tiles(const std::vector<Record>& records, const GBuffer& gbuffer, const View& view,
+SplatBuffer splat_tiles(std::span<const Record> records, const TiledSurfaces& surfaces, const View& view,
                         const SplatOptions& options, ThreadPool& pool, SplatStats& stats)
 {
     SplatBuffer out;
-    out.width = gbuffer.width;
-    out.height = gbuffer.height;
+    out.width = surfaces.width;
+    out.height = surfaces.height;
     for (auto* plane : {&out.weighted_r, &out.weighted_g, &out.weighted_b, &out.weight, &out.count})
-        plane->assign(gbuffer.size(), 0.0f);
-    const TiledSurfaces surfaces = make_tiled_surfaces(gbuffer, pool);
+        plane->assign(static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height), 0.0f);
     const auto store = [&](const TileSums& sums, std::size_t t) {
         for_each_pixel(surfaces, t, [&](std::size_t to, std::size_t from) {
             out.weighted_r[to] = sums.r[from];
@@ -210,13 +209,19 @@ SplatBuffer splat_tiles(const std::vector<Record>& records, const GBuffer& gbuff
         });
     };
     const std::vector<gpu::GpuRecord> gpu_records =
-        make_gpu_records(records, gbuffer.camera_position, view, options, pool);
+        make_gpu_records(records, surfaces.camera_position, view, options, pool);
     stats.splats += gpu_records.size();
     for (const gpu::GpuRecord& r : gpu_records)
         stats.samples += static_cast<std::uint64_t>(r.pixels.z - r.pixels.x) *
                          static_cast<std::uint64_t>(r.pixels.w - r.pixels.y);
     for_each_busy_tile(surfaces, gpu_records, pool, splat_tile_sums, store);
     return out;
+}
+
+SplatBuffer splat_tiles(const std::vector<Record>& records, const GBuffer& gbuffer, const View& view,
+                        const SplatOptions& options, ThreadPool& pool, SplatStats& stats)
+{
+    return splat_tiles(records, make_tiled_surfaces(gbuffer, pool), view, options, pool, stats);
 }
 
 }  // namespace rcs

@@ -28,4 +28,8 @@ TiledSurfaces make_tiled_surfaces(const GBuffer& gbuffer, ThreadPool& pool);
 void add_weights(std::span<const Record> records, const TiledSurfaces& surfaces, const View& view,
                  const SplatOptions& options, ThreadPool& pool, std::vector<float>& weight);
 
+/// splat_tiles() of splat.h, on surfaces that are tiled already.
+SplatBuffer splat_tiles(std::span<const Record> records, const TiledSurfaces& surfaces, const View& view,
+                        const SplatOptions& options, ThreadPool& pool, SplatStats& stats);
+
 }  // namespace rcs
