@@ -154,7 +154,7 @@ TEST(Validate, NamesWhatIsWrong)
     expect_bad({"mesh 0", "material"}, [](Scene& s) { s.meshes[0].material = 1; });
     expect_bad({"instance 0", "mesh"}, [](Scene& s) { s.instances[0].mesh = -1; });
     expect_bad({"material 0 'grey'", "[0, 1]"}, [](Scene& s) { s.materials[0].base_color.g = 1.5f; });
-    expect_bad({"material 0", "texture"}, [](Scene& s) { s.materials[0].base_color_texture = 0; });
+    expect_bad({"material 0", "texture"}, [](Scene& s) { s.materials[0].base_color_texture.texture = 0; });
     expect_bad({"light 0 'centre'", "intensity"}, [](Scene& s) { s.lights[0].intensity.r = -1.0f; });
     expect_bad({"camera 0", "yfov"}, [](Scene& s) { s.cameras[0].yfov = 3.2; });
     expect_bad({"sky"}, [](Scene& s) { s.sky_radiance.b = NAN; });

@@ -298,7 +298,7 @@ GltfBuilder file_with_picture(const std::string& picture)
 TEST(GltfTextures, EightBitPicturesAreLinearisedFromTheTopRowDown)
 {
     const Scene scene = load(file_with_picture(kPicture));
-    ASSERT_EQ(scene.materials.at(0).base_color_texture, 0);
+    ASSERT_EQ(scene.materials.at(0).base_color_texture.texture, 0);
     const Texture::Level& level = scene.textures.at(0).levels.at(0);
     ASSERT_EQ(level.width, 2);
     ASSERT_EQ(level.height, 2);
@@ -334,7 +334,7 @@ TEST(GltfTextures, PicturesMayLieBesideTheSceneAndAreReadOnce)
     write_bytes(folder / "wall paper+1.png", kPicture);
     const Scene scene = load_scene(folder / "scene.glb");
     EXPECT_EQ(scene.textures.size(), 1u);
-    EXPECT_EQ(scene.materials.at(1).base_color_texture, 0);
+    EXPECT_EQ(scene.materials.at(1).base_color_texture.texture, 0);
     std::filesystem::remove(folder / "wall paper+1.png");
     expect_error(ErrorCode::not_found, {"wall"}, [&] { load_scene(folder / "scene.glb"); });
 }

@@ -220,7 +220,7 @@ TEST(AlbedoAt, MultipliesColourAndTexture)
     Material material;
     material.base_color = {0.5f, 0.5f, 0.25f};
     EXPECT_EQ(albedo_at(scene, material, {0, 0}), material.base_color);
-    material.base_color_texture = 0;
+    material.base_color_texture.texture = 0;
     expect_near(glm::dvec3(albedo_at(scene, material, {0.2f, 7.0f})), {0.25, 0.125, 0.25}, kCode);
 }
 

@@ -13,33 +13,73 @@
 
 namespace rcs {
 
-/// A scene-linear RGB texture with its full mip chain, box filtered. Texels are 16-bit fractions of
-/// 1 in linear light (a dark 8-bit sRGB step is 20 codes wide), wrapped by repetition.
+/// A texture with its full mip chain, box filtered. Texels are 16-bit fractions of 1 in linear light (a dark
+/// 8-bit sRGB step is 20 codes wide); alpha, where a material uses it, is linear as well.
 struct Texture {
     struct Level {
         int width = 0;
         int height = 0;
-        std::vector<std::array<std::uint16_t, 4>> texels;  ///< RGB and one unused, row by row from the top
+        std::vector<std::array<std::uint16_t, 4>> texels;  ///< RGBA, row by row from the top
     };
     std::string name;
     std::vector<Level> levels;  ///< [0] is full size, the last one is 1x1
 };
 
-/// A Lambertian surface. Albedo = base_color x texture, in [0, 1].
+enum class Wrap : std::uint8_t { repeat, mirrored_repeat, clamp_to_edge };
+
+/// How a material uses a texture (glTF's textureInfo, sampler and KHR_texture_transform).
+struct TextureSlot {
+    int texture = -1;  ///< index into Scene::textures, -1: none
+    int uv_set = 0;    ///< 0: Mesh::uvs, 1: Mesh::uvs1
+    Wrap wrap_u = Wrap::repeat, wrap_v = Wrap::repeat;
+    bool nearest = false;  ///< magnified without interpolation
+    glm::mat3x2 texture_from_uv{1.0f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f};  ///< applied to (u, v, 1)
+
+    bool used() const { return texture >= 0; }
+};
+
+enum class AlphaMode : std::uint8_t { opaque, mask, blend };
+
+/// glTF 2.0's metallic-roughness surface with its common extensions. A factor and its texture multiply.
+/// Code that sets base_color alone gets a Lambertian surface: `specular` is 0 here, and 1 in a glTF file.
 struct Material {
     std::string name;
-    glm::vec3 base_color{1.0f};
-    int base_color_texture = -1;  ///< index into Scene::textures, or -1
-    glm::vec3 emission{0.0f};     ///< radiance [W m^-2 sr^-1]; from the front only unless double_sided
-    bool double_sided = false;    ///< if not, the camera does not see back faces; light still stops there
+    glm::vec3 base_color{1.0f};      ///< [0, 1]
+    float alpha = 1.0f;              ///< [0, 1]
+    TextureSlot base_color_texture;  ///< RGB colour, A alpha
+    float metallic = 0.0f;           ///< [0, 1]
+    float roughness = 1.0f;          ///< perceptual, [0, 1]; GGX width = its square
+    TextureSlot metallic_roughness_texture;  ///< G roughness, B metallic
+    TextureSlot normal_texture;      ///< tangent space
+    float normal_scale = 1.0f;
+    glm::vec3 emission{0.0f};        ///< radiance [W m^-2 sr^-1]; from the front only unless double_sided
+    TextureSlot emission_texture;
+    float ior = 1.5f;                ///< of the dielectric, >= 1 (KHR_materials_ior)
+    float specular = 0.0f;           ///< strength of the dielectric's reflection, [0, 1] (KHR_materials_specular)
+    TextureSlot specular_texture;    ///< A
+    glm::vec3 specular_color{1.0f};  ///< of the dielectric's reflection at normal incidence, >= 0
+    TextureSlot specular_color_texture;
+    float transmission = 0.0f;       ///< thin-walled, [0, 1] (KHR_materials_transmission)
+    TextureSlot transmission_texture;  ///< R
+    float clearcoat = 0.0f;          ///< [0, 1] (KHR_materials_clearcoat)
+    float clearcoat_roughness = 0.0f;  ///< [0, 1]
+    TextureSlot clearcoat_texture;             ///< R
+    TextureSlot clearcoat_roughness_texture;   ///< G
+    AlphaMode alpha_mode = AlphaMode::opaque;
+    float alpha_cutoff = 0.5f;       ///< mask: seen where alpha >= cutoff
+    bool unlit = false;              ///< shows its base colour as radiance to the camera, reflects nothing (KHR_materials_unlit)
+    bool double_sided = false;       ///< if not, the camera does not see back faces; light still stops there
 };
 
 /// Triangles of one material, in object space. Front faces are counter-clockwise.
 struct Mesh {
     std::string name;
     std::vector<glm::vec3> positions;
-    std::vector<glm::vec3> normals;  ///< empty (flat shading) or one unit vector per position
-    std::vector<glm::vec2> uvs;      ///< empty or one per position
+    std::vector<glm::vec3> normals;   ///< empty (flat shading) or one unit vector per position
+    std::vector<glm::vec2> uvs;       ///< empty or one per position
+    std::vector<glm::vec2> uvs1;      ///< the second set; empty or one per position
+    std::vector<glm::vec4> colors;    ///< multiply the base colour and alpha, linear; empty or one per position
+    std::vector<glm::vec4> tangents;  ///< xyz unit, w = -1 or 1, for normal textures; empty or one per position
     std::vector<glm::uvec3> triangles;
     int material = 0;
 };
@@ -64,6 +104,18 @@ struct PunctualLight {
     float outer_cone = 0.785f; ///< half angle of no intensity [rad], > inner_cone; spot
 };
 
+/// Radiance from infinitely far away by direction: a latitude-longitude image. Row 0 looks up (+Y), the middle
+/// column of the unrotated image along -Z, columns to its right towards +X.
+struct EnvironmentImage {
+    std::string name;
+    int width = 0;
+    int height = 0;
+    std::vector<glm::vec3> radiance;  ///< scene-linear [W m^-2 sr^-1], row by row from the top; finite, >= 0
+    double rotation = 0.0;            ///< turns the sky about +Y, counter-clockwise seen from above [rad]
+
+    bool empty() const { return radiance.empty(); }
+};
+
 /// What is rendered. Scene space: metres, right-handed, Y up as in glTF, moved by `origin` so that
 /// coordinates stay small where a file puts its objects far from zero.
 struct Scene {
@@ -75,6 +127,7 @@ struct Scene {
     std::vector<PunctualLight> lights;
     std::vector<Camera> cameras;
     glm::vec3 sky_radiance{0.0f};  ///< constant, from every direction a ray can leave the scene in
+    EnvironmentImage environment;  ///< added to sky_radiance unless empty
     glm::dvec3 origin{0.0};        ///< world position of scene-space zero
 };
 

@@ -245,13 +245,13 @@ VisiblePoint visible_point(const RayScene& rays, std::uint32_t instance, std::ui
     const Material& material = scene.materials[static_cast<std::size_t>(point.surface.material)];
     point.emission = emitted_radiance(material, point.surface.front);
     point.albedo = material.base_color;
-    if (material.base_color_texture >= 0) {
+    if (material.base_color_texture.used()) {
         const std::array<glm::vec2, 3> uv = triangle_uvs(scene, instance, primitive);
         const auto moved = [&](const PlaneHit& h) {
             return texture_scale * (static_cast<float>(h.u - hit.u) * (uv[1] - uv[0]) +
                                     static_cast<float>(h.v - hit.v) * (uv[2] - uv[0]));
         };
-        const Texture& texture = scene.textures[static_cast<std::size_t>(material.base_color_texture)];
+        const Texture& texture = scene.textures[static_cast<std::size_t>(material.base_color_texture.texture)];
         point.albedo *= sample_filtered(texture, point.surface.uv, moved(pixel.dx), moved(pixel.dy));
     }
     return point;

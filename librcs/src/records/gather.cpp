@@ -234,9 +234,9 @@ void Gatherer::shade(const Frame& frame, int first, std::uint32_t active, std::u
 glm::vec3 Gatherer::albedo(const ShadowedLight& light, const Workspace& w) const
 {
     const Material& material = scene_.materials[static_cast<std::size_t>(light.material)];
-    if (material.base_color_texture < 0)
+    if (!material.base_color_texture.used())
         return material.base_color;
-    const Texture& texture = scene_.textures[static_cast<std::size_t>(material.base_color_texture)];
+    const Texture& texture = scene_.textures[static_cast<std::size_t>(material.base_color_texture.texture)];
     // A cell spans pi / (M N cos theta) of solid angle.
     const float cosine = w.samples.cosine[light.cell];
     const float solid_angle = std::numbers::pi_v<float> / (static_cast<float>(grid_.cells) * cosine);

@@ -91,7 +91,7 @@ Materials add_materials(Scene& scene)
     const int ashlar_texture = add_texture(scene, "ashlar", ashlar_color);
     const auto textured = [&](const char* name, glm::vec3 color, int texture) {
         const int material = add_material(scene, name, color);
-        scene.materials[static_cast<std::size_t>(material)].base_color_texture = texture;
+        scene.materials[static_cast<std::size_t>(material)].base_color_texture.texture = texture;
         return material;
     };
     Materials m{};

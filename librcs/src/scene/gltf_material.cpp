@@ -129,7 +129,7 @@ void read_materials(const GltfFile& file, const tinygltf::Model& model, const st
             note_what_is_left_out(file, source, name);
             material.base_color = base_color(file, source, name);
             material.emission = emission(file, source, name);
-            material.base_color_texture = base_color_texture(file, model, source, name, scene, known);
+            material.base_color_texture.texture = base_color_texture(file, model, source, name, scene, known);
         }
         scene.materials.push_back(std::move(material));
     }

@@ -60,8 +60,8 @@ void check(const Element& element, const Material& material)
     element.expect(is_light(color) && color.r <= 1.0f && color.g <= 1.0f && color.b <= 1.0f,
                    "has a base colour outside [0, 1]");
     element.expect(is_light(material.emission), "has an emission that is negative or not finite");
-    element.expect(material.base_color_texture == -1 ||
-                       is_index(material.base_color_texture, element.scene.textures),
+    element.expect(material.base_color_texture.texture == -1 ||
+                       is_index(material.base_color_texture.texture, element.scene.textures),
                    "names a texture that does not exist");
 }
 

@@ -200,9 +200,9 @@ Texture make_texture(std::string name, int width, int height, const std::vector<
 
 glm::vec3 albedo_at(const Scene& scene, const Material& material, glm::vec2 uv)
 {
-    if (material.base_color_texture < 0) return material.base_color;
+    if (!material.base_color_texture.used()) return material.base_color;
     return material.base_color *
-           sample_bilinear(scene.textures[static_cast<std::size_t>(material.base_color_texture)], uv);
+           sample_bilinear(scene.textures[static_cast<std::size_t>(material.base_color_texture.texture)], uv);
 }
 
 }  // namespace rcs
