@@ -241,7 +241,8 @@ glm::vec3 Gatherer::albedo(const ShadowedLight& light, const Workspace& w) const
     const float cosine = w.samples.cosine[light.cell];
     const float solid_angle = std::numbers::pi_v<float> / (static_cast<float>(grid_.cells) * cosine);
     const float width = std::sqrt(solid_angle) / w.samples.inverse_distance[light.cell];
-    return material.base_color * sample_nearest(texture, light.uv, mip_level(texture, light.uv_per_length, width));
+    const int level = mip_level(texture, light.uv_per_length, width);
+    return material.base_color * glm::vec3(sample_slot_nearest(scene_, material.base_color_texture, light.uv, level));
 }
 
 void Gatherer::shoot_shadow_rays(Workspace& w) const
