@@ -38,7 +38,8 @@ glm::vec3 HitRadiance::albedo(int material_index, glm::vec2 uv, float uv_per_len
     if (!material.base_color_texture.used())
         return material.base_color;
     const Texture& texture = scene_.textures[static_cast<std::size_t>(material.base_color_texture.texture)];
-    return material.base_color * sample_nearest(texture, uv, mip_level(texture, uv_per_length, cone_width));
+    const int level = mip_level(texture, uv_per_length, cone_width);
+    return material.base_color * glm::vec3(sample_slot_nearest(scene_, material.base_color_texture, uv, level));
 }
 
 }  // namespace rcs
