@@ -38,6 +38,7 @@ struct SceneArguments {
     std::string scene;
     std::string camera;
     std::string environment = "scene";  ///< the scene's own, "none" or "R,G,B"
+    std::optional<double> time;  ///< of its animations [s]; none: the rest pose
     std::string size;  ///< "WxH"
     int threads = 0;
 };
@@ -66,6 +67,7 @@ void add_report_arguments(CLI::App& app, ReportArguments& arguments);
 // Texts to values. Each throws rcs::Error bad_argument; they also are the checks of the options above, so
 // that a command line that parsed cannot fail here, and CLI11 puts the option's name before the message.
 Size parse_size(const std::string& text);
+double parse_time(const std::string& text);
 std::optional<glm::vec3> parse_environment(const std::string& text);
 std::optional<float> parse_exposure(const std::string& text);
 LogLevel parse_log_level(const std::string& text);

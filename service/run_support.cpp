@@ -47,7 +47,7 @@ RunReport begin_report(const CLI::App& command, const SceneArguments& arguments,
 Scene load(const SceneArguments& arguments, ProgressBar& bar, RunReport& report)
 {
     bar.show("load", 0.0f);
-    Scene scene = timed(report, "load", [&] { return load_scene(arguments.scene, bar.log()); });
+    Scene scene = timed(report, "load", [&] { return load_scene(arguments.scene, bar.log(), {arguments.time}); });
     scene.sky_radiance = parse_environment(arguments.environment).value_or(scene.sky_radiance);
     stop_if_interrupted();
     return scene;
