@@ -18,8 +18,4 @@ __attribute__((weak)) MaterialValues material_at(const RayScene& rays, const Hit
     v.alpha = m.alpha;
     return v;
 }
-__attribute__((weak)) glm::vec3 specular_albedo(const Bsdf&, float) { return glm::vec3(0.0f); }
-__attribute__((weak)) glm::vec3 evaluate_glossy(const Bsdf&, glm::vec3, glm::vec3) { return glm::vec3(0.0f); }
-__attribute__((weak)) BsdfSample sample_glossy(const Bsdf&, glm::vec3, float, glm::vec2) { return {}; }
-__attribute__((weak)) float glossy_density(const Bsdf&, glm::vec3, glm::vec3) { return 0.0f; }
 }  // namespace rcs
