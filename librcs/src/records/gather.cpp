@@ -4,8 +4,7 @@
 #include <numbers>
 #include <vector>
 
-#include "light/hit_light.h"
-#include "light/lights.h"
+#include "light/hit_radiance.h"
 #include "rays/hit_surface.h"
 #include "rays/packet.h"
 #include "rays/shadow_batch.h"
@@ -13,7 +12,6 @@
 #include "records/gather.h"
 #include "radiance/harmonics.h"
 #include "records/hemisphere.h"
-#include "scene/texture.h"
 #include "util/color.h"
 #include "util/multiversion.h"
 #include "util/random.h"
@@ -62,6 +60,7 @@ struct ShadowedLight {
 struct Workspace {
     std::vector<float> x, y, z;
     std::vector<HitPacket> packets;
+    std::vector<LaneWeights> weights;  // per packet; used where surfaces let rays through
     ShadowBatch shadow;
     std::vector<ShadowedLight> lights;  // what each shadow ray brings if it is free
     HemisphereSamples samples;
@@ -76,6 +75,7 @@ struct Workspace {
         y.resize(x.size());
         z.resize(x.size());
         packets.resize(packets_needed);
+        weights.resize(packets_needed, LaneWeights{});
         for (HitPacket& packet : packets)
             reset(packet.ray);
     }
@@ -138,31 +138,6 @@ void note_cells(const Frame& frame, const HitPacket& packet, const FacePacket& f
     }
 }
 
-/// The mip level at which a texel is about as wide as the cone of one hemisphere ray at the hit.
-int mip_level(const Texture& texture, float uv_per_length, float cone_width)
-{
-    const int size = std::max(texture.levels[0].width, texture.levels[0].height);
-    const float texels = static_cast<float>(size) * uv_per_length * cone_width;
-    // The exponent of sqrt(2) x is log2(x), rounded.
-    const std::uint32_t bits = std::bit_cast<std::uint32_t>(std::max(texels, 1.0f) * std::numbers::sqrt2_v<float>);
-    return static_cast<int>(bits >> 23) - 127;
-}
-
-RCS_ALWAYS_INLINE void add_shadow_ray(Workspace& w, const HitSurface& hit, std::uint32_t cell, glm::vec3 to_light, float distance,
-                    glm::vec3 radiance)
-{
-    w.shadow.add(shadow_ray_from(hit.point, to_light, distance));
-    w.lights.push_back({cell, hit.point.material, radiance, hit.point.uv, hit.uv_per_length});
-}
-
-/// A direction over the point, in proportion to the cosine to its shading normal.
-glm::vec3 cosine_direction(const SurfacePoint& point, RandomStream& random)
-{
-    const float sin2 = random.next();
-    const Frame frame = make_frame(point.shading_normal, random.next());
-    return std::sqrt(sin2) * frame.x + std::sqrt(1.0f - sin2) * frame.z;
-}
-
 /// Adds one packet's radiance times its harmonics.
 RCS_MULTIVERSION
 void add_radiance(const detail::HarmonicFactors& factors, const RayPacket& ray, const float* red, const float* green,
@@ -181,9 +156,8 @@ void add_radiance(const detail::HarmonicFactors& factors, const RayPacket& ray, 
 
 class Gatherer {
 public:
-    Gatherer(const RayScene& rays, const RecordOptions& options)
-        : rays_(rays), scene_(rays.scene()), grid_(make_hemisphere_grid(options.rays)), lights_(collect_lights(rays)),
-          hit_lights_(lights_), sky_(scene_.sky_radiance), has_sky_(luminance(sky_) > 0.0f),
+    Gatherer(const RayScene& rays, const RecordOptions& options, const LightCache* cache)
+        : rays_(rays), grid_(make_hemisphere_grid(options.rays)), radiance_(rays, cache),
           has_bounce_(options.bounces > 0), keeps_radiance_(options.radiance)
     {
     }
@@ -194,34 +168,51 @@ public:
 private:
     void trace(const Birth& birth, const Frame& frame, Workspace& w) const;
     void shade(const Frame& frame, int first, std::uint32_t active, std::uint64_t key, Workspace& w) const;
+    void note_sky(const HitPacket& packet, std::uint32_t active, std::size_t first, int lanes, HemisphereSamples& s) const;
     void shade_hit(const HitSurface& hit, std::uint32_t cell, std::uint64_t key, Workspace& w) const;
     glm::vec3 albedo(const ShadowedLight& light, const Workspace& w) const;
     std::vector<float> radiance(Workspace& w) const;
     void shoot_shadow_rays(Workspace& w) const;
+    void weigh_cells(Workspace& w) const;
 
     const RayScene& rays_;
-    const Scene& scene_;
     HemisphereGrid grid_;
-    Lights lights_;
-    HitLights hit_lights_;
-    glm::vec3 sky_;
-    bool has_sky_;
+    HitRadiance radiance_;
     bool has_bounce_;
     bool keeps_radiance_;
 };
+
+/// Sky that is not the same everywhere, as far as it is soft: its peaks are a lamp.
+void Gatherer::note_sky(const HitPacket& packet, std::uint32_t active, std::size_t first, int lanes, HemisphereSamples& s) const
+{
+    for (int i = 0; i < lanes; ++i) {
+        if ((active >> i & 1u) == 0u || packet.geometry[i] != RayPacket::kMiss)
+            continue;
+        const RayPacket& ray = packet.ray;
+        const glm::vec3 sky =
+            radiance_.environment().soft_blurred({ray.direction_x[i], ray.direction_y[i], ray.direction_z[i]});
+        const std::size_t c = first + static_cast<std::size_t>(i);
+        s.red[c] = sky.r;
+        s.green[c] = sky.g;
+        s.blue[c] = sky.b;
+    }
+}
 
 void Gatherer::shade_hit(const HitSurface& hit, std::uint32_t cell, std::uint64_t key, Workspace& w) const
 {
     // A stream's own counter stays far below 2^32, so no two cells share a number.
     RandomStream random(key ^ static_cast<std::uint64_t>(cell) << 32);
-    const HitLights::Sample light = hit_lights_.sample(hit.point, random);
-    if (luminance(light.irradiance) > 0.0f)
-        add_shadow_ray(w, hit, cell, light.to_light, light.distance, kInversePi * light.irradiance);
-    if (has_sky_) {
-        const glm::vec3 direction = cosine_direction(hit.point, random);
-        if (glm::dot(direction, hit.point.geometric_normal) > 0.0f)
-            add_shadow_ray(w, hit, cell, direction, std::numeric_limits<float>::infinity(), sky_);
-    }
+    radiance_.direct(hit.point, random, [&](const Ray& ray, glm::vec3 white) {
+        w.shadow.add(ray);
+        w.lights.push_back({cell, hit.point.material, white, hit.point.uv, hit.uv_per_length});
+    });
+    if (!radiance_.has_cache())
+        return;
+    const glm::vec3 radiance = kInversePi * radiance_.indirect_irradiance(hit.point, random) *
+                               albedo({cell, hit.point.material, {}, hit.point.uv, hit.uv_per_length}, w);
+    w.samples.red[cell] += radiance.r;
+    w.samples.green[cell] += radiance.g;
+    w.samples.blue[cell] += radiance.b;
 }
 
 void Gatherer::shade(const Frame& frame, int first, std::uint32_t active, std::uint64_t key, Workspace& w) const
@@ -230,7 +221,9 @@ void Gatherer::shade(const Frame& frame, int first, std::uint32_t active, std::u
     const int lanes = std::min(kWidth, grid_.cells - first);
     FacePacket faces;
     find_faces(rays_, packet, faces);
-    note_cells(frame, packet, faces, active, sky_, static_cast<std::size_t>(first), lanes, w.z.data(), w.samples);
+    note_cells(frame, packet, faces, active, radiance_.sky_radiance(), static_cast<std::size_t>(first), lanes, w.z.data(), w.samples);
+    if (radiance_.environment().has_image())
+        note_sky(packet, active, static_cast<std::size_t>(first), lanes, w.samples);
     if (!has_bounce_)
         return;
     HitSurface hits[kWidth];
@@ -239,7 +232,7 @@ void Gatherer::shade(const Frame& frame, int first, std::uint32_t active, std::u
     for (int i = 0; i < lanes; ++i) {
         if ((active >> i & 1u) == 0u || packet.geometry[i] == RayPacket::kMiss)
             continue;
-        if (!has_sky_ && !hit_lights_.may_reach({faces.normal_x[i], faces.normal_y[i], faces.normal_z[i]}))
+        if (!radiance_.has_cache() && !radiance_.may_be_lit({faces.normal_x[i], faces.normal_y[i], faces.normal_z[i]}))
             continue;
         prefetch_hit(rays_, packet, i);
         hits[count] = begin_hit(rays_, packet, faces, i);
@@ -253,15 +246,11 @@ void Gatherer::shade(const Frame& frame, int first, std::uint32_t active, std::u
 
 glm::vec3 Gatherer::albedo(const ShadowedLight& light, const Workspace& w) const
 {
-    const Material& material = scene_.materials[static_cast<std::size_t>(light.material)];
-    if (!material.base_color_texture.used())
-        return material.base_color;
-    const Texture& texture = scene_.textures[static_cast<std::size_t>(material.base_color_texture.texture)];
     // A cell spans pi / (M N cos theta) of solid angle.
     const float cosine = w.samples.cosine[light.cell];
     const float solid_angle = std::numbers::pi_v<float> / (static_cast<float>(grid_.cells) * cosine);
     const float width = std::sqrt(solid_angle) / w.samples.inverse_distance[light.cell];
-    return material.base_color * sample_nearest(texture, light.uv, mip_level(texture, light.uv_per_length, width));
+    return radiance_.albedo(light.material, light.uv, light.uv_per_length, width);
 }
 
 void Gatherer::shoot_shadow_rays(Workspace& w) const
@@ -271,7 +260,7 @@ void Gatherer::shoot_shadow_rays(Workspace& w) const
         if (!w.shadow.is_free(i))
             continue;
         const ShadowedLight& light = w.lights[i];
-        const glm::vec3 radiance = light.radiance * albedo(light, w);
+        const glm::vec3 radiance = w.shadow.transmittance(i) * light.radiance * albedo(light, w);
         w.samples.red[light.cell] += radiance.r;
         w.samples.green[light.cell] += radiance.g;
         w.samples.blue[light.cell] += radiance.b;
@@ -289,11 +278,28 @@ void Gatherer::trace(const Birth& birth, const Frame& frame, Workspace& w) const
     const std::uint64_t light_key = mix64(birth.key + 1);
     for (int first = 0; first < grid_.cells; first += kWidth) {
         const std::uint32_t active = fill_packet(frame, birth, w, first, grid_.cells);
-        intersect(rays_, active, w.packets[static_cast<std::size_t>(first / kWidth)]);
+        HitPacket& packet = w.packets[static_cast<std::size_t>(first / kWidth)];
+        if (rays_.has_transparency())
+            intersect(rays_, active, packet, w.weights[static_cast<std::size_t>(first / kWidth)]);
+        else
+            intersect(rays_, active, packet);
         w.hemisphere_rays += static_cast<std::uint64_t>(std::popcount(active));
         shade(frame, first, active, light_key, w);
     }
     shoot_shadow_rays(w);
+    if (rays_.has_transparency())
+        weigh_cells(w);
+}
+
+/// What came through surfaces, or from those that let most rays through.
+void Gatherer::weigh_cells(Workspace& w) const
+{
+    for (std::size_t c = 0; c < static_cast<std::size_t>(grid_.cells); ++c) {
+        const glm::vec3 weight = w.weights[c / kWidth].weight[c % kWidth];
+        w.samples.red[c] *= weight.r;
+        w.samples.green[c] *= weight.g;
+        w.samples.blue[c] *= weight.b;
+    }
 }
 
 /// Cells have equal weights under the cosine: pi over their number.
@@ -394,8 +400,8 @@ struct RecordGatherer::Impl {
     std::uint64_t seed;
 };
 
-RecordGatherer::RecordGatherer(const RayScene& rays, const RecordOptions& options)
-    : impl_(new Impl{Gatherer(rays, options), options.seed})
+RecordGatherer::RecordGatherer(const RayScene& rays, const RecordOptions& options, const LightCache* cache)
+    : impl_(new Impl{Gatherer(rays, options, options.bounces > 1 ? cache : nullptr), options.seed})
 {
 }
 
@@ -447,9 +453,9 @@ void RecordGatherer::gather_more(const GBuffer& gbuffer, std::span<const std::ui
 
 std::vector<Record> gather_records(const RayScene& rays, const GBuffer& gbuffer,
                                    const std::vector<std::uint32_t>& pixels, const RecordOptions& options,
-                                   ThreadPool& pool, RecordStats& stats)
+                                   ThreadPool& pool, RecordStats& stats, const LightCache* cache)
 {
-    return RecordGatherer(rays, options).gather(gbuffer, pixels, pool, stats);
+    return RecordGatherer(rays, options, cache).gather(gbuffer, pixels, pool, stats);
 }
 
 }  // namespace rcs
