@@ -10,6 +10,7 @@
 #include "gbuffer/shading.h"
 #include "glossy/traced_lobes.h"
 #include "radiance/lobes.h"
+#include "rays/ray_scene_impl.h"
 #include "rcs/error.h"
 #include "rcs/version.h"
 
@@ -171,7 +172,7 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
     direct_options.seed = options.seed;
     const SplatOptions wide{options.records.error_tolerance, options.overlap};
     // Without a bounce, records still bring the light of the sky.
-    const bool has_indirect = options.bounces > 0 || rays.scene().sky_radiance != glm::vec3(0.0f);
+    const bool has_indirect = options.bounces > 0 || !environment_of(rays).is_black();
     StageClock clock(stats, progress);
 
     const std::vector<View> views = make_views(camera, options);
