@@ -31,6 +31,9 @@ struct Record {
     float spacing_radius = 0.0f;          ///< a R_k after all limits [m]: within it no other record is needed
     float gradient_scale = 1.0f;          ///< how much of the translation gradient to trust, in [0, 1]: less than 1
                                           ///< where the least spacing overrides the reach of the expansion
+    /// Incoming radiance times cosine in spherical harmonics of scene space (Krivanek et al. 2005, with the cosine
+    /// taken in): 36 coefficients of red, of green, of blue [W m^-2]. Empty unless options.radiance asked for it.
+    std::vector<float> radiance;
 };
 
 /// How records are placed and gathered.
@@ -42,6 +45,7 @@ struct RecordOptions {
     float min_reach = 15.0f;       ///< least R_k [px], in (0, max_reach]: a times it is the closest spacing
     float max_reach = 60.0f;       ///< largest R_k [px]: a times it is the widest spacing
     float gradient_limit = 3.0f;   ///< R_k is at most so many times E/|grad E|, > 0
+    bool radiance = false;         ///< records also keep radiance by direction, for glossy surfaces
     int bounces = 1;               ///< in [0, 64]. 0: only the sky's own light arrives; 1: light reflected once as well;
                                    ///< more take a light cache
     std::uint64_t seed = 1;

@@ -147,10 +147,10 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
     for (const View& view : views) {
         const GBuffer gbuffer =
             clock.run("gbuffer", [&] { return render_gbuffer(gl, rays, view, texture_scale, pool); });
-        const std::vector<glm::vec3> direct = clock.run("direct", [&] {
+        PassLight light;
+        light.direct = clock.run("direct", [&] {
             return direct_irradiance(rays, gbuffer, direct_options, pool, stats.direct_shadow_rays);
         });
-        SplatBuffer indirect;
         if (options.bounces > 1 && !light_cache) {
             light_cache = clock.run("bounces", [&] {
                 return build_light_cache(rays, gbuffer, view, {options.bounces - 1, options.seed}, pool,
@@ -163,13 +163,13 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
                 place_records(rays, gbuffer, view, record_options, pool, records, stats.records, progress,
                               light_cache ? &*light_cache : nullptr);
             });
-            indirect = clock.run("splat", [&] {
+            light.indirect = clock.run("splat", [&] {
                 return method == SplatMethod::quads ? splat_quads(gl, records, gbuffer, view, wide, stats.splats)
                                                     : splat_tiles(records, gbuffer, view, wide, pool, stats.splats);
             });
         }
         clock.run("compose", [&] {
-            stats.unserved_pixels += accumulate_pass(gbuffer, view, direct, indirect, result.image);
+            stats.unserved_pixels += accumulate_pass(gbuffer, view, Shading{}, light, result.image);
         });
         ++direct_options.seed;
     }

@@ -211,10 +211,12 @@ double pixels_inside(const RayScene& rays, std::uint32_t instance, std::uint32_t
                      distance(w(hit.here), w(hit.dx), w(hit.dy))});
 }
 
-std::optional<Hit> find_visible(const RayScene& rays, const CameraRay& camera_ray)
+std::optional<Hit> find_visible(const RayScene& rays, const CameraRay& camera_ray, float after)
 {
     Ray ray{glm::vec3(camera_ray.origin), glm::vec3(camera_ray.direction)};
-    while (const std::optional<Hit> hit = intersect(rays, ray)) {
+    if (after > 0.0f)
+        ray.t_min = std::nextafter(after, ray.t_max);
+    while (const std::optional<Hit> hit = intersect(rays, ray, RayFilter::everything)) {
         const SurfacePoint point = surface_at(rays, hit->instance, hit->primitive, hit->u, hit->v, ray.direction);
         if (camera_sees(rays.scene().materials[static_cast<std::size_t>(point.material)], point.front))
             return hit;

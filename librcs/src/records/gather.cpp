@@ -10,6 +10,7 @@
 #include "rays/shadow_batch.h"
 #include "rcs/records.h"
 #include "records/gather.h"
+#include "radiance/harmonics.h"
 #include "records/hemisphere.h"
 #include "util/color.h"
 #include "util/multiversion.h"
@@ -62,6 +63,7 @@ struct Workspace {
     ShadowBatch shadow;
     std::vector<ShadowedLight> lights;  // what each shadow ray brings if it is free
     HemisphereSamples samples;
+    HarmonicLanes radiance[3];  // sums over the packets, lane by lane
     std::uint64_t hemisphere_rays = 0;
     std::uint64_t shadow_rays = 0;
 
@@ -134,11 +136,27 @@ void note_cells(const Frame& frame, const HitPacket& packet, const FacePacket& f
     }
 }
 
+/// Adds one packet's radiance times its harmonics.
+RCS_MULTIVERSION
+void add_radiance(const detail::HarmonicFactors& factors, const RayPacket& ray, const float* red, const float* green,
+                  const float* blue, HarmonicLanes* sums)
+{
+    HarmonicLanes y;
+    evaluate_harmonics(factors, ray.direction_x, ray.direction_y, ray.direction_z, y);
+    for (int k = 0; k < kHarmonics; ++k) {
+        for (int i = 0; i < kWidth; ++i) {
+            sums[0][k][i] += red[i] * y[k][i];
+            sums[1][k][i] += green[i] * y[k][i];
+            sums[2][k][i] += blue[i] * y[k][i];
+        }
+    }
+}
+
 class Gatherer {
 public:
     Gatherer(const RayScene& rays, const RecordOptions& options, const LightCache* cache)
         : rays_(rays), grid_(make_hemisphere_grid(options.rays)), radiance_(rays, cache),
-          has_bounce_(options.bounces > 0)
+          has_bounce_(options.bounces > 0), keeps_radiance_(options.radiance)
     {
     }
 
@@ -150,12 +168,14 @@ private:
     void shade(const Frame& frame, int first, std::uint32_t active, std::uint64_t key, Workspace& w) const;
     void shade_hit(const HitSurface& hit, std::uint32_t cell, std::uint64_t key, Workspace& w) const;
     glm::vec3 albedo(const ShadowedLight& light, const Workspace& w) const;
+    std::vector<float> radiance(Workspace& w) const;
     void shoot_shadow_rays(Workspace& w) const;
 
     const RayScene& rays_;
     HemisphereGrid grid_;
     HitRadiance radiance_;
     bool has_bounce_;
+    bool keeps_radiance_;
 };
 
 void Gatherer::shade_hit(const HitSurface& hit, std::uint32_t cell, std::uint64_t key, Workspace& w) const
@@ -243,6 +263,41 @@ void Gatherer::trace(const Birth& birth, const Frame& frame, Workspace& w) const
     shoot_shadow_rays(w);
 }
 
+/// Cells have equal weights under the cosine: pi over their number.
+std::vector<float> Gatherer::radiance(Workspace& w) const
+{
+    for (HarmonicLanes& sums : w.radiance)
+        for (auto& lanes : sums)
+            std::fill(lanes, lanes + kWidth, 0.0f);
+    for (int first = 0; first < grid_.cells; first += kWidth) {
+        // Lanes past the last cell, and rays below the surface, bring nothing.
+        float cells[3][kWidth] = {};
+        bool any = false;
+        for (int i = 0; i < std::min(kWidth, grid_.cells - first); ++i) {
+            const std::size_t c = static_cast<std::size_t>(first + i);
+            cells[0][i] = w.samples.red[c];
+            cells[1][i] = w.samples.green[c];
+            cells[2][i] = w.samples.blue[c];
+            any = any || cells[0][i] + cells[1][i] + cells[2][i] > 0.0f;
+        }
+        if (any)
+            add_radiance(detail::harmonic_factors(), w.packets[static_cast<std::size_t>(first / kWidth)].ray, cells[0],
+                         cells[1], cells[2], w.radiance);
+    }
+    const float weight = std::numbers::pi_v<float> / static_cast<float>(grid_.cells);
+    std::vector<float> coefficients;
+    coefficients.reserve(3 * kHarmonics);
+    for (const HarmonicLanes& sums : w.radiance) {
+        for (const auto& lanes : sums) {
+            float sum = 0.0f;
+            for (const float lane : lanes)
+                sum += lane;
+            coefficients.push_back(weight * sum);
+        }
+    }
+    return coefficients;
+}
+
 glm::vec3 to_scene(const Frame& frame, glm::vec3 local)
 {
     return local.x * frame.x + local.y * frame.y + local.z * frame.z;
@@ -264,6 +319,8 @@ Record Gatherer::gather(const Birth& birth, Workspace& w) const
     record.harmonic_mean_distance = integrals.harmonic_mean_distance;
     record.minimum_distance = integrals.minimum_distance;
     record.footprint = birth.footprint;
+    if (keeps_radiance_)
+        record.radiance = radiance(w);
     const float e = luminance(integrals.irradiance);
     record.noise = e > 0.0f ? std::min(1.0f, integrals.standard_error / e) : 0.0f;
     return record;
@@ -276,6 +333,7 @@ void set_mean(Record& record, const std::vector<Record>& gathers)
     Record mean = record;
     mean.irradiance = glm::vec3(0.0f);
     mean.rotation_gradient = mean.translation_gradient = {};
+    std::fill(mean.radiance.begin(), mean.radiance.end(), 0.0f);
     float inverse_distance = 0.0f, variance = 0.0f;
     for (const Record& g : gathers) {
         mean.irradiance += g.irradiance / n;
@@ -283,6 +341,8 @@ void set_mean(Record& record, const std::vector<Record>& gathers)
             mean.rotation_gradient[color] += g.rotation_gradient[color] / n;
             mean.translation_gradient[color] += g.translation_gradient[color] / n;
         }
+        for (std::size_t k = 0; k < g.radiance.size(); ++k)
+            mean.radiance[k] += g.radiance[k] / n;
         inverse_distance += 1.0f / (n * g.harmonic_mean_distance);
         mean.minimum_distance = std::min(mean.minimum_distance, g.minimum_distance);
         const float error = g.noise * luminance(g.irradiance) / n;

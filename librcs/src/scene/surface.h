@@ -66,8 +66,10 @@ struct VisiblePoint {
 VisiblePoint visible_point(const RayScene& rays, std::uint32_t instance, std::uint32_t primitive,
                            const CameraRay& camera_ray, glm::dvec3 camera_position, float texture_scale);
 
-/// The first surface on the camera ray whose side there the camera sees.
-std::optional<Hit> find_visible(const RayScene& rays, const CameraRay& camera_ray);
+/// The first surface on the camera ray whose side there the camera sees, masked texels left out; blended and
+/// transmitting surfaces are found one after the other.
+/// @param after  Hit::t of the surface before; 0: none
+std::optional<Hit> find_visible(const RayScene& rays, const CameraRay& camera_ray, float after = 0.0f);
 
 /// How far inside a triangle the camera ray meets its plane: distance to the nearest edge in pixels, negative
 /// outside; -inf where the ray does not meet the plane in front of the camera.
