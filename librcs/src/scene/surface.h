@@ -8,6 +8,7 @@
 
 #include <glm/glm.hpp>
 
+#include "material/surface_material.h"
 #include "rcs/ray_scene.h"
 #include "rcs/scene.h"
 
@@ -59,7 +60,8 @@ struct VisiblePoint {
     glm::vec3 relative_position;  ///< to the camera's position, from double precision [m]
     double distance;              ///< along the unit camera ray from its origin [m]
     float footprint;              ///< sqrt of the surface area that one pixel covers [m]
-    glm::vec3 albedo;
+    MaterialValues material;      ///< textures filtered over the pixel
+    glm::vec3 albedo;             ///< of the diffuse reflection towards the camera
     glm::vec3 emission;           ///< radiance towards the camera
 };
 /// @param texture_scale  width of the texture filter in pixels
