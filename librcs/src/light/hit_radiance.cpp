@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "records/hemisphere.h"
+#include "rays/ray_scene_impl.h"
 #include "scene/texture.h"
 #include "util/color.h"
 
@@ -28,7 +29,7 @@ glm::vec3 cosine_direction(const SurfacePoint& point, RandomStream& random)
 
 HitRadiance::HitRadiance(const RayScene& rays, const LightCache* cache)
     : scene_(rays.scene()), cache_(cache), lights_(collect_lights(rays)), sky_(scene_.sky_radiance),
-      has_sky_(luminance(sky_) > 0.0f)
+      environment_(environment_of(rays)), has_sky_(!environment_.is_black())
 {
 }
 

@@ -92,7 +92,7 @@ void CellRays::trace(const std::array<SurfaceSample, kPackets>& places, std::uin
     direct_irradiance_ = glm::vec3(0.0f);
     for (std::size_t i = 0; i < shadow_.size(); ++i)
         if (shadow_.is_free(i))
-            direct_irradiance_ += lit_[i];
+            direct_irradiance_ += shadow_.transmittance(i) * lit_[i];
     direct_irradiance_ *= kPi / static_cast<float>(kRays);
 }
 

@@ -60,6 +60,7 @@ struct ShadowedLight {
 struct Workspace {
     std::vector<float> x, y, z;
     std::vector<HitPacket> packets;
+    std::vector<LaneWeights> weights;  // per packet; used where surfaces let rays through
     ShadowBatch shadow;
     std::vector<ShadowedLight> lights;  // what each shadow ray brings if it is free
     HemisphereSamples samples;
@@ -74,6 +75,7 @@ struct Workspace {
         y.resize(x.size());
         z.resize(x.size());
         packets.resize(packets_needed);
+        weights.resize(packets_needed, LaneWeights{});
         for (HitPacket& packet : packets)
             reset(packet.ray);
     }
@@ -166,10 +168,12 @@ public:
 private:
     void trace(const Birth& birth, const Frame& frame, Workspace& w) const;
     void shade(const Frame& frame, int first, std::uint32_t active, std::uint64_t key, Workspace& w) const;
+    void note_sky(const HitPacket& packet, std::uint32_t active, std::size_t first, int lanes, HemisphereSamples& s) const;
     void shade_hit(const HitSurface& hit, std::uint32_t cell, std::uint64_t key, Workspace& w) const;
     glm::vec3 albedo(const ShadowedLight& light, const Workspace& w) const;
     std::vector<float> radiance(Workspace& w) const;
     void shoot_shadow_rays(Workspace& w) const;
+    void weigh_cells(Workspace& w) const;
 
     const RayScene& rays_;
     HemisphereGrid grid_;
@@ -177,6 +181,22 @@ private:
     bool has_bounce_;
     bool keeps_radiance_;
 };
+
+/// Sky that is not the same everywhere, as far as it is soft: its peaks are a lamp.
+void Gatherer::note_sky(const HitPacket& packet, std::uint32_t active, std::size_t first, int lanes, HemisphereSamples& s) const
+{
+    for (int i = 0; i < lanes; ++i) {
+        if ((active >> i & 1u) == 0u || packet.geometry[i] != RayPacket::kMiss)
+            continue;
+        const RayPacket& ray = packet.ray;
+        const glm::vec3 sky =
+            radiance_.environment().soft_blurred({ray.direction_x[i], ray.direction_y[i], ray.direction_z[i]});
+        const std::size_t c = first + static_cast<std::size_t>(i);
+        s.red[c] = sky.r;
+        s.green[c] = sky.g;
+        s.blue[c] = sky.b;
+    }
+}
 
 void Gatherer::shade_hit(const HitSurface& hit, std::uint32_t cell, std::uint64_t key, Workspace& w) const
 {
@@ -202,6 +222,8 @@ void Gatherer::shade(const Frame& frame, int first, std::uint32_t active, std::u
     FacePacket faces;
     find_faces(rays_, packet, faces);
     note_cells(frame, packet, faces, active, radiance_.sky_radiance(), static_cast<std::size_t>(first), lanes, w.z.data(), w.samples);
+    if (radiance_.environment().has_image())
+        note_sky(packet, active, static_cast<std::size_t>(first), lanes, w.samples);
     if (!has_bounce_)
         return;
     HitSurface hits[kWidth];
@@ -238,7 +260,7 @@ void Gatherer::shoot_shadow_rays(Workspace& w) const
         if (!w.shadow.is_free(i))
             continue;
         const ShadowedLight& light = w.lights[i];
-        const glm::vec3 radiance = light.radiance * albedo(light, w);
+        const glm::vec3 radiance = w.shadow.transmittance(i) * light.radiance * albedo(light, w);
         w.samples.red[light.cell] += radiance.r;
         w.samples.green[light.cell] += radiance.g;
         w.samples.blue[light.cell] += radiance.b;
@@ -256,11 +278,28 @@ void Gatherer::trace(const Birth& birth, const Frame& frame, Workspace& w) const
     const std::uint64_t light_key = mix64(birth.key + 1);
     for (int first = 0; first < grid_.cells; first += kWidth) {
         const std::uint32_t active = fill_packet(frame, birth, w, first, grid_.cells);
-        intersect(rays_, active, w.packets[static_cast<std::size_t>(first / kWidth)]);
+        HitPacket& packet = w.packets[static_cast<std::size_t>(first / kWidth)];
+        if (rays_.has_transparency())
+            intersect(rays_, active, packet, w.weights[static_cast<std::size_t>(first / kWidth)]);
+        else
+            intersect(rays_, active, packet);
         w.hemisphere_rays += static_cast<std::uint64_t>(std::popcount(active));
         shade(frame, first, active, light_key, w);
     }
     shoot_shadow_rays(w);
+    if (rays_.has_transparency())
+        weigh_cells(w);
+}
+
+/// What came through surfaces, or from those that let most rays through.
+void Gatherer::weigh_cells(Workspace& w) const
+{
+    for (std::size_t c = 0; c < static_cast<std::size_t>(grid_.cells); ++c) {
+        const glm::vec3 weight = w.weights[c / kWidth].weight[c % kWidth];
+        w.samples.red[c] *= weight.r;
+        w.samples.green[c] *= weight.g;
+        w.samples.blue[c] *= weight.b;
+    }
 }
 
 /// Cells have equal weights under the cosine: pi over their number.
