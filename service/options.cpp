@@ -96,12 +96,15 @@ void add_scene_arguments(CLI::App& app, SceneArguments& arguments, Size default_
     app.add_option("--camera", arguments.camera,
                    "Name of the scene's camera, or its number from 0; default: the first")
         ->type_name("NAME");
+    app.add_option("--time", arguments.time,
+                   "Pose of the scene's animations at that time [s]; default: the rest pose")
+        ->type_name("SECONDS")->check(checked_by(parse_time), "");
     arguments.size = std::to_string(default_size.width) + "x" + std::to_string(default_size.height);
     app.add_option("--size", arguments.size, "Width and height of the picture [px], each in [1, 16384]")
         ->type_name("WxH")->check(checked_by(parse_size), "")->capture_default_str();
     app.add_option("--environment", arguments.environment,
                    "Radiance from outside the scene: a latitude-longitude image (.hdr, .exr, ...), or a constant "
-                   "[W m^-2 sr^-1], each >= 0")
+                   "[W m^-2 sr^-1], each >= 0; default: what the scene says, which for a file is none, or 1 if it has no light at all")
         ->type_name("scene|none|R,G,B|FILE")->check(checked_by(parse_environment), "")->capture_default_str();
     add_number(app, "--environment-rotation", arguments.environment_rotation, {-360.0, 360.0},
                "Turns that image about the vertical, counter-clockwise seen from above [degrees]");
@@ -163,6 +166,16 @@ Size parse_size(const std::string& text)
                     text + " is no WIDTHxHEIGHT with each in [1, " + std::to_string(kLargestSide) + "]");
     }
     return size;
+}
+
+double parse_time(const std::string& text)
+{
+    const char* cursor = text.c_str();
+    double value = 0.0;
+    if (!take_number(cursor, value) || *cursor != '\0') {
+        throw Error(ErrorCode::bad_argument, text + " is no number of seconds");
+    }
+    return value;
 }
 
 EnvironmentChoice parse_environment(const std::string& text)

@@ -39,6 +39,7 @@ struct SceneArguments {
     std::string camera;
     std::string environment = "scene";  ///< the scene's own, "none", "R,G,B" or an image file
     double environment_rotation = 0.0;  ///< of the image [degrees]
+    std::optional<double> time;  ///< of its animations [s]; none: the rest pose
     std::string size;  ///< "WxH"
     int threads = 0;
 };
@@ -73,6 +74,7 @@ struct EnvironmentChoice {
     std::string file;
 };
 EnvironmentChoice parse_environment(const std::string& text);
+double parse_time(const std::string& text);
 std::optional<float> parse_exposure(const std::string& text);
 LogLevel parse_log_level(const std::string& text);
 SplatMethod parse_splat_method(const std::string& text);

@@ -59,7 +59,7 @@ RunReport begin_report(const CLI::App& command, const SceneArguments& arguments,
 Scene load(const SceneArguments& arguments, ProgressBar& bar, RunReport& report)
 {
     bar.show("load", 0.0f);
-    Scene scene = timed(report, "load", [&] { return load_scene(arguments.scene, bar.log()); });
+    Scene scene = timed(report, "load", [&] { return load_scene(arguments.scene, bar.log(), {arguments.time}); });
     set_environment(scene, arguments, bar);
     stop_if_interrupted();
     return scene;

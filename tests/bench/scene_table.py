@@ -64,7 +64,7 @@ def measure(args, scene, camera, bounces):
     stats = json.loads(kept.read_text())
     image, image_png = args.output / f"{stem}.exr", args.output / f"{stem}.png"
     rendered = run([args.rcsplat, "render", *common, *args.options, "--pixel-format", "float", "--exposure",
-                    str(stats["exposure_ev"]), "-o", image, "-o", image_png])
+                    str(stats["tone_map"]["exposure"]), "-o", image, "-o", image_png])
     compared = run([args.rcsplat, "compare", image, reference, "--json"])
     error = flip(reference_png, image_png)
     return {

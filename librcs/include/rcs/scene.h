@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -131,11 +132,18 @@ struct Scene {
     glm::dvec3 origin{0.0};        ///< world position of scene-space zero
 };
 
+struct LoadOptions {
+    /// Of the file's animations [s], held at their first and last keyframe; none: the pose that nodes and
+    /// meshes have by themselves. Animations play together; one that moves what an earlier one moves is left out.
+    std::optional<double> time;
+};
+
 /// Loads a .gltf or .glb file, or builds a scene made in code when `source` starts with "demo:"
 /// ("demo:cornell", "demo:atrium"; more in demo_scene_names()).
 /// Warns through `log` of each feature that the file uses and this build ignores.
+/// A file without a camera gets one that frames it; one without lamps and emission, a sky_radiance of 1.
 /// @throws Error not_found, bad_file, unsupported: one sentence that names file and culprit.
-Scene load_scene(const std::string& source, const LogFunction& log = {});
+Scene load_scene(const std::string& source, const LogFunction& log = {}, const LoadOptions& options = {});
 
 /// Reads a latitude-longitude image in any format that OpenImageIO knows (8- and 16-bit files are taken for sRGB).
 /// Values that are negative or not finite are repaired, with a warning through `log`.

@@ -6,6 +6,7 @@
 
 #include "material/surface_material.h"
 #include "records/hemisphere.h"
+#include "rays/ray_scene_impl.h"
 #include "scene/texture.h"
 #include "util/color.h"
 
@@ -39,7 +40,7 @@ bool is_plain(const Material& material, const Mesh& mesh)
 
 HitRadiance::HitRadiance(const RayScene& rays, const LightCache* cache, float least_alpha)
     : rays_(rays), scene_(rays.scene()), cache_(cache), lights_(collect_lights(rays)), sky_(scene_.sky_radiance),
-      has_sky_(luminance(sky_) > 0.0f), least_alpha_(least_alpha)
+      environment_(environment_of(rays)), has_sky_(!environment_.is_black()), least_alpha_(least_alpha)
 {
     for (const Instance& instance : scene_.instances) {
         const Mesh& mesh = scene_.meshes[static_cast<std::size_t>(instance.mesh)];

@@ -12,6 +12,7 @@
 #include "material/bsdf.h"
 #include "rays/hit_surface.h"
 #include "rcs/ray_scene.h"
+#include "scene/environment.h"
 #include "scene/surface.h"
 #include "util/random.h"
 
@@ -33,6 +34,7 @@ public:
 
     bool has_cache() const { return cache_ != nullptr; }
     glm::vec3 sky_radiance() const { return sky_; }
+    const Environment& environment() const { return environment_; }
 
     /// False only if neither lamps nor sky reach the side of a surface that this unit normal looks to: quick.
     bool may_be_lit(glm::vec3 geometric_normal) const { return has_sky_ || lights_.may_reach(geometric_normal); }
@@ -64,6 +66,7 @@ private:
     const LightCache* cache_;
     HitLights lights_;
     glm::vec3 sky_;
+    const Environment& environment_;
     bool has_sky_;
     float least_alpha_;
     std::vector<std::uint8_t> plain_;  // per instance, 0 or 1
@@ -93,7 +96,7 @@ void HitRadiance::direct(const SurfacePoint& point, RandomStream& random, const 
     if (has_sky_) {
         const glm::vec3 direction = cosine_direction(point, random);
         if (glm::dot(direction, point.geometric_normal) > 0.0f)
-            add(shadow_ray_from(point, direction, std::numeric_limits<float>::infinity()), sky_);
+            add(shadow_ray_from(point, direction, std::numeric_limits<float>::infinity()), environment_.soft_blurred(direction));
     }
 }
 

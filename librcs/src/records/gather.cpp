@@ -179,6 +179,7 @@ public:
 private:
     void trace(const Birth& birth, const Frame& frame, Workspace& w) const;
     void shade(const Frame& frame, int first, std::uint32_t active, std::uint64_t key, Workspace& w) const;
+    void note_sky(const HitPacket& packet, std::uint32_t active, std::size_t first, int lanes, HemisphereSamples& s) const;
     void shade_hit(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell, std::uint64_t key,
                    Workspace& w) const;
     float cone_width(std::uint32_t cell, const Workspace& w) const;
@@ -192,6 +193,22 @@ private:
     bool has_bounce_;
     bool keeps_radiance_;
 };
+
+/// Sky that is not the same everywhere, as far as it is soft: its peaks are a lamp.
+void Gatherer::note_sky(const HitPacket& packet, std::uint32_t active, std::size_t first, int lanes, HemisphereSamples& s) const
+{
+    for (int i = 0; i < lanes; ++i) {
+        if ((active >> i & 1u) == 0u || packet.geometry[i] != RayPacket::kMiss)
+            continue;
+        const RayPacket& ray = packet.ray;
+        const glm::vec3 sky =
+            radiance_.environment().soft_blurred({ray.direction_x[i], ray.direction_y[i], ray.direction_z[i]});
+        const std::size_t c = first + static_cast<std::size_t>(i);
+        s.red[c] = sky.r;
+        s.green[c] = sky.g;
+        s.blue[c] = sky.b;
+    }
+}
 
 void Gatherer::shade_hit(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell,
                          std::uint64_t key, Workspace& w) const
@@ -227,6 +244,8 @@ void Gatherer::shade(const Frame& frame, int first, std::uint32_t active, std::u
     FacePacket faces;
     find_faces(rays_, packet, faces);
     note_cells(frame, packet, faces, active, radiance_.sky_radiance(), static_cast<std::size_t>(first), lanes, w.z.data(), w.samples);
+    if (radiance_.environment().has_image())
+        note_sky(packet, active, static_cast<std::size_t>(first), lanes, w.samples);
     if (!has_bounce_)
         return;
     HitSurface hits[kWidth];

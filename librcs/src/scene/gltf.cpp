@@ -7,7 +7,8 @@
 #include <limits>
 #include <new>
 #include <string>
-#include <system_error>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include <glm/glm.hpp>
@@ -24,72 +25,71 @@
 namespace rcs {
 namespace {
 
-/// tinygltf asks for buffers by a path below its base directory ".", which stands for the scene's folder.
-std::filesystem::path path_of(const std::string& asked, void* user)
+/// What tinygltf's callbacks work on.
+struct BufferAccess {
+    const GltfFile& file;
+    const GltfSource& source;
+};
+
+/// tinygltf asks for buffers by a path that ends in kBufferUri and their number; see gltf_check.h.
+std::size_t buffer_number(const std::string& asked)
 {
-    const GltfFile& file = *static_cast<const GltfFile*>(user);
-    const std::string relative = asked.rfind("./", 0) == 0 ? asked.substr(2) : asked;
-    return file.folder / relative;
+    const std::size_t at = asked.rfind(kBufferUri);
+    return at == asked.npos ? 0 : std::stoul(asked.substr(at + std::string_view(kBufferUri).size()));
 }
 
-bool buffer_exists(const std::string& asked, void* user)
-{
-    std::error_code ignored;
-    return std::filesystem::exists(path_of(asked, user), ignored);
-}
+bool buffer_exists(const std::string&, void*) { return true; }
 
 std::string unchanged_path(const std::string& path, void*) { return path; }
 
-bool read_buffer(std::vector<unsigned char>* bytes, std::string* error, const std::string& asked, void* user)
+bool read_buffer(std::vector<unsigned char>* bytes, std::string*, const std::string& asked, void* user)
 {
-    try {
-        *bytes = read_file(path_of(asked, user), "buffer");
-        return true;
-    } catch (const Error& e) {
-        *error = e.what();
-        return false;
-    }
+    const BufferAccess& access = *static_cast<const BufferAccess*>(user);
+    const std::size_t number = buffer_number(asked);
+    *bytes = buffer_bytes(access.file, access.source.buffers.at(number), {}, element_name("buffer", number, ""));
+    return true;
 }
 
 bool refuse_to_write(std::string*, const std::string&, const std::vector<unsigned char>&, void*) { return false; }
 
-/// tinygltf 2.9 asks for sizes by a callback that 2.7 does not have yet.
+/// tinygltf 2.9 asks for sizes by a callback that 2.7 does not have yet. It compares them with a limit only.
 template <class Callbacks>
 void set_size_callback(Callbacks& access)
 {
     if constexpr (requires { access.GetFileSizeInBytes; }) {
         access.GetFileSizeInBytes = [](std::size_t* size, std::string*, const std::string& asked, void* user) {
-            std::error_code problem;
-            *size = std::filesystem::file_size(path_of(asked, user), problem);
-            return !problem;
+            const GltfSource& source = static_cast<const BufferAccess*>(user)->source;
+            *size = source.buffers.at(buffer_number(asked)).size;
+            return true;
         };
     }
 }
 
-/// check_gltf has refused all URIs that leave the scene's folder.
-tinygltf::FsCallbacks file_access(GltfFile& file)
+tinygltf::FsCallbacks file_access(BufferAccess& user)
 {
     tinygltf::FsCallbacks access{};
     access.FileExists = buffer_exists;
     access.ExpandFilePath = unchanged_path;
     access.ReadWholeFile = read_buffer;
     access.WriteWholeFile = refuse_to_write;
-    access.user_data = &file;
+    access.user_data = &user;
     set_size_callback(access);
     return access;
 }
 
-tinygltf::Model read_model(GltfFile& file, const LogFunction& log)
+tinygltf::Model read_model(const GltfFile& file, const LogFunction& log)
 {
     std::vector<unsigned char> bytes = read_file(file.path, "scene file");
     if (bytes.size() > std::numeric_limits<std::uint32_t>::max()) {
         fail(file, ErrorCode::unsupported, "is larger than the 4 GiB that a .glb file can have");
     }
-    check_gltf(file, bytes);
+    GltfSource source = check_gltf(file, std::move(bytes));
+    bytes = std::move(source.bytes);
 
+    BufferAccess access{file, source};
     tinygltf::TinyGLTF reader;
-    reader.SetFsCallbacks(file_access(file));
-    reader.SetImageLoader(keep_encoded_image, nullptr);
+    reader.SetFsCallbacks(file_access(access));
+    reader.SetImageLoader(leave_image, nullptr);
     tinygltf::Model model;
     std::string error;
     std::string warning;
@@ -102,6 +102,8 @@ tinygltf::Model read_model(GltfFile& file, const LogFunction& log)
     if (!read) bad_file(file, error.empty() ? "cannot be read" : on_one_line(error));
     const std::string remarks = on_one_line(error + warning);
     if (log && !remarks.empty()) log(LogLevel::warning, file.path + ": " + remarks);
+    unpack_views(file, source.packed_views, model);
+    for (std::size_t i = 0; i < model.images.size(); ++i) model.images[i].uri = std::move(source.image_uris[i]);
     return model;
 }
 
@@ -117,27 +119,52 @@ Camera framing_camera(const Scene& scene)
     return look_at_camera("framed", centre + from * (radius / std::sin(0.5 * kFov)), centre, kFov);
 }
 
-Scene load_gltf(const std::string& path, const LogFunction& log)
+/// What a file without any light is lit by.
+constexpr glm::vec3 kNeutralSky{1.0f};
+
+bool has_light(const Scene& scene)
+{
+    // Materials that no mesh uses keep their default, which emits nothing.
+    const bool emits = std::any_of(scene.materials.begin(), scene.materials.end(), [](const Material& material) {
+        return material.emission != glm::vec3(0.0f);
+    });
+    return emits || !scene.lights.empty();
+}
+
+Scene load_gltf(const std::string& path, const LoadOptions& options, const LogFunction& log)
 {
     GltfNotes notes;
-    GltfFile file{path, std::filesystem::path(path).parent_path(), &notes};
-    Scene scene = build_scene(file, read_model(file, log));
-    const std::string short_path = std::filesystem::path(path).filename().string();
-    notes.write(short_path, log);
+    const GltfFile file{path, std::filesystem::path(path).parent_path(), &notes};
+    const tinygltf::Model model = read_model(file, log);
+    Scene scene = build_scene(file, model, options.time);
+    const std::string name = std::filesystem::path(path).filename().string();
+    notes.write(name, log);
+    const auto inform = [&](const std::string& what) {
+        if (log) log(LogLevel::info, name + ": " + what);
+    };
+    if (options.time && model.animations.empty()) inform("has no animation; it looks the same at any time");
+    if (!options.time && !model.animations.empty()) inform("has animations; it is shown in its rest pose");
     if (scene.cameras.empty()) {
         scene.cameras.push_back(framing_camera(scene));
-        if (log) log(LogLevel::info, short_path + ": has no camera; 'framed' shows all of it");
+        inform("has no camera; 'framed' shows all of it");
+    }
+    if (!has_light(scene)) {
+        scene.sky_radiance = kNeutralSky;
+        inform("has no light; a neutral sky of radiance 1 lights it unless another environment is asked for");
     }
     return scene;
 }
 
 }  // namespace
 
-Scene load_scene(const std::string& source, const LogFunction& log)
+Scene load_scene(const std::string& source, const LogFunction& log, const LoadOptions& options)
 {
+    if (options.time && !std::isfinite(*options.time)) {
+        throw Error(ErrorCode::bad_argument, "time is " + std::to_string(*options.time) + ", expected a finite number");
+    }
     if (source.rfind("demo:", 0) == 0) return make_demo_scene(source);
     try {
-        Scene scene = load_gltf(source, log);
+        Scene scene = load_gltf(source, options, log);
         validate(scene);
         return scene;
     } catch (const Error&) {

@@ -115,9 +115,11 @@ template <class Store>
 void for_each_element(const Place& place, const tinygltf::Model& model, const tinygltf::Accessor& accessor,
                       std::size_t element_size, const Store& store)
 {
-    const Elements base =
-        elements_in(place, model, accessor.bufferView, accessor.byteOffset, accessor.count, element_size);
-    for (std::size_t i = 0; i < base.count; ++i) store(i, base.data + i * base.stride);
+    if (accessor.bufferView >= 0) {
+        const Elements base =
+            elements_in(place, model, accessor.bufferView, accessor.byteOffset, accessor.count, element_size);
+        for (std::size_t i = 0; i < base.count; ++i) store(i, base.data + i * base.stride);
+    }
     if (!accessor.sparse.isSparse) return;
 
     const auto& sparse = accessor.sparse;
@@ -144,10 +146,29 @@ void for_each_element(const Place& place, const tinygltf::Model& model, const ti
 std::size_t element_count(const Place& place, const tinygltf::Model& model, const tinygltf::Accessor& accessor,
                           std::size_t element_size)
 {
-    if (accessor.bufferView < 0) {
-        fail(place.file, ErrorCode::unsupported, place.name + " has no buffer view");
+    if (accessor.bufferView >= 0) {
+        return elements_in(place, model, accessor.bufferView, accessor.byteOffset, accessor.count, element_size).count;
     }
-    return elements_in(place, model, accessor.bufferView, accessor.byteOffset, accessor.count, element_size).count;
+    // Zeros, that a sparse part replaces here and there: a sound file has a byte for each of its vertices in
+    // some other attribute or index.
+    std::size_t bytes = 0;
+    for (const tinygltf::Buffer& buffer : model.buffers) bytes += buffer.data.size();
+    if (accessor.count > bytes) {
+        place.fail("has " + std::to_string(accessor.count) + " elements without a buffer view, more than the file has bytes");
+    }
+    return accessor.count;
+}
+
+/// Elements of `length` components, each given to store(element, component, value).
+template <class Store>
+void read_components(const Place& place, const tinygltf::Model& model, const tinygltf::Accessor& accessor,
+                     std::size_t length, const Store& store)
+{
+    const int type = accessor.componentType;
+    const std::size_t size = component_size(place, type);
+    for_each_element(place, model, accessor, size * length, [&](std::size_t i, const std::uint8_t* data) {
+        for (std::size_t c = 0; c < length; ++c) store(i, c, component_at(data + c * size, type, accessor.normalized));
+    });
 }
 
 template <class Vector>
@@ -156,17 +177,14 @@ std::vector<Vector> read_vectors(const GltfFile& file, const tinygltf::Model& mo
 {
     const tinygltf::Accessor& accessor = accessor_at(file, model, index, what);
     const Place place{file, what + " (accessor " + std::to_string(index) + ")"};
-    const int type = accessor.componentType;
     if (accessor.type != gltf_type) {
         place.fail("has elements of another size, expected VEC" + std::to_string(Vector::length()));
     }
-    const std::size_t size = component_size(place, type);
     constexpr auto kLength = static_cast<std::size_t>(Vector::length());
-    std::vector<Vector> vectors(element_count(place, model, accessor, size * kLength));
-    for_each_element(place, model, accessor, size * kLength, [&](std::size_t i, const std::uint8_t* data) {
-        for (std::size_t c = 0; c < kLength; ++c) {
-            vectors[i][static_cast<glm::length_t>(c)] = component_at(data + c * size, type, accessor.normalized);
-        }
+    const std::size_t size = component_size(place, accessor.componentType) * kLength;
+    std::vector<Vector> vectors(element_count(place, model, accessor, size), Vector(0.0f));
+    read_components(place, model, accessor, kLength, [&](std::size_t i, std::size_t c, float value) {
+        vectors[i][static_cast<glm::length_t>(c)] = value;
     });
     return vectors;
 }
@@ -201,6 +219,56 @@ std::vector<glm::vec2> read_vec2(const GltfFile& file, const tinygltf::Model& mo
                                  const std::string& what)
 {
     return read_vectors<glm::vec2>(file, model, accessor, TINYGLTF_TYPE_VEC2, what);
+}
+
+std::vector<glm::vec4> read_vec4(const GltfFile& file, const tinygltf::Model& model, int accessor,
+                                 const std::string& what)
+{
+    return read_vectors<glm::vec4>(file, model, accessor, TINYGLTF_TYPE_VEC4, what);
+}
+
+std::vector<glm::vec4> read_colors(const GltfFile& file, const tinygltf::Model& model, int accessor,
+                                   const std::string& what)
+{
+    if (accessor_at(file, model, accessor, what).type != TINYGLTF_TYPE_VEC3) {
+        return read_vec4(file, model, accessor, what);
+    }
+    const std::vector<glm::vec3> rgb = read_vec3(file, model, accessor, what);
+    std::vector<glm::vec4> colors;
+    colors.reserve(rgb.size());
+    for (const glm::vec3& color : rgb) colors.emplace_back(color, 1.0f);
+    return colors;
+}
+
+std::vector<glm::mat4> read_mat4(const GltfFile& file, const tinygltf::Model& model, int index,
+                                 const std::string& what)
+{
+    const tinygltf::Accessor& accessor = accessor_at(file, model, index, what);
+    const Place place{file, what + " (accessor " + std::to_string(index) + ")"};
+    if (accessor.type != TINYGLTF_TYPE_MAT4 || accessor.componentType != TINYGLTF_COMPONENT_TYPE_FLOAT) {
+        place.fail("has elements of another type, expected MAT4 of floats");
+    }
+    std::vector<glm::mat4> matrices(element_count(place, model, accessor, sizeof(glm::mat4)), glm::mat4(0.0f));
+    read_components(place, model, accessor, 16, [&](std::size_t i, std::size_t c, float value) {
+        matrices[i][static_cast<glm::length_t>(c / 4)][static_cast<glm::length_t>(c % 4)] = value;
+    });
+    return matrices;
+}
+
+std::vector<float> read_scalars(const GltfFile& file, const tinygltf::Model& model, int index,
+                                const std::string& what)
+{
+    const tinygltf::Accessor& accessor = accessor_at(file, model, index, what);
+    const Place place{file, what + " (accessor " + std::to_string(index) + ")"};
+    if (accessor.type != TINYGLTF_TYPE_SCALAR) place.fail("has elements of another size, expected SCALAR");
+    std::vector<float> scalars(element_count(place, model, accessor, component_size(place, accessor.componentType)));
+    read_components(place, model, accessor, 1, [&](std::size_t i, std::size_t, float value) { scalars[i] = value; });
+    return scalars;
+}
+
+std::size_t accessor_count(const GltfFile& file, const tinygltf::Model& model, int accessor, const std::string& what)
+{
+    return accessor_at(file, model, accessor, what).count;
 }
 
 std::vector<std::uint32_t> read_indices(const GltfFile& file, const tinygltf::Model& model, int index,

@@ -21,6 +21,17 @@ std::vector<glm::vec3> read_vec3(const GltfFile& file, const tinygltf::Model& mo
                                  const std::string& what);
 std::vector<glm::vec2> read_vec2(const GltfFile& file, const tinygltf::Model& model, int accessor,
                                  const std::string& what);
+std::vector<glm::vec4> read_vec4(const GltfFile& file, const tinygltf::Model& model, int accessor,
+                                 const std::string& what);
+/// Of three or four components; the fourth is 1 where it is missing.
+std::vector<glm::vec4> read_colors(const GltfFile& file, const tinygltf::Model& model, int accessor,
+                                   const std::string& what);
+std::vector<glm::mat4> read_mat4(const GltfFile& file, const tinygltf::Model& model, int accessor,
+                                 const std::string& what);
+std::vector<float> read_scalars(const GltfFile& file, const tinygltf::Model& model, int accessor,
+                                const std::string& what);
+/// Number of elements that it says it has. @throws Error bad_file if there is no such accessor
+std::size_t accessor_count(const GltfFile& file, const tinygltf::Model& model, int accessor, const std::string& what);
 std::vector<std::uint32_t> read_indices(const GltfFile& file, const tinygltf::Model& model, int accessor,
                                         const std::string& what);
 

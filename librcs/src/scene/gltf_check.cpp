@@ -3,152 +3,36 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <cstring>
-#include <memory>
-#include <optional>
-#include <span>
 #include <string_view>
 #include <utility>
 
 #include <draco/compression/decode.h>
-#include <nlohmann/json.hpp>
 
+#include "scene/gltf_schema.h"
+#include "scene/gltf_uri.h"
 #include "scene/tinygltf.h"
 
 namespace rcs {
 namespace {
 
-using Json = nlohmann::json;
-using Bytes = std::span<const unsigned char>;
+constexpr std::array<std::string_view, 13> kSupportedExtensions = {
+    "EXT_mesh_gpu_instancing",    "EXT_meshopt_compression", "EXT_texture_webp",
+    "KHR_draco_mesh_compression", "KHR_lights_punctual",     "KHR_materials_clearcoat",
+    "KHR_materials_emissive_strength", "KHR_materials_ior",  "KHR_materials_specular",
+    "KHR_materials_transmission", "KHR_materials_unlit",     "KHR_mesh_quantization",
+    "KHR_texture_transform"};
 
-constexpr std::array<std::string_view, 4> kSupportedExtensions = {
-    "KHR_draco_mesh_compression", "KHR_lights_punctual", "KHR_materials_emissive_strength", "KHR_mesh_quantization"};
-
-struct Document {
-    const GltfFile& file;
-    Json root;
-    Bytes binary;  ///< the second chunk of a .glb
-};
-
-std::uint32_t read_u32(Bytes bytes, std::size_t at)
+bool is_supported(const std::string& extension)
 {
-    return std::uint32_t{bytes[at]} | std::uint32_t{bytes[at + 1]} << 8 | std::uint32_t{bytes[at + 2]} << 16 |
-           std::uint32_t{bytes[at + 3]} << 24;
+    return std::find(kSupportedExtensions.begin(), kSupportedExtensions.end(), extension) != kSupportedExtensions.end();
 }
 
-/// Splits a .glb into its two chunks. Layout: glTF 2.0, section 4.4.
-std::pair<Bytes, Bytes> glb_chunks(const GltfFile& file, Bytes bytes)
+void check_extensions(const GltfDocument& document)
 {
-    constexpr std::size_t kHeader = 12;
-    constexpr std::size_t kChunkHeader = 8;
-    constexpr std::uint32_t kJson = 0x4e4f534a;
-    constexpr std::uint32_t kBin = 0x004e4942;
-    if (bytes.size() < kHeader + kChunkHeader) bad_file(file, "is truncated: a .glb file has at least 20 bytes");
-    if (read_u32(bytes, 4) != 2) {
-        fail(file, ErrorCode::unsupported,
-             "is .glb version " + std::to_string(read_u32(bytes, 4)) + ", expected version 2");
-    }
-    const std::size_t length = read_u32(bytes, 8);
-    if (length > bytes.size()) {
-        bad_file(file, "is truncated: its header says " + std::to_string(length) + " bytes, the file has " +
-                           std::to_string(bytes.size()));
-    }
-    const auto chunk = [&](std::size_t at, std::uint32_t type) {
-        if (length < at + kChunkHeader || read_u32(bytes, at) > length - at - kChunkHeader ||
-            read_u32(bytes, at + 4) != type) {
-            bad_file(file, "has a damaged chunk at byte " + std::to_string(at));
-        }
-        return bytes.subspan(at + kChunkHeader, read_u32(bytes, at));
-    };
-    const Bytes json = chunk(kHeader, kJson);
-    const std::size_t next = kHeader + kChunkHeader + json.size();
-    return {json, next < length ? chunk(next, kBin) : Bytes{}};
-}
-
-/// How deep arrays and objects lie in each other at most, if the text is JSON.
-int nesting_depth(Bytes text)
-{
-    int depth = 0;
-    int deepest = 0;
-    bool in_string = false;
-    for (std::size_t i = 0; i < text.size(); ++i) {
-        const unsigned char c = text[i];
-        if (in_string) {
-            if (c == '\\') ++i;
-            else if (c == '"') in_string = false;
-        } else if (c == '"') {
-            in_string = true;
-        } else if (c == '[' || c == '{') {
-            deepest = std::max(deepest, ++depth);
-        } else if (c == ']' || c == '}') {
-            --depth;
-        }
-    }
-    return deepest;
-}
-
-Json parse_json(const GltfFile& file, Bytes text)
-{
-    // tinygltf follows extras and extensions by recursion.
-    constexpr int kMaxDepth = 128;
-    if (nesting_depth(text) > kMaxDepth) {
-        bad_file(file, "is no sound glTF file: it nests JSON deeper than " + std::to_string(kMaxDepth));
-    }
-    try {
-        return Json::parse(text.begin(), text.end());
-    } catch (const Json::exception& e) {
-        bad_file(file, std::string("is no glTF file: ") + e.what());
-    }
-}
-
-const Json& array_of(const Document& document, const char* key)
-{
-    static const Json empty = Json::array();
-    const auto found = document.root.find(key);
-    if (found == document.root.end()) return empty;
-    if (!found->is_array()) bad_file(document.file, std::string("'") + key + "' is no array");
-    return *found;
-}
-
-/// The member, a whole number >= 0; nullopt if it is missing.
-std::optional<std::uint64_t> whole_number(const Document& document, const Json& object, const char* key,
-                                          const std::string& what)
-{
-    const auto found = object.find(key);
-    if (found == object.end()) return std::nullopt;
-    if (!found->is_number_unsigned()) bad_file(document.file, what + ": '" + key + "' is no whole number >= 0");
-    return found->get<std::uint64_t>();
-}
-
-/// The element of array `key` that `object[member]` points to.
-const Json& element_of(const Document& document, const char* key, const Json& object, const char* member,
-                       const std::string& what)
-{
-    const Json& elements = array_of(document, key);
-    const auto index = whole_number(document, object, member, what);
-    if (!index || *index >= elements.size()) {
-        bad_file(document.file, what + ": '" + member + "' is " + (index ? std::to_string(*index) : "missing") +
-                                    ", expected an index below " + std::to_string(elements.size()) + " into '" +
-                                    key + "'");
-    }
-    return elements[*index];
-}
-
-void check_header(const Document& document)
-{
-    const Json& root = document.root;
-    if (!root.is_object() || !root.contains("asset") || !root["asset"].is_object() ||
-        !root["asset"].contains("version") || !root["asset"]["version"].is_string()) {
-        bad_file(document.file, "is no glTF file: it has no asset.version");
-    }
-    const auto version = root["asset"]["version"].get<std::string>();
-    if (version.rfind("2.", 0) != 0) {
-        fail(document.file, ErrorCode::unsupported, "is glTF version '" + version + "', expected 2.x");
-    }
     std::string missing;
     for (const Json& name : array_of(document, "extensionsRequired")) {
         const std::string text = name.is_string() ? name.get<std::string>() : name.dump();
-        if (std::find(kSupportedExtensions.begin(), kSupportedExtensions.end(), text) == kSupportedExtensions.end()) {
+        if (!is_supported(text)) {
             missing += (missing.empty() ? "" : ", ") + text;
         }
     }
@@ -158,30 +42,45 @@ void check_header(const Document& document)
     for (const Json& name : array_of(document, "extensionsUsed")) {
         static constexpr GltfNoteKind kUnknown{"unknown features", "extension", "ignored"};
         const std::string text = name.is_string() ? name.get<std::string>() : name.dump();
-        if (std::find(kSupportedExtensions.begin(), kSupportedExtensions.end(), text) == kSupportedExtensions.end()) {
-            document.file.notes->add(kUnknown, text);
-        }
+        if (!is_supported(text)) document.file.notes->add(kUnknown, text);
     }
 }
 
-void check_buffers(const Document& document)
+/// @return whether it is there only for readers without EXT_meshopt_compression
+bool is_fallback(const GltfDocument& document, const Json& buffer, const std::string& what)
+{
+    const Json* extension = extension_of(document, buffer, "EXT_meshopt_compression", what);
+    const auto flag = extension ? extension->find("fallback") : Json::const_iterator();
+    return extension && flag != extension->end() && flag->is_boolean() && flag->get<bool>();
+}
+
+void check_buffers(const GltfDocument& document, GltfSource& source)
 {
     std::size_t index = 0;
     for (const Json& buffer : array_of(document, "buffers")) {
         const std::string what = element_name("buffer", index++, "");
         if (!buffer.is_object()) bad_file(document.file, what + " is no object");
-        if (!whole_number(document, buffer, "byteLength", what).value_or(0)) {
-            bad_file(document.file, what + ": 'byteLength' is missing or 0");
-        }
+        GltfSource::Buffer& made = source.buffers.emplace_back();
+        made.size = whole_number(document, buffer, "byteLength", what).value_or(0);
+        if (made.size == 0) bad_file(document.file, what + ": 'byteLength' is missing or 0");
+        made.absent = is_fallback(document, buffer, what);
         const auto uri = buffer.find("uri");
-        if (uri == buffer.end()) continue;
-        if (!uri->is_string()) bad_file(document.file, what + ": 'uri' is no string");
-        const auto text = uri->get<std::string>();
-        if (!tinygltf::IsDataURI(text)) external_path(document.file, text, what);
+        if (uri != buffer.end() && !uri->is_string()) bad_file(document.file, what + ": 'uri' is no string");
+        if (uri != buffer.end()) made.uri = uri->get<std::string>();
+        if (made.absent) continue;
+        if (!made.uri.empty() && !made.uri.starts_with("data:")) external_path(document.file, made.uri, what);
+        if (made.uri.empty() && made.size > document.binary.size()) {
+            bad_file(document.file, what + " has " + std::to_string(made.size) + " bytes, the file holds " +
+                                        std::to_string(document.binary.size()));
+        }
     }
-    index = 0;
+}
+
+void check_views(const GltfDocument& document, GltfSource& source)
+{
+    std::size_t index = 0;
     for (const Json& view : array_of(document, "bufferViews")) {
-        const std::string what = element_name("buffer view", index++, "");
+        const std::string what = element_name("buffer view", index, "");
         if (!view.is_object()) bad_file(document.file, what + " is no object");
         const Json& buffer = element_of(document, "buffers", view, "buffer", what);
         const auto size = *whole_number(document, buffer, "byteLength", what);
@@ -191,43 +90,47 @@ void check_buffers(const Document& document)
             bad_file(document.file, what + " has " + std::to_string(length) + " bytes from byte " +
                                         std::to_string(offset) + ", its buffer has " + std::to_string(size));
         }
-    }
-    index = 0;
-    for (const Json& image : array_of(document, "images")) {
-        const std::string what = element_name("image", index++, "");
-        if (!image.is_object()) bad_file(document.file, what + " is no object");
-        if (image.contains("bufferView")) element_of(document, "bufferViews", image, "bufferView", what);
+        if (const Json* packed = extension_of(document, view, "EXT_meshopt_compression", what)) {
+            source.packed_views.push_back(packed_view(document, *packed, index, what));
+        }
+        ++index;
     }
 }
 
-/// The bytes of a buffer that Draco data lie in.
-std::vector<unsigned char> buffer_bytes(const Document& document, const Json& buffer, const std::string& what)
+void check_images(const GltfDocument& document, GltfSource& source)
 {
-    const std::size_t size = buffer["byteLength"].get<std::size_t>();
-    std::vector<unsigned char> bytes;
-    if (const auto uri = buffer.find("uri"); uri == buffer.end()) {
-        bytes.assign(document.binary.begin(), document.binary.end());
-    } else if (std::string mime; tinygltf::IsDataURI(uri->get<std::string>())) {
-        tinygltf::DecodeDataURI(&bytes, mime, uri->get<std::string>(), 0, false);
-    } else {
-        bytes = read_file(external_path(document.file, uri->get<std::string>(), what), "buffer");
+    std::size_t index = 0;
+    for (const Json& image : array_of(document, "images")) {
+        const std::string what = element_name("image", index++, "");
+        if (image.contains("bufferView")) element_of(document, "bufferViews", image, "bufferView", what);
+        if (image.contains("bufferView") == image.contains("uri")) {
+            bad_file(document.file, what + " needs either a uri or a bufferView");
+        }
+        source.image_uris.push_back(image.value("uri", std::string()));
     }
-    if (bytes.size() < size) bad_file(document.file, what + ": its buffer is shorter than its 'byteLength' says");
-    return bytes;
 }
 
 /// Decodes once for the check alone: tinygltf decodes again, but would follow an attribute that the data
 /// lack, or one of more than four components.
-void check_draco(const Document& document, const Json& primitive, const Json& compressed, const std::string& what)
+void check_draco(const GltfDocument& document, const GltfSource& source, const Json& primitive,
+                 const Json& compressed, const std::string& what)
 {
     const Json& view = element_of(document, "bufferViews", compressed, "bufferView", what);
-    const Json& buffer = element_of(document, "buffers", view, "buffer", what);
+    const std::uint64_t buffer = *whole_number(document, view, "buffer", what);
     const Json& indices = element_of(document, "accessors", primitive, "indices", what);
-    const std::vector<unsigned char> bytes = buffer_bytes(document, buffer, what);
+    std::vector<unsigned char> held;
+    Bytes bytes = document.binary;
+    if (source.buffers[buffer].absent || !source.buffers[buffer].uri.empty()) {
+        bytes = held = buffer_bytes(document.file, source.buffers[buffer], {}, element_name("buffer", buffer, ""));
+    }
+    const std::size_t offset = view.value("byteOffset", std::size_t{0});
+    const auto length = view["byteLength"].get<std::size_t>();
+    if (offset > bytes.size() || length > bytes.size() - offset) {
+        bad_file(document.file, what + ": its Draco data lie outside their buffer");
+    }
 
     draco::DecoderBuffer data;
-    data.Init(reinterpret_cast<const char*>(bytes.data()) + view.value("byteOffset", std::size_t{0}),
-              view["byteLength"].get<std::size_t>());
+    data.Init(reinterpret_cast<const char*>(bytes.data()) + offset, length);
     draco::Decoder decoder;
     const auto decoded = decoder.DecodeMeshFromBuffer(&data);
     if (!decoded.ok()) {
@@ -259,19 +162,15 @@ void check_draco(const Document& document, const Json& primitive, const Json& co
     }
 }
 
-void check_meshes(const Document& document)
+void check_meshes(const GltfDocument& document, const GltfSource& source)
 {
     std::size_t index = 0;
     for (const Json& mesh : array_of(document, "meshes")) {
         const std::string mesh_name = element_name("mesh", index++, "");
-        const auto primitives = mesh.is_object() ? mesh.find("primitives") : mesh.end();
-        if (primitives == mesh.end() || !primitives->is_array()) {
-            bad_file(document.file, mesh_name + " has no array of primitives");
-        }
         std::size_t number = 0;
-        for (const Json& primitive : *primitives) {
+        for (const Json& primitive : mesh["primitives"]) {
             const std::string what = mesh_name + ", primitive " + std::to_string(number++);
-            if (!primitive.is_object() || !primitive.contains("attributes") ||
+            if (!primitive.contains("attributes") ||
                 !primitive["attributes"].is_object()) {
                 bad_file(document.file, what + " has no attributes");
             }
@@ -279,33 +178,70 @@ void check_meshes(const Document& document)
                 element_of(document, "accessors", primitive["attributes"], attribute.key().c_str(), what);
             }
             if (primitive.contains("indices")) element_of(document, "accessors", primitive, "indices", what);
-            const auto extensions = primitive.find("extensions");
-            if (extensions == primitive.end() || !extensions->is_object()) continue;
-            const auto compressed = extensions->find("KHR_draco_mesh_compression");
-            if (compressed == extensions->end()) continue;
-            if (!compressed->is_object()) bad_file(document.file, what + ": its Draco extension is no object");
-            check_draco(document, primitive, *compressed, what);
+            const Json* compressed = extension_of(document, primitive, "KHR_draco_mesh_compression", what);
+            if (compressed) check_draco(document, source, primitive, *compressed, what);
         }
     }
 }
 
-}  // namespace
-
-bool is_glb(const std::vector<unsigned char>& bytes)
+/// Replaces every URI by a number, so that this library alone decides what is read.
+void take_out_uris(GltfDocument& document, const GltfSource& source)
 {
-    return bytes.size() >= 4 && std::memcmp(bytes.data(), "glTF", 4) == 0;
+    for (std::size_t i = 0; i < source.buffers.size(); ++i) {
+        Json& buffer = document.root["buffers"][i];
+        if (source.buffers[i].absent) buffer["byteLength"] = 1;
+        if (source.buffers[i].absent || !source.buffers[i].uri.empty()) buffer["uri"] = kBufferUri + std::to_string(i);
+    }
+    for (std::size_t i = 0; i < source.image_uris.size(); ++i) {
+        if (!source.image_uris[i].empty()) document.root["images"][i]["uri"] = kImageUri + std::to_string(i);
+    }
 }
 
-void check_gltf(const GltfFile& file, const std::vector<unsigned char>& bytes)
+bool has_uris(const GltfSource& source)
 {
-    const auto [text, binary] = is_glb(bytes) ? glb_chunks(file, bytes) : std::pair<Bytes, Bytes>{bytes, {}};
-    const Document document{file, parse_json(file, text), binary};
-    check_header(document);
-    check_buffers(document);
-    for (const Json& accessor : array_of(document, "accessors")) {
-        if (!accessor.is_object()) bad_file(file, "'accessors' holds something that is no object");
+    return std::any_of(source.buffers.begin(), source.buffers.end(),
+                       [](const auto& buffer) { return buffer.absent || !buffer.uri.empty(); }) ||
+           std::any_of(source.image_uris.begin(), source.image_uris.end(), [](const auto& uri) { return !uri.empty(); });
+}
+
+}  // namespace
+
+GltfSource check_gltf(const GltfFile& file, std::vector<unsigned char> bytes)
+{
+    GltfDocument document = read_document(file, bytes);
+    GltfSource source;
+    check_extensions(document);
+    check_types(document);
+    check_buffers(document, source);
+    check_views(document, source);
+    check_images(document, source);
+    check_meshes(document, source);
+    if (has_uris(source)) {
+        take_out_uris(document, source);
+        if (is_glb(bytes)) {
+            bytes = glb_bytes(document);
+        } else {
+            const std::string text = document.root.dump(-1, ' ', false, Json::error_handler_t::replace);
+            bytes.assign(text.begin(), text.end());
+        }
     }
-    check_meshes(document);
+    source.bytes = std::move(bytes);
+    return source;
+}
+
+std::vector<unsigned char> buffer_bytes(const GltfFile& file, const GltfSource::Buffer& buffer, Bytes binary,
+                                        const std::string& what)
+{
+    if (buffer.absent) return {0};
+    std::vector<unsigned char> bytes;
+    if (buffer.uri.empty()) bytes.assign(binary.begin(), binary.end());
+    else bytes = uri_bytes(file, buffer.uri, what);
+    if (bytes.size() < buffer.size) {
+        bad_file(file, what + " is shorter than its 'byteLength' says: " + std::to_string(bytes.size()) +
+                           " bytes, expected " + std::to_string(buffer.size));
+    }
+    bytes.resize(buffer.size);
+    return bytes;
 }
 
 }  // namespace rcs

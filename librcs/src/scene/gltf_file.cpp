@@ -5,35 +5,6 @@
 #include <system_error>
 
 namespace rcs {
-namespace {
-
-int hex_digit(char c)
-{
-    if (c >= '0' && c <= '9') return c - '0';
-    if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-    if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-    return -1;
-}
-
-/// RFC 3986, section 2.1.
-std::string percent_decoded(const std::string& uri)
-{
-    std::string text;
-    for (std::size_t i = 0; i < uri.size(); ++i) {
-        const int high = uri[i] == '%' && i + 2 < uri.size() ? hex_digit(uri[i + 1]) : -1;
-        const int low = high >= 0 ? hex_digit(uri[i + 2]) : -1;
-        if (low >= 0) {
-            text += static_cast<char>(high * 16 + low);
-            i += 2;
-        } else {
-            text += uri[i];
-        }
-    }
-    return text;
-}
-
-}  // namespace
-
 void GltfNotes::add(const GltfNoteKind& kind, const std::string& name, std::size_t count)
 {
     auto entry = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.kind == &kind; });
@@ -68,22 +39,6 @@ std::string on_one_line(const std::string& text)
     }
     if (line.ends_with("; ")) line.resize(line.size() - 2);
     return line;
-}
-
-std::filesystem::path external_path(const GltfFile& file, const std::string& uri, const std::string& what)
-{
-    const std::string decoded = percent_decoded(uri);
-    const std::filesystem::path relative(decoded);
-    // A colon before the first slash is a scheme (http:) or a drive; a backslash is a path on another system.
-    const bool scheme = decoded.substr(0, decoded.find('/')).find(':') != std::string::npos;
-    const bool upwards = std::find(relative.begin(), relative.end(), "..") != relative.end();
-    if (decoded.empty() || scheme || upwards || relative.is_absolute() ||
-        decoded.find_first_of(std::string("\\\0", 2)) != std::string::npos) {
-        constexpr std::size_t kShown = 80;  // the URI may be a whole embedded file
-        bad_file(file, what + " refers to '" + uri.substr(0, kShown) +
-                           "', expected a relative path inside the scene's folder");
-    }
-    return file.folder / relative;
 }
 
 std::vector<unsigned char> read_file(const std::filesystem::path& path, const std::string& what)

@@ -64,9 +64,6 @@ inline std::string short_name(std::size_t index, const std::string& name)
     return name.empty() ? "number " + std::to_string(index) : name;
 }
 
-/// Path of a buffer or image. @throws Error bad_file unless `uri` is relative and stays in the scene's folder
-std::filesystem::path external_path(const GltfFile& file, const std::string& uri, const std::string& what);
-
 /// @throws Error not_found, bad_file (a folder), io
 std::vector<unsigned char> read_file(const std::filesystem::path& path, const std::string& what);
 

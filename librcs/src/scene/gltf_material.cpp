@@ -1,144 +1,224 @@
 #include "scene/gltf_material.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
-#include <map>
 #include <string>
-
-#include "scene/gltf_accessor.h"
-#include "scene/image_decoder.h"
+#include <utility>
 
 namespace rcs {
 namespace {
 
-constexpr GltfNoteKind kGlossy{"metallic or glossy reflection", "material",
-                               "rendered as Lambertian with the base colour"};
-constexpr GltfNoteKind kClamped{"base colour outside [0, 1]", "material", "clamped"};
-constexpr GltfNoteKind kEmissiveTexture{"emissive textures", "material", "rendered without emission"};
-constexpr GltfNoteKind kNormalTexture{"normal textures", "material", "ignored"};
-constexpr GltfNoteKind kOcclusionTexture{"occlusion textures", "material", "ignored"};
-constexpr GltfNoteKind kAlpha{"transparency", "material", "rendered opaque"};
-constexpr GltfNoteKind kWrap{"texture wrap modes other than repeat", "material", "repeated"};
-constexpr GltfNoteKind kNoImage{"a base colour texture without an image that this build reads", "material",
-                                "the base colour factor alone is used"};
+constexpr GltfNoteKind kClampedColor{"base colour outside [0, 1]", "material", "clamped"};
+constexpr GltfNoteKind kClamped{"values outside their range", "material", "clamped"};
+constexpr GltfNoteKind kClearcoatNormal{"clearcoat normal textures", "material", "ignored"};
+constexpr GltfNoteKind kAlphaMode{"an alpha mode that glTF does not have", "material", "rendered opaque"};
 
-/// Textures read so far, by image; -1 marks none.
-using TextureOfImage = std::map<int, int>;
+/// Where a material may name a texture. `occlusionTexture` is not among them: the renderer computes occlusion.
+enum Slot { base_color, metallic_roughness, normal, emission, specular, specular_color, transmission, clearcoat,
+            clearcoat_roughness, slot_count };
 
-Texture read_image(const GltfFile& file, const tinygltf::Model& model, int index)
+using TextureUses = std::array<TextureUse, slot_count>;
+
+const tinygltf::Value& extension_of(const tinygltf::Material& material, const char* name)
 {
-    const tinygltf::Image& image = model.images[static_cast<std::size_t>(index)];
-    const std::string what = element_name("image", static_cast<std::size_t>(index),
-                                          image.name.empty() ? image.uri.substr(0, 80) : image.name);
-    const std::string where = file.path + ": " + what;
-    const std::string name = short_name(static_cast<std::size_t>(index), image.name.empty() ? image.uri : image.name);
-    if (image.bufferView >= 0) return decode_texture(view_bytes(file, model, image.bufferView, what), name, where);
-    if (!image.image.empty()) return decode_texture(image.image, name, where);
-    return decode_texture(read_file(external_path(file, image.uri, what), where), name, where);
+    static const tinygltf::Value none;
+    const auto found = material.extensions.find(name);
+    return found == material.extensions.end() ? none : found->second;
 }
 
-bool repeats(const tinygltf::Model& model, const tinygltf::Texture& texture)
-{
-    if (texture.sampler < 0 || static_cast<std::size_t>(texture.sampler) >= model.samplers.size()) return true;
-    const tinygltf::Sampler& sampler = model.samplers[static_cast<std::size_t>(texture.sampler)];
-    return sampler.wrapS == TINYGLTF_TEXTURE_WRAP_REPEAT && sampler.wrapT == TINYGLTF_TEXTURE_WRAP_REPEAT;
-}
-
-/// @return index into scene.textures, or -1
-int base_color_texture(const GltfFile& file, const tinygltf::Model& model, const tinygltf::Material& material,
-                       const std::string& name, Scene& scene, TextureOfImage& known)
-{
-    const int index = material.pbrMetallicRoughness.baseColorTexture.index;
-    if (index < 0) return -1;
-    if (static_cast<std::size_t>(index) >= model.textures.size()) {
-        bad_file(file, "material '" + name + "' names texture " + std::to_string(index) + ", the file has " +
-                           std::to_string(model.textures.size()));
-    }
-    const tinygltf::Texture& texture = model.textures[static_cast<std::size_t>(index)];
-    if (texture.source < 0 || static_cast<std::size_t>(texture.source) >= model.images.size()) {
-        file.notes->add(kNoImage, name);
-        return -1;
-    }
-    if (!repeats(model, texture)) file.notes->add(kWrap, name);
-    const auto [entry, is_new] = known.try_emplace(texture.source, static_cast<int>(scene.textures.size()));
-    if (is_new) scene.textures.push_back(read_image(file, model, texture.source));
-    return entry->second;
-}
-
-void note_what_is_left_out(const GltfFile& file, const tinygltf::Material& material, const std::string& name)
+TextureUses texture_uses(const tinygltf::Material& material)
 {
     const tinygltf::PbrMetallicRoughness& pbr = material.pbrMetallicRoughness;
-    if (pbr.metallicFactor > 0.0 || pbr.roughnessFactor < 1.0 || pbr.metallicRoughnessTexture.index >= 0) {
-        file.notes->add(kGlossy, name);
+    const auto use = [](const auto& info) { return texture_use(info.index, info.texCoord, info.extensions); };
+    const tinygltf::Value& reflection = extension_of(material, "KHR_materials_specular");
+    const tinygltf::Value& coat = extension_of(material, "KHR_materials_clearcoat");
+    TextureUses uses;
+    uses[base_color] = use(pbr.baseColorTexture);
+    uses[metallic_roughness] = use(pbr.metallicRoughnessTexture);
+    uses[normal] = use(material.normalTexture);
+    uses[emission] = use(material.emissiveTexture);
+    uses[specular] = texture_use(reflection, "specularTexture");
+    uses[specular_color] = texture_use(reflection, "specularColorTexture");
+    uses[transmission] = texture_use(extension_of(material, "KHR_materials_transmission"), "transmissionTexture");
+    uses[clearcoat] = texture_use(coat, "clearcoatTexture");
+    uses[clearcoat_roughness] = texture_use(coat, "clearcoatRoughnessTexture");
+    return uses;
+}
+
+/// Reads the numbers of one material.
+struct Factors {
+    const GltfFile& file;
+    const tinygltf::Material& source;
+    std::string name;  ///< for notes
+    std::string what;  ///< for messages
+
+    float clamped(double value, double least, double most, const GltfNoteKind& kind = kClamped) const
+    {
+        const double result = std::clamp(value, least, most);
+        if (result != value) file.notes->add(kind, name);
+        return static_cast<float>(result);
     }
-    if (material.normalTexture.index >= 0) file.notes->add(kNormalTexture, name);
-    if (material.occlusionTexture.index >= 0) file.notes->add(kOcclusionTexture, name);
-    if (material.alphaMode != "OPAQUE") file.notes->add(kAlpha, name);
+
+    double of(const char* extension, const char* key, double missing) const
+    {
+        const tinygltf::Value& values = extension_of(source, extension);
+        return values.Has(key) ? values.Get(key).GetNumberAsDouble() : missing;
+    }
+
+    glm::dvec3 color_of(const char* extension, const char* key) const
+    {
+        const tinygltf::Value& values = extension_of(source, extension);
+        if (!values.Has(key)) return glm::dvec3(1.0);
+        const tinygltf::Value& color = values.Get(key);
+        return {color.Get(0).GetNumberAsDouble(), color.Get(1).GetNumberAsDouble(), color.Get(2).GetNumberAsDouble()};
+    }
+};
+
+void read_base_color(const Factors& factors, Material& material)
+{
+    const std::vector<double>& factor = factors.source.pbrMetallicRoughness.baseColorFactor;
+    const glm::dvec3 asked(factor.at(0), factor.at(1), factor.at(2));
+    material.base_color = glm::vec3(glm::clamp(asked, 0.0, 1.0));
+    if (glm::clamp(asked, 0.0, 1.0) != asked) factors.file.notes->add(kClampedColor, factors.name);
+    material.alpha = factors.clamped(factor.at(3), 0.0, 1.0);
 }
 
-glm::vec3 base_color(const GltfFile& file, const tinygltf::Material& material, const std::string& name)
+/// @throws Error bad_file
+glm::vec3 read_emission(const Factors& factors)
 {
-    const std::vector<double>& factor = material.pbrMetallicRoughness.baseColorFactor;
-    if (factor.size() < 3) bad_file(file, "material '" + name + "' has a baseColorFactor of fewer than 3 numbers");
-    const glm::dvec3 asked(factor[0], factor[1], factor[2]);
-    const glm::dvec3 color = glm::clamp(asked, 0.0, 1.0);
-    if (color != asked) file.notes->add(kClamped, name);
-    return glm::vec3(color);
-}
-
-/// KHR_materials_emissive_strength: a factor on emissiveFactor.
-double emissive_strength(const tinygltf::Material& material)
-{
-    const auto found = material.extensions.find("KHR_materials_emissive_strength");
-    if (found == material.extensions.end() || !found->second.Has("emissiveStrength")) return 1.0;
-    const tinygltf::Value& strength = found->second.Get("emissiveStrength");
-    return strength.IsNumber() ? strength.GetNumberAsDouble() : 1.0;
-}
-
-glm::vec3 emission(const GltfFile& file, const tinygltf::Material& material, const std::string& name)
-{
-    const std::vector<double>& factor = material.emissiveFactor;
+    const std::vector<double>& factor = factors.source.emissiveFactor;
     if (factor.size() < 3) return glm::vec3(0.0f);
-    const glm::vec3 radiance = glm::dvec3(factor[0], factor[1], factor[2]) * emissive_strength(material);
-    if (radiance == glm::vec3(0.0f)) return radiance;
+    const glm::vec3 radiance = glm::dvec3(factor[0], factor[1], factor[2]) *
+                               factors.of("KHR_materials_emissive_strength", "emissiveStrength", 1.0);
     for (int channel = 0; channel < 3; ++channel) {
         if (!(radiance[channel] >= 0.0f) || !std::isfinite(radiance[channel])) {
-            bad_file(file, "material '" + name + "' emits " + std::to_string(radiance[channel]) +
-                               ", expected a finite radiance >= 0");
+            bad_file(factors.file, factors.what + " emits " + std::to_string(radiance[channel]) +
+                                       ", expected a finite radiance >= 0");
         }
     }
-    // The factor alone would make the whole surface glow where the file means its lit parts.
-    if (material.emissiveTexture.index >= 0) {
-        file.notes->add(kEmissiveTexture, name);
-        return glm::vec3(0.0f);
-    }
     return radiance;
+}
+
+void read_alpha_mode(const Factors& factors, Material& material)
+{
+    const std::string& mode = factors.source.alphaMode;
+    if (mode == "MASK") material.alpha_mode = AlphaMode::mask;
+    else if (mode == "BLEND") material.alpha_mode = AlphaMode::blend;
+    else if (mode != "OPAQUE" && !mode.empty()) factors.file.notes->add(kAlphaMode, factors.name);
+    // A cutoff above 1 is allowed and hides everything.
+    material.alpha_cutoff = factors.clamped(factors.source.alphaCutoff, 0.0, 2.0);
+}
+
+void read_extensions(const Factors& factors, Material& material)
+{
+    constexpr double kLarge = 1e4;  // an index of refraction or a tint beyond it reflects all
+    // 0 stands for a mirror that no index of refraction gives (KHR_materials_ior).
+    const double ior = factors.of("KHR_materials_ior", "ior", 1.5);
+    material.ior = ior == 0.0 ? static_cast<float>(kLarge) : factors.clamped(ior, 1.0, kLarge);
+    material.specular = factors.clamped(factors.of("KHR_materials_specular", "specularFactor", 1.0), 0.0, 1.0);
+    const glm::dvec3 tint = factors.color_of("KHR_materials_specular", "specularColorFactor");
+    for (int i = 0; i < 3; ++i) material.specular_color[i] = factors.clamped(tint[i], 0.0, kLarge);
+    material.transmission =
+        factors.clamped(factors.of("KHR_materials_transmission", "transmissionFactor", 0.0), 0.0, 1.0);
+    material.clearcoat = factors.clamped(factors.of("KHR_materials_clearcoat", "clearcoatFactor", 0.0), 0.0, 1.0);
+    material.clearcoat_roughness =
+        factors.clamped(factors.of("KHR_materials_clearcoat", "clearcoatRoughnessFactor", 0.0), 0.0, 1.0);
+    if (extension_of(factors.source, "KHR_materials_clearcoat").Has("clearcoatNormalTexture")) {
+        factors.file.notes->add(kClearcoatNormal, factors.name);
+    }
+    material.unlit = factors.source.extensions.count("KHR_materials_unlit") > 0;
+}
+
+void read_textures(const Factors& factors, TextureReader& textures, Material& material)
+{
+    const TextureUses uses = texture_uses(factors.source);
+    const UvSets sets = uv_sets_of(factors.source);
+    const auto read = [&](Slot slot, ColorSpace space) {
+        return textures.read(uses[slot], space, sets, factors.what, factors.name);
+    };
+    material.base_color_texture = read(base_color, ColorSpace::srgb);
+    if (material.unlit) return;
+    material.metallic_roughness_texture = read(metallic_roughness, ColorSpace::linear);
+    material.normal_texture = read(normal, ColorSpace::linear);
+    // What a factor of 0 hides is not worth its memory.
+    if (material.emission != glm::vec3(0.0f)) material.emission_texture = read(emission, ColorSpace::srgb);
+    material.specular_texture = read(specular, ColorSpace::linear);
+    material.specular_color_texture = read(specular_color, ColorSpace::srgb);
+    if (material.transmission > 0.0f) material.transmission_texture = read(transmission, ColorSpace::linear);
+    if (material.clearcoat > 0.0f) {
+        material.clearcoat_texture = read(clearcoat, ColorSpace::linear);
+        material.clearcoat_roughness_texture = read(clearcoat_roughness, ColorSpace::linear);
+    }
+}
+
+Material read_material(const Factors& factors, TextureReader& textures)
+{
+    const tinygltf::Material& source = factors.source;
+    Material material;
+    material.double_sided = source.doubleSided;
+    read_base_color(factors, material);
+    material.metallic = factors.clamped(source.pbrMetallicRoughness.metallicFactor, 0.0, 1.0);
+    material.roughness = factors.clamped(source.pbrMetallicRoughness.roughnessFactor, 0.0, 1.0);
+    constexpr double kSteepest = 1e6;
+    material.normal_scale = factors.clamped(source.normalTexture.scale, -kSteepest, kSteepest);
+    read_alpha_mode(factors, material);
+    read_extensions(factors, material);
+    material.emission = material.unlit ? glm::vec3(0.0f) : read_emission(factors);
+    read_textures(factors, textures, material);
+    return material;
 }
 
 }  // namespace
 
 void read_materials(const GltfFile& file, const tinygltf::Model& model, const std::vector<bool>& in_use, Scene& scene)
 {
-    TextureOfImage known;
+    TextureReader textures(file, model, scene);
     for (std::size_t i = 0; i < model.materials.size(); ++i) {
         const tinygltf::Material& source = model.materials[i];
-        const std::string name = short_name(i, source.name);
         Material material;
-        material.name = source.name;
-        material.double_sided = source.doubleSided;
         if (in_use[i]) {
-            note_what_is_left_out(file, source, name);
-            material.base_color = base_color(file, source, name);
-            material.emission = emission(file, source, name);
-            material.base_color_texture.texture = base_color_texture(file, model, source, name, scene, known);
+            material = read_material({file, source, short_name(i, source.name), element_name("material", i, source.name)},
+                                     textures);
         }
+        material.name = source.name;
         scene.materials.push_back(std::move(material));
     }
 }
 
-bool keep_encoded_image(tinygltf::Image* image, int, std::string*, std::string*, int, int, const unsigned char* bytes,
-                        int size, void*)
+Material default_gltf_material()
 {
-    if (image->bufferView < 0) image->image.assign(bytes, bytes + size);
+    Material material;
+    material.name = "default";
+    material.metallic = 1.0f;
+    material.specular = 1.0f;
+    return material;
+}
+
+UvSets uv_sets_of(const tinygltf::Material& material)
+{
+    UvSets sets = {-1, -1};
+    bool beyond = false;
+    for (const TextureUse& use : texture_uses(material)) {
+        if (use.texture < 0 || use.uv_set == sets[0] || use.uv_set == sets[1]) continue;
+        beyond = beyond || use.uv_set > 1;
+        if (sets[0] < 0) sets[0] = use.uv_set;
+        else if (sets[1] < 0) sets[1] = use.uv_set;
+    }
+    return beyond ? sets : UvSets{0, 1};
+}
+
+bool uses_uv_set(const tinygltf::Material& material, int uv_set)
+{
+    const TextureUses uses = texture_uses(material);
+    return std::any_of(uses.begin(), uses.end(),
+                       [&](const TextureUse& use) { return use.texture >= 0 && use.uv_set == uv_set; });
+}
+
+TextureUse normal_texture_use(const tinygltf::Material& material) { return texture_uses(material)[normal]; }
+
+bool leave_image(tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int, void*)
+{
     return true;
 }
 

@@ -4,6 +4,7 @@
 
 #include "rcs/scene.h"
 #include "scene/gltf_file.h"
+#include "scene/gltf_texture.h"
 #include "scene/tinygltf.h"
 
 namespace rcs {
@@ -15,9 +16,19 @@ namespace rcs {
 void read_materials(const GltfFile& file, const tinygltf::Model& model, const std::vector<bool>& in_use,
                     Scene& scene);
 
-/// tinygltf's image loader: keeps the encoded bytes of images that the file embeds as text. Images in
-/// buffer views and in files of their own are left where they are until they are known to be needed.
-bool keep_encoded_image(tinygltf::Image* image, int index, std::string* error, std::string* warning, int width,
-                        int height, const unsigned char* bytes, int size, void* user);
+/// A surface as glTF means it where a file says nothing: a rough white metal.
+Material default_gltf_material();
+
+/// The uv sets that the material's textures use: 0 and 1 unless it asks for others.
+UvSets uv_sets_of(const tinygltf::Material& material);
+
+/// Whether a texture of the material uses that set, one of uv_sets_of().
+bool uses_uv_set(const tinygltf::Material& material, int uv_set);
+
+TextureUse normal_texture_use(const tinygltf::Material& material);
+
+/// tinygltf's image loader: does nothing. Images are left where they are until they are known to be needed.
+bool leave_image(tinygltf::Image* image, int index, std::string* error, std::string* warning, int width, int height,
+                 const unsigned char* bytes, int size, void* user);
 
 }  // namespace rcs

@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "scene/gltf_accessor.h"
+#include "scene/gltf_material.h"
+#include "scene/gltf_tangents.h"
 
 namespace rcs {
 namespace {
@@ -17,8 +19,9 @@ constexpr GltfNoteKind kLeftOver{"indices that make no whole triangle", "mesh", 
 constexpr GltfNoteKind kFlat{"triangles without area", "mesh", "dropped"};
 constexpr GltfNoteKind kBadNormals{"normals that are zero or not finite", "mesh", "replaced by the faces' own"};
 constexpr GltfNoteKind kBadUvs{"texture coordinates that are not finite", "mesh", "set to 0"};
-constexpr GltfNoteKind kVertexColors{"vertex colours", "mesh", "ignored"};
-constexpr GltfNoteKind kMorph{"morph targets", "mesh", "ignored"};
+constexpr GltfNoteKind kNoUvs{"no texture coordinates for its textures", "mesh", "one texel of them is shown"};
+constexpr GltfNoteKind kBadColors{"vertex colours outside [0, 1]", "mesh", "clamped"};
+constexpr GltfNoteKind kBadTangents{"tangents that are zero, not finite or along the normal", "mesh", "replaced"};
 
 /// Beyond this, squares of lengths leave the range of float (1e38).
 constexpr float kMaxCoordinate = 1e18f;
@@ -31,22 +34,34 @@ struct Context {
     std::string name;  ///< of the mesh, for notes
 };
 
-std::vector<glm::vec3> read_positions(const Context& context, int accessor)
+int attribute(const tinygltf::Primitive& primitive, const std::string& name)
 {
-    const std::string what = context.what + ", POSITION";
-    std::vector<glm::vec3> positions = read_vec3(context.file, context.model, accessor, what);
+    const auto found = primitive.attributes.find(name);
+    return found == primitive.attributes.end() ? -1 : found->second;
+}
+
+void check_positions(const Context& context, const std::vector<glm::vec3>& positions, const char* when)
+{
     for (std::size_t i = 0; i < positions.size(); ++i) {
         for (int axis = 0; axis < 3; ++axis) {
             // Written so that NaN fails, too.
             if (!(std::fabs(positions[i][axis]) <= kMaxCoordinate)) {
-                bad_file(context.file, what + " (accessor " + std::to_string(accessor) + "): vertex " +
-                                           std::to_string(i) + " has the coordinate " +
+                bad_file(context.file, context.what + ", POSITION (accessor " +
+                                           std::to_string(attribute(context.primitive, "POSITION")) + "): vertex " +
+                                           std::to_string(i) + when + " has the coordinate " +
                                            std::to_string(positions[i][axis]) +
                                            ", expected a number within 1e18 of zero");
             }
         }
     }
-    return positions;
+}
+
+/// @throws Error bad_file unless there is one element per position
+void check_count(const Context& context, const std::string& what, std::size_t count, const Mesh& mesh)
+{
+    if (count == mesh.positions.size()) return;
+    bad_file(context.file, what + " has " + std::to_string(count) + " elements, POSITION has " +
+                               std::to_string(mesh.positions.size()));
 }
 
 std::vector<std::uint32_t> read_vertex_order(const Context& context, std::size_t vertices)
@@ -135,14 +150,13 @@ bool is_usable(glm::dvec3 vector)
     return std::isfinite(square) && square > 0.0;
 }
 
-void read_normals(const Context& context, Mesh& mesh, int accessor)
+void read_normals(const Context& context, const Deformer& deformer, Mesh& mesh, int accessor)
 {
     const std::string what = context.what + ", NORMAL";
     mesh.normals = read_vec3(context.file, context.model, accessor, what);
-    if (mesh.normals.size() != mesh.positions.size()) {
-        bad_file(context.file, what + " has " + std::to_string(mesh.normals.size()) + " elements, POSITION has " +
-                                   std::to_string(mesh.positions.size()));
-    }
+    check_count(context, what, mesh.normals.size(), mesh);
+    deformer.morph("NORMAL", mesh.normals);
+    deformer.skin_normals(mesh.normals);
     std::vector<glm::dvec3> sums;
     std::size_t replaced = 0;
     for (std::size_t i = 0; i < mesh.normals.size(); ++i) {
@@ -158,42 +172,98 @@ void read_normals(const Context& context, Mesh& mesh, int accessor)
     if (replaced > 0) context.file.notes->add(kBadNormals, context.name, replaced);
 }
 
-void read_uvs(const Context& context, Mesh& mesh, int accessor, const std::string& attribute)
+std::vector<glm::vec2> read_uvs(const Context& context, const Mesh& mesh, int set)
 {
-    const std::string what = context.what + ", " + attribute;
-    mesh.uvs = read_vec2(context.file, context.model, accessor, what);
-    if (mesh.uvs.size() != mesh.positions.size()) {
-        bad_file(context.file, what + " has " + std::to_string(mesh.uvs.size()) + " elements, POSITION has " +
-                                   std::to_string(mesh.positions.size()));
-    }
+    const std::string name = "TEXCOORD_" + std::to_string(set);
+    const int accessor = attribute(context.primitive, name);
+    if (accessor < 0) return {};
+    const std::string what = context.what + ", " + name;
+    std::vector<glm::vec2> uvs = read_vec2(context.file, context.model, accessor, what);
+    check_count(context, what, uvs.size(), mesh);
     std::size_t replaced = 0;
-    for (glm::vec2& uv : mesh.uvs) {
+    for (glm::vec2& uv : uvs) {
         if (std::isfinite(uv.x) && std::isfinite(uv.y)) continue;
         uv = glm::vec2(0.0f);
         ++replaced;
     }
     if (replaced > 0) context.file.notes->add(kBadUvs, context.name, replaced);
+    return uvs;
 }
 
-/// The texture coordinates that the material's base colour texture asks for.
-std::string uv_attribute(const Context& context)
+void read_colors(const Context& context, Mesh& mesh)
 {
+    const int accessor = attribute(context.primitive, "COLOR_0");
+    if (accessor < 0) return;
+    const std::string what = context.what + ", COLOR_0";
+    mesh.colors = read_colors(context.file, context.model, accessor, what);
+    check_count(context, what, mesh.colors.size(), mesh);
+    std::size_t clamped = 0;
+    for (glm::vec4& color : mesh.colors) {
+        const glm::vec4 asked = color;
+        // The comparison is false for NaN, which becomes 0.
+        for (int i = 0; i < 4; ++i) color[i] = color[i] > 0.0f ? std::min(color[i], 1.0f) : 0.0f;
+        if (color != asked) ++clamped;
+    }
+    if (clamped > 0) context.file.notes->add(kBadColors, context.name, clamped);
+}
+
+void read_tangents(const Context& context, const Deformer& deformer, Mesh& mesh, int accessor)
+{
+    const std::string what = context.what + ", TANGENT";
+    mesh.tangents = read_vec4(context.file, context.model, accessor, what);
+    check_count(context, what, mesh.tangents.size(), mesh);
+    std::vector<glm::vec3> directions(mesh.tangents.begin(), mesh.tangents.end());
+    deformer.morph("TANGENT", directions);
+    deformer.skin_tangents(directions);
+    std::size_t replaced = 0;
+    for (std::size_t i = 0; i < mesh.tangents.size(); ++i) {
+        const glm::dvec3 normal = mesh.normals[i];
+        const glm::dvec3 given = directions[i];
+        glm::dvec3 tangent = given - normal * glm::dot(normal, given);
+        if (!is_usable(tangent) || glm::dot(tangent, tangent) < 1e-8 * glm::dot(given, given)) {
+            tangent = any_tangent(normal);
+            ++replaced;
+        }
+        mesh.tangents[i] = glm::vec4(glm::vec3(glm::normalize(tangent)), mesh.tangents[i].w < 0.0f ? -1.0f : 1.0f);
+    }
+    if (replaced > 0) context.file.notes->add(kBadTangents, context.name, replaced);
+}
+
+const tinygltf::Material& material_of(const Context& context)
+{
+    static const tinygltf::Material none;
     const int material = context.primitive.material;
-    if (material < 0 || static_cast<std::size_t>(material) >= context.model.materials.size()) return "TEXCOORD_0";
-    const auto& base = context.model.materials[static_cast<std::size_t>(material)].pbrMetallicRoughness;
-    return "TEXCOORD_" + std::to_string(std::max(0, base.baseColorTexture.texCoord));
+    const bool known = material >= 0 && static_cast<std::size_t>(material) < context.model.materials.size();
+    return known ? context.model.materials[static_cast<std::size_t>(material)] : none;
 }
 
-int attribute(const tinygltf::Primitive& primitive, const std::string& name)
+/// Texture coordinates, and tangents where there is a normal texture: the file's own, unless it has none or
+/// they belong to normals that are missing.
+void read_mapping(const Context& context, const Deformer& deformer, Mesh& mesh)
 {
-    const auto found = primitive.attributes.find(name);
-    return found == primitive.attributes.end() ? -1 : found->second;
+    const tinygltf::Material& material = material_of(context);
+    const UvSets sets = uv_sets_of(material);
+    mesh.uvs = read_uvs(context, mesh, sets[0]);
+    if (sets[1] >= 0 && uses_uv_set(material, sets[1])) mesh.uvs1 = read_uvs(context, mesh, sets[1]);
+    const bool lacks_uvs = (mesh.uvs.empty() && sets[0] >= 0 && uses_uv_set(material, sets[0])) ||
+                           (mesh.uvs1.empty() && sets[1] >= 0 && uses_uv_set(material, sets[1]));
+    if (lacks_uvs) context.file.notes->add(kNoUvs, context.name);
+
+    const TextureUse normal = normal_texture_use(material);
+    if (normal.texture < 0) return;
+    const int tangents = attribute(context.primitive, "TANGENT");
+    const auto set = std::find(sets.begin(), sets.end(), normal.uv_set);
+    if (tangents >= 0 && !mesh.normals.empty()) {
+        read_tangents(context, deformer, mesh, tangents);
+    } else if (set != sets.end() && !(set == sets.begin() ? mesh.uvs : mesh.uvs1).empty()) {
+        make_tangents(mesh, static_cast<int>(set - sets.begin()), normal.texture_from_uv);
+    }
 }
 
 }  // namespace
 
 std::optional<Mesh> read_primitive(const GltfFile& file, const tinygltf::Model& model, std::size_t mesh_index,
-                                   std::size_t primitive_index)
+                                   std::size_t primitive_index, const Deformation& deformation)
 {
     const tinygltf::Mesh& source = model.meshes[mesh_index];
     const tinygltf::Primitive& primitive = source.primitives[primitive_index];
@@ -201,7 +271,10 @@ std::optional<Mesh> read_primitive(const GltfFile& file, const tinygltf::Model& 
                           element_name("mesh", mesh_index, source.name) + ", primitive " +
                               std::to_string(primitive_index),
                           short_name(mesh_index, source.name)};
-    if (primitive.mode < TINYGLTF_MODE_TRIANGLES || primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN) {
+    if (primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN) {
+        bad_file(file, context.what + " has the mode " + std::to_string(primitive.mode) + ", expected 0 to 6");
+    }
+    if (primitive.mode < TINYGLTF_MODE_TRIANGLES) {
         file.notes->add(kLines, context.name);
         return std::nullopt;
     }
@@ -210,19 +283,23 @@ std::optional<Mesh> read_primitive(const GltfFile& file, const tinygltf::Model& 
         file.notes->add(kNoPositions, context.name);
         return std::nullopt;
     }
-    if (attribute(primitive, "COLOR_0") >= 0) file.notes->add(kVertexColors, context.name);
-    if (!primitive.targets.empty()) file.notes->add(kMorph, context.name);
 
     Mesh mesh;
     mesh.name = source.name;
     if (source.primitives.size() > 1) mesh.name.append("/").append(std::to_string(primitive_index));
-    mesh.positions = read_positions(context, positions);
+    mesh.positions = read_vec3(file, model, positions, context.what + ", POSITION");
+    check_positions(context, mesh.positions, "");
+    const Deformer deformer(file, model, primitive, deformation, mesh.positions.size(), context.what, context.name);
+    deformer.morph("POSITION", mesh.positions);
+    deformer.skin_positions(mesh.positions);
+    if (!deformation.rigid()) check_positions(context, mesh.positions, " as posed");
     mesh.triangles = triangles_of(context, read_vertex_order(context, mesh.positions.size()));
     drop_flat_triangles(context, mesh);
     if (mesh.triangles.empty()) return std::nullopt;
-    if (const int normals = attribute(primitive, "NORMAL"); normals >= 0) read_normals(context, mesh, normals);
-    const std::string uv_name = uv_attribute(context);
-    if (const int uvs = attribute(primitive, uv_name); uvs >= 0) read_uvs(context, mesh, uvs, uv_name);
+    const int normals = attribute(primitive, "NORMAL");
+    if (normals >= 0) read_normals(context, deformer, mesh, normals);
+    read_colors(context, mesh);
+    read_mapping(context, deformer, mesh);
     return mesh;
 }
 

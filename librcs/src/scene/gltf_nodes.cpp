@@ -23,7 +23,12 @@ void check_length(const GltfFile& file, const tinygltf::Model& model, std::size_
                        " numbers, expected " + std::to_string(expected));
 }
 
-glm::dmat4 local_matrix(const GltfFile& file, const tinygltf::Model& model, std::size_t index)
+glm::dvec3 vector_of(const std::vector<double>& values, glm::dvec3 missing)
+{
+    return values.empty() ? missing : glm::dvec3(values[0], values[1], values[2]);
+}
+
+glm::dmat4 local_matrix(const GltfFile& file, const tinygltf::Model& model, std::size_t index, const NodePose& pose)
 {
     const tinygltf::Node& node = model.nodes[index];
     check_length(file, model, index, "matrix", node.matrix, 16);
@@ -32,38 +37,20 @@ glm::dmat4 local_matrix(const GltfFile& file, const tinygltf::Model& model, std:
     check_length(file, model, index, "scale", node.scale, 3);
     glm::dmat4 matrix(1.0);
     if (!node.matrix.empty()) {
+        if (pose.moves()) bad_file(file, name_of(model, index) + " is moved by an animation, but has a matrix");
         for (int i = 0; i < 16; ++i) matrix[i / 4][i % 4] = node.matrix[static_cast<std::size_t>(i)];
         return matrix;
     }
-    if (!node.translation.empty()) {
-        matrix = glm::translate(matrix, {node.translation[0], node.translation[1], node.translation[2]});
-    }
-    if (!node.rotation.empty()) {
+    matrix = glm::translate(matrix, pose.translation.value_or(vector_of(node.translation, glm::dvec3(0.0))));
+    if (pose.rotation) {
+        matrix *= glm::mat4_cast(*pose.rotation);
+    } else if (!node.rotation.empty()) {
         const glm::dquat rotation(node.rotation[3], node.rotation[0], node.rotation[1], node.rotation[2]);
         const double length = glm::length(rotation);
         if (!(length > 0.0)) bad_file(file, name_of(model, index) + " has a rotation of length 0");
         matrix *= glm::mat4_cast(rotation / length);
     }
-    if (!node.scale.empty()) matrix = glm::scale(matrix, {node.scale[0], node.scale[1], node.scale[2]});
-    return matrix;
-}
-
-void check_matrix(const GltfFile& file, const tinygltf::Model& model, std::size_t node, const glm::dmat4& matrix)
-{
-    // The scene keeps coordinates as floats; products of a few of them must stay in range.
-    constexpr double kMaxEntry = 1e18;
-    for (int column = 0; column < 4; ++column) {
-        for (int row = 0; row < 4; ++row) {
-            const double value = matrix[column][row];
-            if (!(std::fabs(value) <= kMaxEntry)) {
-                bad_file(file, name_of(model, node) + " has a matrix with the entry " + std::to_string(value) +
-                                   ", expected numbers within 1e18 of zero");
-            }
-        }
-        if (std::fabs(matrix[column][3] - (column == 3 ? 1.0 : 0.0)) > 1e-6) {  // a float file's rounding
-            bad_file(file, name_of(model, node) + " has a matrix whose last row is not 0 0 0 1");
-        }
-    }
+    return glm::scale(matrix, pose.scale.value_or(vector_of(node.scale, glm::dvec3(1.0))));
 }
 
 constexpr int kNone = -1;
@@ -123,7 +110,8 @@ std::vector<int> roots_of(const GltfFile& file, const tinygltf::Model& model, co
 
 }  // namespace
 
-std::vector<std::optional<glm::dmat4>> node_matrices(const GltfFile& file, const tinygltf::Model& model)
+std::vector<std::optional<glm::dmat4>> node_matrices(const GltfFile& file, const tinygltf::Model& model,
+                                                     const std::vector<NodePose>& poses)
 {
     // Each node has at most one parent and roots have none, so what is reached is a forest. The list of
     // open nodes takes the place of recursion: hierarchies may be deeper than the stack.
@@ -131,7 +119,7 @@ std::vector<std::optional<glm::dmat4>> node_matrices(const GltfFile& file, const
     std::vector<int> open = roots_of(file, model, parents_of(file, model));
     for (const int root : open) {
         const auto index = static_cast<std::size_t>(root);
-        matrices[index] = local_matrix(file, model, index);
+        matrices[index] = local_matrix(file, model, index, poses[index]);
     }
     while (!open.empty()) {
         const auto index = static_cast<std::size_t>(open.back());
@@ -139,11 +127,29 @@ std::vector<std::optional<glm::dmat4>> node_matrices(const GltfFile& file, const
         check_matrix(file, model, index, *matrices[index]);
         for (const int child : model.nodes[index].children) {
             const auto child_index = static_cast<std::size_t>(child);
-            matrices[child_index] = *matrices[index] * local_matrix(file, model, child_index);
+            matrices[child_index] = *matrices[index] * local_matrix(file, model, child_index, poses[child_index]);
             open.push_back(child);
         }
     }
     return matrices;
+}
+
+void check_matrix(const GltfFile& file, const tinygltf::Model& model, std::size_t node, const glm::dmat4& matrix)
+{
+    // The scene keeps coordinates as floats; products of a few of them must stay in range.
+    constexpr double kMaxEntry = 1e18;
+    for (int column = 0; column < 4; ++column) {
+        for (int row = 0; row < 4; ++row) {
+            const double value = matrix[column][row];
+            if (!(std::fabs(value) <= kMaxEntry)) {
+                bad_file(file, name_of(model, node) + " has a matrix with the entry " + std::to_string(value) +
+                                   ", expected numbers within 1e18 of zero");
+            }
+        }
+        if (std::fabs(matrix[column][3] - (column == 3 ? 1.0 : 0.0)) > 1e-6) {  // a float file's rounding
+            bad_file(file, name_of(model, node) + " has a matrix whose last row is not 0 0 0 1");
+        }
+    }
 }
 
 bool is_singular(const glm::dmat4& matrix)

@@ -11,18 +11,13 @@
 #include <glm/gtc/constants.hpp>
 
 #include "scene/gltf_material.h"
-#include "scene/gltf_mesh.h"
+#include "scene/gltf_instances.h"
 #include "scene/gltf_nodes.h"
 
 namespace rcs {
 namespace {
 
-constexpr GltfNoteKind kSingular{"a matrix that flattens space", "node", "left out"};
-constexpr GltfNoteKind kSkins{"skins", "node", "ignored, the mesh keeps its rest pose"};
-constexpr GltfNoteKind kAnimations{"motion", "animation", "ignored, the scene stands still"};
 constexpr GltfNoteKind kCones{"cone angles out of order", "light", "moved into 0 <= inner < outer <= 90 degrees"};
-
-using Matrices = std::vector<std::optional<glm::dmat4>>;
 
 template <class Elements>
 std::size_t checked_index(const GltfFile& file, const std::string& user, const char* kind, int index,
@@ -39,52 +34,9 @@ std::size_t checked_index(const GltfFile& file, const std::string& user, const c
 int default_material(Scene& scene, std::size_t materials_in_file)
 {
     if (scene.materials.size() == materials_in_file) {
-        Material material;
-        material.name = "default";
-        scene.materials.push_back(material);
+        scene.materials.push_back(default_gltf_material());
     }
     return static_cast<int>(materials_in_file);
-}
-
-/// The scene's meshes that came from each mesh of the file; empty until a node asks for it.
-using MeshesOfSource = std::vector<std::optional<std::vector<int>>>;
-
-const std::vector<int>& meshes_of(const GltfFile& file, const tinygltf::Model& model, std::size_t source,
-                                  Scene& scene, MeshesOfSource& known)
-{
-    if (known[source]) return *known[source];
-    std::vector<int>& meshes = known[source].emplace();
-    for (std::size_t i = 0; i < model.meshes[source].primitives.size(); ++i) {
-        std::optional<Mesh> mesh = read_primitive(file, model, source, i);
-        if (!mesh) continue;
-        const int material = model.meshes[source].primitives[i].material;
-        const std::string user = element_name("mesh", source, model.meshes[source].name);
-        if (material >= 0) checked_index(file, user, "material", material, model.materials);
-        mesh->material = material;  // -1 until the default material is there
-        meshes.push_back(static_cast<int>(scene.meshes.size()));
-        scene.meshes.push_back(std::move(*mesh));
-    }
-    return meshes;
-}
-
-void add_instances(const GltfFile& file, const tinygltf::Model& model, const Matrices& matrices, Scene& scene)
-{
-    MeshesOfSource known(model.meshes.size());
-    for (std::size_t i = 0; i < model.nodes.size(); ++i) {
-        const tinygltf::Node& node = model.nodes[i];
-        if (!matrices[i] || node.mesh < 0) continue;
-        const std::string name = short_name(i, node.name);
-        const std::size_t source =
-            checked_index(file, element_name("node", i, node.name), "mesh", node.mesh, model.meshes);
-        if (is_singular(*matrices[i])) {
-            file.notes->add(kSingular, name);
-            continue;
-        }
-        if (node.skin >= 0) file.notes->add(kSkins, name);
-        for (const int mesh : meshes_of(file, model, source, scene, known)) {
-            scene.instances.push_back({node.name, mesh, *matrices[i]});
-        }
-    }
 }
 
 void add_materials(const GltfFile& file, const tinygltf::Model& model, Scene& scene)
@@ -151,7 +103,7 @@ void add_lights(const GltfFile& file, const tinygltf::Model& model, const Matric
         const std::size_t index = checked_index(file, element_name("node", i, name), "light",
                                                 number.GetNumberAsInt(), model.lights);
         if (model.lights[index].type != "point" && is_singular(*matrices[i])) {
-            file.notes->add(kSingular, short_name(i, name));
+            file.notes->add(kSingularNode, short_name(i, name));
             continue;
         }
         scene.lights.push_back(read_light(file, model.lights[index], index, name, *matrices[i]));
@@ -198,7 +150,7 @@ void add_cameras(const GltfFile& file, const tinygltf::Model& model, const Matri
         const std::size_t index =
             checked_index(file, element_name("node", i, node.name), "camera", node.camera, model.cameras);
         if (is_singular(*matrices[i])) {
-            file.notes->add(kSingular, short_name(i, node.name));
+            file.notes->add(kSingularNode, short_name(i, node.name));
             continue;
         }
         std::string name = node.name.empty() ? model.cameras[index].name : node.name;
@@ -224,18 +176,17 @@ void move_origin(Scene& scene)
 
 }  // namespace
 
-Scene build_scene(const GltfFile& file, const tinygltf::Model& model)
+Scene build_scene(const GltfFile& file, const tinygltf::Model& model, std::optional<double> time)
 {
-    const Matrices matrices = node_matrices(file, model);
+    const std::vector<NodePose> poses =
+        time ? pose_at(file, model, *time) : std::vector<NodePose>(model.nodes.size());
+    const Matrices matrices = node_matrices(file, model, poses);
     Scene scene;
     scene.name = std::filesystem::path(file.path).stem().string();
-    add_instances(file, model, matrices, scene);
+    add_instances(file, model, matrices, poses, scene);
     add_materials(file, model, scene);
     add_lights(file, model, matrices, scene);
     add_cameras(file, model, matrices, scene);
-    for (std::size_t i = 0; i < model.animations.size(); ++i) {
-        file.notes->add(kAnimations, short_name(i, model.animations[i].name));
-    }
     move_origin(scene);
     return scene;
 }

@@ -22,6 +22,8 @@ namespace {
 constexpr int kMaxSide = 32768;
 constexpr std::int64_t kMaxTexels = std::int64_t{1} << 27;
 
+constexpr const char* kPng = "image.png";
+
 /// File name whose extension makes OpenImageIO choose the reader; nullptr if the format is none of ours.
 const char* reader_name(std::span<const std::uint8_t> bytes)
 {
@@ -29,9 +31,12 @@ const char* reader_name(std::span<const std::uint8_t> bytes)
         return bytes.size() >= magic.size() && std::equal(magic.begin(), magic.end(), bytes.begin());
     };
     if (starts_with({0xff, 0xd8, 0xff})) return "image.jpg";
-    if (starts_with({0x89, 'P', 'N', 'G'})) return "image.png";
+    if (starts_with({0x89, 'P', 'N', 'G'})) return kPng;
     if (starts_with({0x76, 0x2f, 0x31, 0x01})) return "image.exr";
     if (starts_with({'I', 'I', 42, 0}) || starts_with({'M', 'M', 0, 42})) return "image.tif";
+    if (starts_with({'R', 'I', 'F', 'F'}) && bytes.size() >= 12 && std::memcmp(bytes.data() + 8, "WEBP", 4) == 0) {
+        return "image.webp";
+    }
     return nullptr;
 }
 
@@ -41,30 +46,37 @@ double linear_from_srgb(double value)
     return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
 }
 
-/// 16-bit linear code of each of the `count` integer sRGB codes.
-std::vector<std::uint16_t> linear_codes(int count)
+/// 16-bit code of each of the `count` integer codes of a file.
+std::vector<std::uint16_t> codes_of(int count, ColorSpace space)
 {
     std::vector<std::uint16_t> codes(static_cast<std::size_t>(count));
     for (int i = 0; i < count; ++i) {
+        const double value = i / (count - 1.0);
         codes[static_cast<std::size_t>(i)] =
-            static_cast<std::uint16_t>(linear_from_srgb(i / (count - 1.0)) * 65535.0 + 0.5);
+            static_cast<std::uint16_t>((space == ColorSpace::srgb ? linear_from_srgb(value) : value) * 65535.0 + 0.5);
     }
     return codes;
 }
 
-struct ToLinear {
-    std::vector<std::uint16_t> codes;
-    std::uint16_t operator()(std::uint8_t value) const { return codes[value]; }
-    std::uint16_t operator()(std::uint16_t value) const { return codes[value]; }
-    std::uint16_t operator()(float value) const
+struct IntegerCodes {
+    std::vector<std::uint16_t> codes;  ///< by the file's code
+    std::uint16_t color(std::size_t value) const { return codes[value]; }
+    std::uint16_t alpha(std::size_t value) const
     {
-        return static_cast<std::uint16_t>(value > 0.0f ? std::min(value, 1.0f) * 65535.0f + 0.5f : 0.0f);
+        return static_cast<std::uint16_t>(value * 65535 / (codes.size() - 1));  // exact: 65535 is 257 x 255
     }
 };
 
-template <class Sample>
-Texture::Level read_level(OIIO::ImageInput& input, OIIO::TypeDesc type, const ToLinear& to_linear,
-                          const std::string& where)
+struct FloatCodes {
+    std::uint16_t color(float value) const
+    {
+        return static_cast<std::uint16_t>(value > 0.0f ? std::min(value, 1.0f) * 65535.0f + 0.5f : 0.0f);
+    }
+    std::uint16_t alpha(float value) const { return color(value); }
+};
+
+template <class Sample, class Codes>
+Texture::Level read_level(OIIO::ImageInput& input, OIIO::TypeDesc type, const Codes& codes, const std::string& where)
 {
     const OIIO::ImageSpec& spec = input.spec();
     const int channels = std::min(spec.nchannels, 4);
@@ -77,36 +89,72 @@ Texture::Level read_level(OIIO::ImageInput& input, OIIO::TypeDesc type, const To
     // One or two channels are grey, without or with alpha.
     const std::size_t green = channels >= 3 ? 1 : 0;
     const std::size_t blue = channels >= 3 ? 2 : 0;
+    const std::size_t alpha = static_cast<std::size_t>(channels) - 1;
+    const bool has_alpha = channels % 2 == 0;
     level.texels.resize(count);
     const Sample* sample = samples.data();
     for (auto& texel : level.texels) {
-        texel = {to_linear(sample[0]), to_linear(sample[green]), to_linear(sample[blue]), 0};
+        texel = {codes.color(sample[0]), codes.color(sample[green]), codes.color(sample[blue]),
+                 has_alpha ? codes.alpha(sample[alpha]) : std::uint16_t{65535}};
         sample += channels;
     }
     return level;
 }
 
-Texture::Level read_level(OIIO::ImageInput& input, const std::string& where)
+Texture::Level read_level(OIIO::ImageInput& input, ColorSpace space, const std::string& where)
 {
     switch (input.spec().format.basetype) {
     case OIIO::TypeDesc::UINT8:
-        return read_level<std::uint8_t>(input, OIIO::TypeDesc::UINT8, {linear_codes(256)}, where);
+        return read_level<std::uint8_t>(input, OIIO::TypeDesc::UINT8, IntegerCodes{codes_of(256, space)}, where);
     case OIIO::TypeDesc::UINT16:
-        return read_level<std::uint16_t>(input, OIIO::TypeDesc::UINT16, {linear_codes(65536)}, where);
+        return read_level<std::uint16_t>(input, OIIO::TypeDesc::UINT16, IntegerCodes{codes_of(65536, space)}, where);
     case OIIO::TypeDesc::HALF:
-    case OIIO::TypeDesc::FLOAT: return read_level<float>(input, OIIO::TypeDesc::FLOAT, {}, where);
+    case OIIO::TypeDesc::FLOAT: return read_level<float>(input, OIIO::TypeDesc::FLOAT, FloatCodes{}, where);
     default:
         throw Error(ErrorCode::unsupported, where + " has samples of type " + input.spec().format.c_str() +
                                                 ", expected 8 or 16 bit integers, half or float");
     }
 }
 
+/// @param bytes  the size of the encoded image
+void check_size(const OIIO::ImageSpec& spec, const char* reader, std::size_t bytes, std::int64_t most_texels,
+                const std::string& where)
+{
+    const std::int64_t texels = std::int64_t{spec.width} * spec.height;
+    const std::int64_t most = std::min(kMaxTexels, most_texels);
+    if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.nchannels < 1 || spec.width > kMaxSide ||
+        spec.height > kMaxSide || texels > most) {
+        throw Error(ErrorCode::unsupported, where + " has " + std::to_string(spec.width) + " x " +
+                                                std::to_string(spec.height) + " texels, expected sides in [1, " +
+                                                std::to_string(kMaxSide) + "] and at most " +
+                                                std::to_string(std::max<std::int64_t>(most, 0)) + " texels");
+    }
+    // Deflate packs at most 258 bytes into two bits: 1032 to 1.
+    const auto given = static_cast<std::int64_t>(bytes) * 1032 * 8;
+    if (reader == kPng && texels * spec.nchannels > given) {
+        throw Error(ErrorCode::bad_file, where + " cannot be decoded: it has fewer bytes than " +
+                                             std::to_string(spec.width) + " x " + std::to_string(spec.height) +
+                                             " texels need");
+    }
+}
+
 }  // namespace
 
-Texture decode_texture(std::span<const std::uint8_t> bytes, std::string name, const std::string& where)
+bool reads_webp()
+{
+    static const bool reads = [] {
+        const bool found = OIIO::ImageInput::create("image.webp") != nullptr;
+        OIIO::geterror();  // cleared
+        return found;
+    }();
+    return reads;
+}
+
+Texture decode_texture(std::span<const std::uint8_t> bytes, ColorSpace space, std::int64_t most_texels,
+                       std::string name, const std::string& where)
 {
     const char* reader = reader_name(bytes);
-    if (!reader) throw Error(ErrorCode::unsupported, where + " is no PNG, JPEG, TIFF or EXR image");
+    if (!reader) throw Error(ErrorCode::unsupported, where + " is no PNG, JPEG, WebP, TIFF or EXR image");
 
     OIIO::Filesystem::IOMemReader memory(bytes.data(), bytes.size());
     OIIO::Filesystem::IOProxy* proxy = &memory;
@@ -116,16 +164,8 @@ Texture decode_texture(std::span<const std::uint8_t> bytes, std::string name, co
     wish.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
     const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(reader, &wish, proxy);
     if (!input) throw Error(ErrorCode::bad_file, where + " cannot be decoded: " + on_one_line(OIIO::geterror()));
-
-    const OIIO::ImageSpec& spec = input->spec();
-    if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.nchannels < 1 || spec.width > kMaxSide ||
-        spec.height > kMaxSide || std::int64_t{spec.width} * spec.height > kMaxTexels) {
-        throw Error(ErrorCode::unsupported, where + " has " + std::to_string(spec.width) + " x " +
-                                                std::to_string(spec.height) + " texels, expected sides in [1, " +
-                                                std::to_string(kMaxSide) + "] and at most " +
-                                                std::to_string(kMaxTexels) + " texels");
-    }
-    return make_texture(std::move(name), read_level(*input, where));
+    check_size(input->spec(), reader, bytes.size(), most_texels, where);
+    return make_texture(std::move(name), read_level(*input, space, where));
 }
 
 }  // namespace rcs

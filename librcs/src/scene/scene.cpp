@@ -54,29 +54,73 @@ void check(const Element& element, const Texture& texture)
     element.expect(texture.levels.back().texels.size() == 1, "lacks its 1 x 1 level");
 }
 
+bool is_fraction(float value) { return value >= 0.0f && value <= 1.0f; }  // false for NaN
+
+void check(const Element& element, const TextureSlot& slot)
+{
+    element.expect(slot.texture == -1 || is_index(slot.texture, element.scene.textures),
+                   "names a texture that does not exist");
+    element.expect(slot.uv_set == 0 || slot.uv_set == 1, "uses texture coordinates other than sets 0 and 1");
+    for (int i = 0; i < 3; ++i) {
+        element.expect(std::isfinite(slot.texture_from_uv[i].x) && std::isfinite(slot.texture_from_uv[i].y),
+                       "has a texture transform that is not finite");
+    }
+}
+
 void check(const Element& element, const Material& material)
 {
     const glm::vec3 color = material.base_color;
-    element.expect(is_light(color) && color.r <= 1.0f && color.g <= 1.0f && color.b <= 1.0f,
+    element.expect(is_fraction(color.r) && is_fraction(color.g) && is_fraction(color.b),
                    "has a base colour outside [0, 1]");
+    element.expect(is_fraction(material.alpha), "has an alpha outside [0, 1]");
+    element.expect(is_fraction(material.metallic), "has a metallic outside [0, 1]");
+    element.expect(is_fraction(material.roughness), "has a roughness outside [0, 1]");
+    element.expect(std::isfinite(material.normal_scale), "has a normal scale that is not finite");
     element.expect(is_light(material.emission), "has an emission that is negative or not finite");
-    element.expect(material.base_color_texture.texture == -1 ||
-                       is_index(material.base_color_texture.texture, element.scene.textures),
-                   "names a texture that does not exist");
+    element.expect(material.ior >= 1.0f && std::isfinite(material.ior), "has an index of refraction below 1");
+    element.expect(is_fraction(material.specular), "has a specular outside [0, 1]");
+    element.expect(is_light(material.specular_color), "has a specular colour that is negative or not finite");
+    element.expect(is_fraction(material.transmission), "has a transmission outside [0, 1]");
+    element.expect(is_fraction(material.clearcoat), "has a clearcoat outside [0, 1]");
+    element.expect(is_fraction(material.clearcoat_roughness), "has a clearcoat roughness outside [0, 1]");
+    element.expect(material.alpha_cutoff >= 0.0f && std::isfinite(material.alpha_cutoff),
+                   "has an alpha cutoff that is negative or not finite");
+    for (const TextureSlot* slot :
+         {&material.base_color_texture, &material.metallic_roughness_texture, &material.normal_texture,
+          &material.emission_texture, &material.specular_texture, &material.specular_color_texture,
+          &material.transmission_texture, &material.clearcoat_texture, &material.clearcoat_roughness_texture}) {
+        check(element, *slot);
+    }
+}
+
+void check_uvs(const Element& element, const std::vector<glm::vec2>& uvs, std::size_t vertices)
+{
+    element.expect(uvs.empty() || uvs.size() == vertices, "has not one uv per position");
+    for (const glm::vec2& uv : uvs) {
+        element.expect(std::isfinite(uv.x) && std::isfinite(uv.y), "has a uv that is not finite");
+    }
 }
 
 void check(const Element& element, const Mesh& mesh)
 {
     const std::size_t vertices = mesh.positions.size();
     element.expect(is_index(mesh.material, element.scene.materials), "names a material that does not exist");
-    element.expect(mesh.normals.empty() || mesh.normals.size() == vertices, "has not one normal per position");
-    element.expect(mesh.uvs.empty() || mesh.uvs.size() == vertices, "has not one uv per position");
     for (const glm::vec3& position : mesh.positions) {
         element.expect(is_finite(position), "has a position that is not finite");
     }
+    element.expect(mesh.normals.empty() || mesh.normals.size() == vertices, "has not one normal per position");
     for (const glm::vec3& normal : mesh.normals) element.expect(is_unit(normal), "has a normal that is no unit vector");
-    for (const glm::vec2& uv : mesh.uvs) {
-        element.expect(std::isfinite(uv.x) && std::isfinite(uv.y), "has a uv that is not finite");
+    check_uvs(element, mesh.uvs, vertices);
+    check_uvs(element, mesh.uvs1, vertices);
+    element.expect(mesh.colors.empty() || mesh.colors.size() == vertices, "has not one colour per position");
+    for (const glm::vec4& color : mesh.colors) {
+        element.expect(is_fraction(color.r) && is_fraction(color.g) && is_fraction(color.b) && is_fraction(color.a),
+                       "has a vertex colour outside [0, 1]");
+    }
+    element.expect(mesh.tangents.empty() || mesh.tangents.size() == vertices, "has not one tangent per position");
+    for (const glm::vec4& tangent : mesh.tangents) {
+        element.expect(is_unit(glm::vec3(tangent)) && std::fabs(tangent.w) == 1.0f,
+                       "has a tangent that is no unit vector with w = -1 or 1");
     }
     for (const glm::uvec3& triangle : mesh.triangles) {
         element.expect(triangle.x < vertices && triangle.y < vertices && triangle.z < vertices,
