@@ -2,12 +2,14 @@
 #include <bit>
 #include <cmath>
 #include <numbers>
+#include <string>
 #include <vector>
 
 #include "light/hit_radiance.h"
 #include "rays/hit_surface.h"
 #include "rays/packet.h"
 #include "rays/shadow_batch.h"
+#include "rcs/error.h"
 #include "rcs/records.h"
 #include "records/gather.h"
 #include "radiance/harmonics.h"
@@ -423,6 +425,9 @@ struct RecordGatherer::Impl {
 RecordGatherer::RecordGatherer(const RayScene& rays, const RecordOptions& options, const LightCache* cache)
     : impl_(new Impl{Gatherer(rays, options, options.bounces > 1 ? cache : nullptr), options.seed})
 {
+    if (options.bounces > 1 && !cache)
+        throw Error(ErrorCode::bad_argument, "records.bounces is " + std::to_string(options.bounces) +
+                                                 ", which takes a light cache; expected 0 or 1 without one");
 }
 
 RecordGatherer::~RecordGatherer() = default;
