@@ -5,7 +5,9 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <map>
+#include <system_error>
 #include <type_traits>
 
 #include "rcs/error.h"
@@ -84,6 +86,7 @@ CLI::Option* add_number(CLI::App& app, const std::string& name, Number& value, R
 
 template CLI::Option* add_number(CLI::App&, const std::string&, int&, Range, const std::string&);
 template CLI::Option* add_number(CLI::App&, const std::string&, float&, Range, const std::string&);
+template CLI::Option* add_number(CLI::App&, const std::string&, double&, Range, const std::string&);
 template CLI::Option* add_number(CLI::App&, const std::string&, std::uint64_t&, Range, const std::string&);
 
 void add_scene_arguments(CLI::App& app, SceneArguments& arguments, Size default_size)
@@ -100,8 +103,11 @@ void add_scene_arguments(CLI::App& app, SceneArguments& arguments, Size default_
     app.add_option("--size", arguments.size, "Width and height of the picture [px], each in [1, 16384]")
         ->type_name("WxH")->check(checked_by(parse_size), "")->capture_default_str();
     app.add_option("--environment", arguments.environment,
-                   "Radiance from outside the scene, the same from everywhere [W m^-2 sr^-1], each >= 0; default: what the scene says, which for a file is none, or 1 if it has no light at all")
-        ->type_name("scene|none|R,G,B")->check(checked_by(parse_environment), "")->capture_default_str();
+                   "Radiance from outside the scene: a latitude-longitude image (.hdr, .exr, ...), or a constant "
+                   "[W m^-2 sr^-1], each >= 0")
+        ->type_name("scene|none|R,G,B|FILE")->check(checked_by(parse_environment), "")->capture_default_str();
+    add_number(app, "--environment-rotation", arguments.environment_rotation, {-360.0, 360.0},
+               "Turns that image about the vertical, counter-clockwise seen from above [degrees]");
     add_number(app, "--threads", arguments.threads, {0, kMostThreads}, "Worker threads; 0 takes every core");
 }
 
@@ -172,13 +178,13 @@ double parse_time(const std::string& text)
     return value;
 }
 
-std::optional<glm::vec3> parse_environment(const std::string& text)
+EnvironmentChoice parse_environment(const std::string& text)
 {
     if (text == "scene") {
-        return std::nullopt;
+        return {};
     }
     if (text == "none") {
-        return glm::vec3(0.0f);
+        return {glm::vec3(0.0f), {}};
     }
     glm::vec3 radiance(0.0f);
     const char* cursor = text.c_str();
@@ -190,11 +196,15 @@ std::optional<glm::vec3> parse_environment(const std::string& text)
         }
         radiance[c] = static_cast<float>(value);
         if (c == 2 && *cursor == '\0' && std::isfinite(radiance.x + radiance.y + radiance.z)) {
-            return radiance;
+            return {radiance, {}};
         }
     }
+    std::error_code ignored;
+    if (std::filesystem::is_regular_file(text, ignored)) {
+        return {std::nullopt, text};
+    }
     throw Error(ErrorCode::bad_argument,
-                text + " is neither scene nor none nor R,G,B with three values of at least 0");
+                text + " is neither scene nor none nor R,G,B with three values of at least 0 nor a file");
 }
 
 std::optional<float> parse_exposure(const std::string& text)

@@ -37,7 +37,8 @@ struct Size {
 struct SceneArguments {
     std::string scene;
     std::string camera;
-    std::string environment = "scene";  ///< the scene's own, "none" or "R,G,B"
+    std::string environment = "scene";  ///< the scene's own, "none", "R,G,B" or an image file
+    double environment_rotation = 0.0;  ///< of the image [degrees]
     std::optional<double> time;  ///< of its animations [s]; none: the rest pose
     std::string size;  ///< "WxH"
     int threads = 0;
@@ -68,7 +69,12 @@ void add_report_arguments(CLI::App& app, ReportArguments& arguments);
 // that a command line that parsed cannot fail here, and CLI11 puts the option's name before the message.
 Size parse_size(const std::string& text);
 double parse_time(const std::string& text);
-std::optional<glm::vec3> parse_environment(const std::string& text);
+/// What --environment says: nothing, a constant, or the name of a file.
+struct EnvironmentChoice {
+    std::optional<glm::vec3> radiance;
+    std::string file;
+};
+EnvironmentChoice parse_environment(const std::string& text);
 std::optional<float> parse_exposure(const std::string& text);
 LogLevel parse_log_level(const std::string& text);
 SplatMethod parse_splat_method(const std::string& text);

@@ -1,6 +1,7 @@
 #include "run_support.h"
 
 #include <cstdio>
+#include <numbers>
 
 #include <nlohmann/json.hpp>
 
@@ -22,6 +23,17 @@ std::string value_of(const CLI::Option& option)
         joined.append(joined.empty() ? "" : ",").append(value);
     }
     return joined;
+}
+
+/// A constant or an image takes the place of all that the scene says about its sky.
+void set_environment(Scene& scene, const SceneArguments& arguments, ProgressBar& bar)
+{
+    const EnvironmentChoice choice = parse_environment(arguments.environment);
+    if (choice.radiance || !choice.file.empty()) {
+        scene.sky_radiance = choice.radiance.value_or(glm::vec3(0.0f));
+        scene.environment = choice.file.empty() ? EnvironmentImage{} : load_environment(choice.file, bar.log());
+    }
+    scene.environment.rotation += arguments.environment_rotation * std::numbers::pi / 180.0;
 }
 
 }  // namespace
@@ -48,7 +60,7 @@ Scene load(const SceneArguments& arguments, ProgressBar& bar, RunReport& report)
 {
     bar.show("load", 0.0f);
     Scene scene = timed(report, "load", [&] { return load_scene(arguments.scene, bar.log(), {arguments.time}); });
-    scene.sky_radiance = parse_environment(arguments.environment).value_or(scene.sky_radiance);
+    set_environment(scene, arguments, bar);
     stop_if_interrupted();
     return scene;
 }

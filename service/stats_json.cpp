@@ -31,7 +31,8 @@ std::uint64_t peak_memory()
 
 std::uint64_t all_rays(const RenderStats& stats)
 {
-    return stats.records.hemisphere_rays + stats.records.shadow_rays + stats.direct_shadow_rays;
+    return stats.records.hemisphere_rays + stats.records.shadow_rays + stats.direct_shadow_rays +
+           stats.light_cache.rays + stats.light_cache.shadow_rays;
 }
 
 double seconds_of(const RunReport& report, const std::string& stage)
@@ -60,6 +61,14 @@ void add_render(Json& json, const RunReport& report)
                     {"direct_shadow", stats.direct_shadow_rays}};
     json["record_rays_per_second"] =
         per(static_cast<double>(stats.records.hemisphere_rays + stats.records.shadow_rays), record_seconds);
+    if (stats.light_cache.cells > 0) {
+        json["light_cache"] = {{"cells", stats.light_cache.cells},
+                               {"links", stats.light_cache.links},
+                               {"rays", stats.light_cache.rays},
+                               {"shadow_rays", stats.light_cache.shadow_rays},
+                               {"bytes", stats.light_cache.bytes},
+                               {"seconds", seconds_of(report, "bounces")}};
+    }
     json["splats"] = stats.splats.splats;
     json["pixels_per_splat"] =
         per(static_cast<double>(stats.splats.samples), static_cast<double>(stats.splats.splats));
@@ -106,6 +115,11 @@ void append_render(std::string& text, const RunReport& report)
            short_count(stats.records.shadow_rays).c_str(), short_count(stats.direct_shadow_rays).c_str(),
            short_count(per(record_rays, seconds_of(report, "records"))).c_str());
     const double pixels = per(static_cast<double>(stats.splats.samples), static_cast<double>(stats.splats.splats));
+    if (stats.light_cache.cells > 0) {
+        append(text, "bounces  %s cells, %s links from %s rays, their shadows %s\n",
+               short_count(stats.light_cache.cells).c_str(), short_count(stats.light_cache.links).c_str(),
+               short_count(stats.light_cache.rays).c_str(), short_count(stats.light_cache.shadow_rays).c_str());
+    }
     append(text, "splats   %s as %s, %s pixels each\n", short_count(stats.splats.splats).c_str(),
            stats.splat_method.c_str(), short_count(pixels).c_str());
     append(text, "OpenGL   %s (%s)\n", stats.gl_renderer.c_str(), stats.gl_platform.c_str());

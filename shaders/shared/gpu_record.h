@@ -17,7 +17,13 @@ struct GpuRecord {
     ivec4 pixels;                  // x0, y0, x1, y1: PixelBounds of the influence sphere
 };  // ------------------------------ 160 bytes
 
+// The same record's incoming radiance, only where glossy surfaces are lit by records.
+struct GpuRadiance {
+    vec4 coefficients[27];  // 36 of red, of green, of blue, over the record's irradiance in that colour
+};
+
 #ifdef __cplusplus
+static_assert(sizeof(GpuRadiance) == 432);
 static_assert(sizeof(GpuRecord) == 160);
 }  // namespace gpu
 }  // namespace rcs

@@ -7,6 +7,8 @@
 
 #include "rcs/splat.h"
 #include "shared/weight.h"
+#include "gbuffer/shading.h"
+#include "radiance/lobes.h"
 #include "splat/gpu_records.h"
 
 namespace {
@@ -129,8 +131,9 @@ TEST(SplatQuads, GiveTheSumsOfAPlainDoubleLoop)
     SplatStats stats;
     const SplatBuffer splats = splat_quads(gl(), records, gbuffer, view, options, stats);
 
-    std::vector<gpu::GpuRecord> gpu_records;
-    append_gpu_records(records, gbuffer.camera_position, view, options, gpu_records);
+    GpuRecords from;
+    append_gpu_records(records, gbuffer.camera_position, view, options, false, from);
+    const std::vector<gpu::GpuRecord>& gpu_records = from.records;
     double most = 0.0;
     for (std::size_t i = 0; i < gbuffer.size(); ++i) {
         const Sums sums = sum_over_records(gpu_records, gbuffer, i);
@@ -147,6 +150,46 @@ TEST(SplatQuads, GiveTheSumsOfAPlainDoubleLoop)
     EXPECT_GT(stats.splats, 200u);
     EXPECT_LE(stats.splats, 300u);
     EXPECT_GT(stats.samples, stats.splats);
+}
+
+TEST(SplatQuads, LightGlossySurfacesAsTilesDo)
+{
+    const View view = test_view(61, 47);
+    const GBuffer gbuffer = wavy_gbuffer(view);
+    std::vector<Record> records = random_records(gbuffer, 300);
+    for (std::size_t n = 0; n < records.size(); ++n)
+        for (std::size_t k = 0; k < 3 * kHarmonics; ++k)
+            records[n].radiance.push_back(std::sin(static_cast<float>(37 * n + 11 * k)) + (k % kHarmonics == 0 ? 4.0f : 0.0f));
+    Shading shading;
+    for (std::size_t i = 0; i < gbuffer.size(); ++i) {
+        Bsdf bsdf;
+        bsdf.normal = bsdf.geometric_normal = gbuffer.normal(i);
+        bsdf.f0 = glm::vec3(0.04f + 0.01f * static_cast<float>(i % 90));
+        bsdf.f90 = i % 7 == 0 ? 0.0f : 1.0f;  // some have no lobe
+        bsdf.alpha = 0.2f + 0.8f * static_cast<float>(i % 13) / 12.0f;  // some too narrow a one
+        shading.bsdf.push_back(bsdf);
+    }
+    ThreadPool pool(2);
+    SplatOptions options;
+    options.overlap = 2.0f;
+    SplatStats stats;
+    const SplatBuffer quads = splat_quads(gl(), records, gbuffer, view, options, stats, &shading);
+    const SplatBuffer tiles = splat_tiles(records, gbuffer, view, options, pool, stats, &shading);
+    const SplatBuffer plain = splat_tiles(records, gbuffer, view, options, pool, stats);
+    EXPECT_EQ(tiles.weighted_g, plain.weighted_g);
+    EXPECT_TRUE(plain.glossy_g.empty());
+    std::size_t lit = 0;
+    for (std::size_t i = 0; i < gbuffer.size(); ++i) {
+        const float most = std::max({std::abs(tiles.glossy_r[i]), std::abs(tiles.glossy_g[i]), std::abs(tiles.glossy_b[i])});
+        EXPECT_NEAR(quads.glossy_r[i], tiles.glossy_r[i], 1e-4f * most);
+        EXPECT_NEAR(quads.glossy_g[i], tiles.glossy_g[i], 1e-4f * most);
+        EXPECT_NEAR(quads.glossy_b[i], tiles.glossy_b[i], 1e-4f * most);
+        if (!gbuffer.covered(i) || !lit_by_records(shading.bsdf[i]))
+            EXPECT_EQ(most, 0.0f);
+        else
+            lit += most > 0.0f;
+    }
+    EXPECT_GT(lit, gbuffer.size() / 3);
 }
 
 TEST(SplatQuads, AreTheSameBitsRunAfterRun)
@@ -202,8 +245,9 @@ TEST(MakeGpuRecords, DropsRecordsThatReachNoPixelAndKeepsTheOrder)
     const CameraRay middle = camera_ray(view, 32.0, 32.0);
     records[1].position = glm::vec3(middle.origin - 5.0 * middle.direction);  // behind the camera
     records[4].spacing_radius = 0.0f;
-    std::vector<gpu::GpuRecord> kept;
-    append_gpu_records(records, gbuffer.camera_position, view, {}, kept);
+    GpuRecords from;
+    append_gpu_records(records, gbuffer.camera_position, view, {}, false, from);
+    const std::vector<gpu::GpuRecord>& kept = from.records;
     ASSERT_EQ(kept.size(), 4u);
     const float expected[] = {0.0f, 2.0f, 3.0f, 5.0f};
     for (std::size_t k = 0; k < 4; ++k) EXPECT_EQ(kept[k].irradiance.r, expected[k]);

@@ -40,6 +40,8 @@ public:
 
     const Scene& scene() const noexcept;
     std::size_t triangle_count() const noexcept;
+    /// Whether any surface lets rays through: by an alpha mask, by blending, or as a thin transmitting wall.
+    bool has_transparency() const noexcept;
     const Impl& impl() const noexcept { return *impl_; }
 
 private:
@@ -49,7 +51,8 @@ private:
 /// @throws Error out_of_memory, internal (what Embree reported)
 RayScene build_ray_scene(const Scene& scene, const ThreadPool& pool);
 
-/// Nearest hit along the ray, both sides of every triangle. Watertight (Embree's robust mode).
+/// Nearest hit along the ray, both sides of every triangle. Watertight (Embree's robust mode). Surfaces that let
+/// light through stop a ray by chance, which is decided by a hash of ray and triangle.
 std::optional<Hit> intersect(const RayScene& rays, const Ray& ray);
 /// Whether anything lies on the ray between t_min and t_max.
 bool occluded(const RayScene& rays, const Ray& ray);

@@ -8,6 +8,7 @@
 #include "rcs/gl_context.h"
 #include "rcs/image.h"
 #include "rcs/image_io.h"
+#include "rcs/light_cache.h"
 #include "rcs/log.h"
 #include "rcs/metrics.h"
 #include "rcs/ray_scene.h"

@@ -7,6 +7,7 @@
 #include <glm/glm.hpp>
 
 #include "rcs/gbuffer.h"
+#include "rcs/light_cache.h"
 #include "rcs/log.h"
 #include "rcs/ray_scene.h"
 #include "rcs/thread_pool.h"
@@ -30,6 +31,9 @@ struct Record {
     float spacing_radius = 0.0f;          ///< a R_k after all limits [m]: within it no other record is needed
     float gradient_scale = 1.0f;          ///< how much of the translation gradient to trust, in [0, 1]: less than 1
                                           ///< where the least spacing overrides the reach of the expansion
+    /// Incoming radiance times cosine in spherical harmonics of scene space (Krivanek et al. 2005, with the cosine
+    /// taken in): 36 coefficients of red, of green, of blue [W m^-2]. Empty unless options.radiance asked for it.
+    std::vector<float> radiance;
 };
 
 /// How records are placed and gathered.
@@ -41,7 +45,9 @@ struct RecordOptions {
     float min_reach = 15.0f;       ///< least R_k [px], in (0, max_reach]: a times it is the closest spacing
     float max_reach = 60.0f;       ///< largest R_k [px]: a times it is the widest spacing
     float gradient_limit = 3.0f;   ///< R_k is at most so many times E/|grad E|, > 0
-    int bounces = 1;               ///< 0: only the sky's own light arrives; 1: light reflected once as well
+    bool radiance = false;         ///< records also keep radiance by direction, for glossy surfaces
+    int bounces = 1;               ///< in [0, 64]. 0: only the sky's own light arrives; 1: light reflected once as well;
+                                   ///< more take a light cache
     std::uint64_t seed = 1;
 };
 
@@ -54,10 +60,11 @@ struct RecordStats {
 
 /// Gathers one record at each of the given visible points.
 /// @param pixels  indices into the G-buffer, each covered
+/// @param cache  of options.bounces - 1 bounces, where that is more than 0; else unused
 /// @return one record for each, in the same order
 std::vector<Record> gather_records(const RayScene& rays, const GBuffer& gbuffer,
                                    const std::vector<std::uint32_t>& pixels, const RecordOptions& options,
-                                   ThreadPool& pool, RecordStats& stats);
+                                   ThreadPool& pool, RecordStats& stats, const LightCache* cache = nullptr);
 
 /// Sets every record's spacing radius: a R_k, limited by the relative gradient, by neighbours (no
 /// record may claim more than a neighbour's radius plus the distance to it; Krivanek et al. 2006,
@@ -68,10 +75,11 @@ void limit_spacing(std::vector<Record>& records, const RecordOptions& options, T
 /// hierarchy of pixel grids, coarse to fine. Which pixels a wave takes follows from the image and the seed
 /// alone, so the records do not depend on timing, threads or the GL.
 /// @param view  the view that `gbuffer` was made for
+/// @param cache  as for gather_records()
 /// @param records  those there are already; the new ones are appended, all spacing radii brought up to date
 void place_records(const RayScene& rays, const GBuffer& gbuffer, const View& view, const RecordOptions& options,
                    ThreadPool& pool, std::vector<Record>& records, RecordStats& stats,
-                   const ProgressFunction& progress = {});
+                   const ProgressFunction& progress = {}, const LightCache* cache = nullptr);
 
 /// @throws Error bad_argument: the field, its value and its range
 void validate(const RecordOptions& options);

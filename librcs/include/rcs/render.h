@@ -7,6 +7,7 @@
 
 #include "rcs/direct_light.h"
 #include "rcs/image.h"
+#include "rcs/light_cache.h"
 #include "rcs/log.h"
 #include "rcs/records.h"
 #include "rcs/splat.h"
@@ -17,7 +18,7 @@ struct RenderOptions {
     int width = 1000;   ///< [px], in [1, 16384]
     int height = 1000;  ///< [px], in [1, 16384]
     int aa = 4;         ///< jittered passes that share the records, in [1, 64]; 1 samples pixel centres
-    int bounces = 1;    ///< bounces of indirect light, 0 or 1
+    int bounces = 1;    ///< bounces of indirect light, in [0, 64]; 8 is full interreflection but for very light rooms
     RecordOptions records;
     DirectOptions direct;
     float overlap = 3.0f;  ///< influence radius of the last splat, in spacing radii, in [1, 16]
@@ -32,6 +33,7 @@ struct RenderStats {
     std::vector<std::pair<std::string, double>> stage_seconds;  ///< in order of execution; wall time
     RecordStats records;
     SplatStats splats;
+    LightCacheStats light_cache;  ///< of the bounces beyond the first
     std::uint64_t direct_shadow_rays = 0;
     std::uint64_t unserved_pixels = 0;  ///< visible pixels that no record reaches: 0 unless something is wrong
     std::string splat_method;           ///< "quads" or "tiles"

@@ -145,6 +145,11 @@ struct LoadOptions {
 /// @throws Error not_found, bad_file, unsupported: one sentence that names file and culprit.
 Scene load_scene(const std::string& source, const LogFunction& log = {}, const LoadOptions& options = {});
 
+/// Reads a latitude-longitude image in any format that OpenImageIO knows (8- and 16-bit files are taken for sRGB).
+/// Values that are negative or not finite are repaired, with a warning through `log`.
+/// @throws Error bad_file: one sentence that names the file and what is wrong
+EnvironmentImage load_environment(const std::string& path, const LogFunction& log = {});
+
 /// Names of the built-in scenes, each beginning with "demo:".
 std::vector<std::string> demo_scene_names();
 

@@ -29,6 +29,9 @@ struct SplatBuffer {
     std::vector<float> weighted_r, weighted_g, weighted_b;  ///< sum w_k E_k(p, n) [W m^-2]
     std::vector<float> weight;                              ///< sum w_k
     std::vector<float> count;                               ///< records with w_k > 0
+    /// sum w_k L_k(p, lobe): radiance that the pixel's specular lobe reflects, over the lobe's directional albedo
+    /// [W m^-2 sr^-1]. Empty unless lobes were asked for; 0 where the pixel has none.
+    std::vector<float> glossy_r, glossy_g, glossy_b;
 };
 
 struct SplatStats {
@@ -36,12 +39,18 @@ struct SplatStats {
     std::uint64_t samples = 0;  ///< record x pixel pairs evaluated
 };
 
+/// How the visible points reflect: librcs/src/gbuffer/shading.h.
+struct Shading;
+
 /// Sums all records over the image. Both methods compute the same sums (shaders/shared/weight.h).
 /// @param view  the view that `gbuffer` was made for
+/// @param glossy  if given, wide specular lobes are lit as well; the records keep radiance then
 SplatBuffer splat_tiles(const std::vector<Record>& records, const GBuffer& gbuffer, const View& view,
-                        const SplatOptions& options, ThreadPool& pool, SplatStats& stats);
+                        const SplatOptions& options, ThreadPool& pool, SplatStats& stats,
+                        const Shading* glossy = nullptr);
 SplatBuffer splat_quads(GlContext& gl, const std::vector<Record>& records, const GBuffer& gbuffer,
-                        const View& view, const SplatOptions& options, SplatStats& stats);
+                        const View& view, const SplatOptions& options, SplatStats& stats,
+                        const Shading* glossy = nullptr);
 
 /// The pixel rectangle that a sphere can touch: never too small, also when the sphere surrounds the
 /// camera or reaches behind it (then the whole image).

@@ -4,6 +4,8 @@
 #include <limits>
 #include <numbers>
 
+#include "radiance/lobes.h"
+
 namespace rcs {
 namespace {
 
@@ -25,11 +27,21 @@ void add(Image& image, std::size_t pixel, glm::vec3 value)
     p[2] += value.b;
 }
 
+/// What the records' radiance becomes on a wide specular lobe.
+glm::vec3 glossy_radiance(const Shading& shading, const SplatBuffer& sums, std::size_t i, float cosine)
+{
+    if (sums.glossy_r.empty() || !lit_by_records(shading.bsdf[i]))
+        return glm::vec3(0.0f);
+    return recorded_albedo(shading.bsdf[i], cosine) *
+           (glm::vec3(sums.glossy_r[i], sums.glossy_g[i], sums.glossy_b[i]) / sums.weight[i]);
+}
+
 }  // namespace
 
-std::size_t accumulate_pass(const GBuffer& g, const View& view, const std::vector<glm::vec3>& direct,
-                            const SplatBuffer& indirect, LayeredImage& sums)
+std::size_t accumulate_pass(const GBuffer& g, const View& view, const Shading& shading, const PassLight& light,
+                            LayeredImage& sums)
 {
+    const SplatBuffer& indirect = light.indirect;
     Image& beauty = layer(sums, "beauty", g, 4);
     Image& emission = layer(sums, "emission", g, 3);
     Image& direct_layer = layer(sums, "direct", g, 3);
@@ -50,7 +62,11 @@ std::size_t accumulate_pass(const GBuffer& g, const View& view, const std::vecto
         }
         beauty.pixels[4 * i + 3] += 1.0f;
         const glm::vec3 reflectance = g.albedo[i] * kInversePi;
-        add(direct_layer, i, reflectance * direct[i]);
+        add(direct_layer, i, reflectance * light.direct[i]);
+        if (!light.direct_glossy.empty())
+            add(direct_layer, i, light.direct_glossy[i]);
+        if (!light.traced.empty())
+            add(indirect_layer, i, light.traced[i]);
         add(albedo, i, g.albedo[i]);
         add(normal, i, g.normal(i));
         const glm::vec3 p = g.position(i);
@@ -65,6 +81,8 @@ std::size_t accumulate_pass(const GBuffer& g, const View& view, const std::vecto
         const glm::vec3 e = glm::vec3(indirect.weighted_r[i], indirect.weighted_g[i], indirect.weighted_b[i]) / weight;
         add(irradiance_layer, i, e);
         add(indirect_layer, i, reflectance * e);
+        if (!shading.bsdf.empty())
+            add(indirect_layer, i, glossy_radiance(shading, indirect, i, glm::dot(g.normal(i), outgoing_at(g, view.camera, i))));
         records.pixels[i] += indirect.count[i];
     }
     return unserved;

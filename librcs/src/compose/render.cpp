@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
 #include <string>
 
 #include "compose/compose.h"
@@ -100,7 +101,7 @@ void validate(const RenderOptions& o)
     require(o.width >= 1 && o.width <= 16384, "width", o.width, "a value in [1, 16384]");
     require(o.height >= 1 && o.height <= 16384, "height", o.height, "a value in [1, 16384]");
     require(o.aa >= 1 && o.aa <= 64, "aa", o.aa, "a value in [1, 64]");
-    require(o.bounces >= 0 && o.bounces <= 1, "bounces", o.bounces, "0 or 1");
+    require(o.bounces >= 0 && o.bounces <= 64, "bounces", o.bounces, "a value in [0, 64]");
     require(o.overlap >= 1.0f && o.overlap <= 16.0f, "overlap", o.overlap, "a value in [1, 16]");
     validate(o.records);
     validate(o.direct);
@@ -142,25 +143,33 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
     const std::vector<View> views = make_views(camera, options);
     const float texture_scale = 1.0f / std::sqrt(static_cast<float>(options.aa));
     std::vector<Record> records = std::move(cache);
+    std::optional<LightCache> light_cache;
     for (const View& view : views) {
         const GBuffer gbuffer =
             clock.run("gbuffer", [&] { return render_gbuffer(gl, rays, view, texture_scale, pool); });
-        const std::vector<glm::vec3> direct = clock.run("direct", [&] {
+        PassLight light;
+        light.direct = clock.run("direct", [&] {
             return direct_irradiance(rays, gbuffer, direct_options, pool, stats.direct_shadow_rays);
         });
-        SplatBuffer indirect;
+        if (options.bounces > 1 && !light_cache) {
+            light_cache = clock.run("bounces", [&] {
+                return build_light_cache(rays, gbuffer, view, {options.bounces - 1, options.seed}, pool,
+                                         stats.light_cache, progress);
+            });
+        }
         if (has_indirect) {
             // Records of earlier passes are shared; this one adds where it sees what they did not.
             clock.run("records", [&] {
-                place_records(rays, gbuffer, view, record_options, pool, records, stats.records, progress);
+                place_records(rays, gbuffer, view, record_options, pool, records, stats.records, progress,
+                              light_cache ? &*light_cache : nullptr);
             });
-            indirect = clock.run("splat", [&] {
+            light.indirect = clock.run("splat", [&] {
                 return method == SplatMethod::quads ? splat_quads(gl, records, gbuffer, view, wide, stats.splats)
                                                     : splat_tiles(records, gbuffer, view, wide, pool, stats.splats);
             });
         }
         clock.run("compose", [&] {
-            stats.unserved_pixels += accumulate_pass(gbuffer, view, direct, indirect, result.image);
+            stats.unserved_pixels += accumulate_pass(gbuffer, view, Shading{}, light, result.image);
         });
         ++direct_options.seed;
     }

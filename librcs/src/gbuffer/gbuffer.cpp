@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "gbuffer/visibility.h"
+#include "rays/ray_scene_impl.h"
 #include "rcs/error.h"
 #include "scene/surface.h"
 
@@ -84,6 +85,13 @@ bool is_doubtful(const RayScene& rays, const View& view, const Visibility& v, in
     });
 }
 
+/// Whether the triangle that was drawn has holes that the rasteriser knows nothing of.
+bool is_masked(const RayScene& rays, std::uint32_t instance)
+{
+    return instance != GBuffer::kNone &&
+           rays.scene().materials[static_cast<std::size_t>(rays.impl().instances[instance].material)].alpha_mode == AlphaMode::mask;
+}
+
 /// Settles doubtful pixels by a ray: what a pixel sees is then exact, the same as for every other ray.
 void settle_edges(const RayScene& rays, const View& view, ThreadPool& pool, Visibility& v)
 {
@@ -91,9 +99,9 @@ void settle_edges(const RayScene& rays, const View& view, ThreadPool& pool, Visi
     pool.parallel_for(static_cast<std::size_t>(view.height), 8, [&](std::size_t begin, std::size_t end, int) {
         for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
             for (int x = 0; x < view.width; ++x) {
-                if (!is_doubtful(rays, view, drawn, x, y))
-                    continue;
                 const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.width) + static_cast<std::size_t>(x);
+                if (!is_masked(rays, drawn.instance[i]) && !is_doubtful(rays, view, drawn, x, y))
+                    continue;
                 const auto hit = find_visible(rays, camera_ray(view, x + view.pixel_offset.x, y + view.pixel_offset.y));
                 v.instance[i] = hit ? hit->instance : GBuffer::kNone;
                 v.primitive[i] = hit ? hit->primitive : GBuffer::kNone;
@@ -113,14 +121,14 @@ GBuffer render_gbuffer(GlContext& gl, const RayScene& rays, const View& view, fl
     const std::size_t width = static_cast<std::size_t>(view.width);
     pool.parallel_for(static_cast<std::size_t>(view.height), 8, [&](std::size_t begin, std::size_t end, int) {
         for (std::size_t i = begin * width; i < end * width; ++i) {
-            if (!g.covered(i)) {
-                g.emission[i] = scene.sky_radiance;
-                continue;
-            }
             const double x = static_cast<double>(i % width) + view.pixel_offset.x;
             const double y = static_cast<double>(i / width) + view.pixel_offset.y;
-            store(g, i, visible_point(rays, g.instance[i], g.primitive[i], camera_ray(view, x, y),
-                                      g.camera_position, texture_scale));
+            const CameraRay ray = camera_ray(view, x, y);
+            if (!g.covered(i)) {
+                g.emission[i] = environment_of(rays).radiance(glm::vec3(glm::normalize(ray.direction)));
+                continue;
+            }
+            store(g, i, visible_point(rays, g.instance[i], g.primitive[i], ray, g.camera_position, texture_scale));
         }
     });
     return g;

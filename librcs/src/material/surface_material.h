@@ -6,9 +6,10 @@
 
 #include "material/bsdf.h"
 #include "rcs/ray_scene.h"
-#include "scene/surface.h"
 
 namespace rcs {
+
+struct SurfacePoint;
 
 /// The texture area that a lookup averages over: derivatives of Mesh::uvs in two directions across a pixel or a
 /// ray's cone. Zero: one bilinear lookup at full size.
@@ -18,8 +19,8 @@ struct TextureFilter {
 
 /// What a material is at one point, all textures and vertex colours looked up.
 struct MaterialValues {
-    Bsdf bsdf;                 ///< normals turned to the side of `point`; the normal map never bends the mirror
-                               ///< direction of the viewer below the surface
+    Bsdf bsdf;                 ///< normals turned to the side of `point`; if the material has a glossy lobe or a normal
+                               ///< map, the mirror direction of the viewer lies above the surface
     glm::vec3 emission{0.0f};  ///< radiance towards the viewer (unlit: its base colour)
     float alpha = 1.0f;        ///< coverage: 1 for opaque, 0 or 1 for masked materials
 };
@@ -30,5 +31,11 @@ MaterialValues material_at(const RayScene& rays, const Hit& hit, const SurfacePo
 
 /// Coverage alone: quick, for rays that pass through.
 float alpha_at(const Scene& scene, const Mesh& mesh, std::uint32_t primitive, float u, float v);
+
+/// Whether a material can have nothing but diffuse reflection and emission, textures or not.
+inline bool is_lambertian(const Material& m)
+{
+    return m.specular == 0.0f && m.metallic == 0.0f && m.clearcoat == 0.0f && m.transmission == 0.0f;
+}
 
 }  // namespace rcs

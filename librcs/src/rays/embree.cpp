@@ -13,6 +13,7 @@
 
 #include "rays/packet.h"
 #include "rays/ray_scene_impl.h"
+#include "rays/transparency.h"
 #include "rcs/error.h"
 
 namespace rcs {
@@ -44,8 +45,74 @@ RTCScene new_scene(RTCDevice device)
     return scene;
 }
 
+// The one place where Embree 3 and 4 differ: 3 takes a context, 4 takes arguments that point to one.
+#if RTC_VERSION_MAJOR >= 4
+using EmbreeContext = RTCRayQueryContext;
+void init(EmbreeContext& context) { rtcInitRayQueryContext(&context); }
+RTCIntersectArguments intersect_arguments(EmbreeContext* context)
+{
+    RTCIntersectArguments arguments;
+    rtcInitIntersectArguments(&arguments);
+    arguments.context = context;
+    return arguments;
+}
+RTCOccludedArguments occluded_arguments(EmbreeContext* context)
+{
+    RTCOccludedArguments arguments;
+    rtcInitOccludedArguments(&arguments);
+    arguments.context = context;
+    return arguments;
+}
+#define RCS_RTC_INTERSECT(function, context, rayhit, ...)                \
+    do {                                                                 \
+        RTCIntersectArguments arguments = intersect_arguments(context); \
+        function(__VA_ARGS__, rayhit, &arguments);                       \
+    } while (false)
+#define RCS_RTC_OCCLUDED(function, context, ray, ...)                  \
+    do {                                                               \
+        RTCOccludedArguments arguments = occluded_arguments(context); \
+        function(__VA_ARGS__, ray, &arguments);                        \
+    } while (false)
+#else
+using EmbreeContext = RTCIntersectContext;
+void init(EmbreeContext& context) { rtcInitIntersectContext(&context); }
+#define RCS_RTC_INTERSECT(function, context, rayhit, ...) function(__VA_ARGS__, context, rayhit)
+#define RCS_RTC_OCCLUDED(function, context, ray, ...) function(__VA_ARGS__, context, ray)
+#endif
+
+/// What a query hands to the filter below. Embree gives back the pointer to its first member.
+struct Query {
+    EmbreeContext context;
+    Passage* passage = nullptr;
+
+    explicit Query(Passage* p = nullptr) : passage(p) { init(context); }
+};
+
+/// Asked by Embree for each meeting of rays with a surface that may let them through.
+void filter(const RTCFilterFunctionNArguments* arguments)
+{
+    Passage& passage = *reinterpret_cast<const Query*>(arguments->context)->passage;
+    RTCRayN* ray = arguments->ray;
+    RTCHitN* hit = arguments->hit;
+    const unsigned n = arguments->N;
+    for (unsigned i = 0; i < n; ++i) {
+        if (arguments->valid[i] != -1)
+            continue;
+        const std::uint32_t instance = RTCHitN_instID(hit, n, i, 0);
+        Meeting m;
+        m.lane = RTCRayN_id(ray, n, i);
+        m.is_instanced = instance != RTC_INVALID_GEOMETRY_ID;
+        m.hit = {RTCRayN_tfar(ray, n, i), RTCHitN_u(hit, n, i), RTCHitN_v(hit, n, i),
+                 m.is_instanced ? instance : RTCHitN_geomID(hit, n, i), RTCHitN_primID(hit, n, i)};
+        m.origin = {RTCRayN_org_x(ray, n, i), RTCRayN_org_y(ray, n, i), RTCRayN_org_z(ray, n, i)};
+        m.direction = {RTCRayN_dir_x(ray, n, i), RTCRayN_dir_y(ray, n, i), RTCRayN_dir_z(ray, n, i)};
+        if (goes_on(passage, m))
+            arguments->valid[i] = 0;
+    }
+}
+
 /// A triangle geometry that reads `positions` and the mesh's indices in place.
-RTCGeometry new_triangles(RTCDevice device, const std::vector<glm::vec3>& positions, const Mesh& mesh)
+RTCGeometry new_triangles(RTCDevice device, const std::vector<glm::vec3>& positions, const Mesh& mesh, bool filtered)
 {
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
     // Embree may read 16 bytes at the last vertex; both vectors are kept one element longer than used.
@@ -54,6 +121,10 @@ RTCGeometry new_triangles(RTCDevice device, const std::vector<glm::vec3>& positi
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.triangles.data(), 0,
                                sizeof(glm::uvec3), mesh.triangles.size());
     rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_HIGH);
+    if (filtered) {
+        rtcSetGeometryIntersectFilterFunction(geometry, filter);
+        rtcSetGeometryOccludedFilterFunction(geometry, filter);
+    }
     rtcCommitGeometry(geometry);
     return geometry;
 }
@@ -179,11 +250,17 @@ std::size_t RayScene::triangle_count() const noexcept
     return impl_->triangle_count;
 }
 
+bool RayScene::has_transparency() const noexcept
+{
+    return impl_->has_transparency;
+}
+
 RayScene build_ray_scene(const Scene& scene, const ThreadPool& pool)
 {
     validate(scene);
     auto impl = std::make_unique<RayScene::Impl>();
     impl->scene = &scene;
+    impl->environment = Environment(scene);
     impl->embree = std::make_unique<EmbreeScene>(pool.size());
     EmbreeScene& embree = *impl->embree;
 
@@ -211,18 +288,20 @@ RayScene build_ray_scene(const Scene& scene, const ThreadPool& pool)
         target.mirrored = glm::determinant(linear) < 0.0;
         target.normal_from_object = glm::mat3(glm::transpose(glm::inverse(linear)));
         impl->triangle_count += mesh.triangles.size();
+        const bool filtered = lets_light_through(scene.materials[static_cast<std::size_t>(mesh.material)]);
+        impl->has_transparency = impl->has_transparency || (filtered && !mesh.triangles.empty());
         if (mesh.triangles.empty())
             continue;
         if (uses[m] == 1) {
             target.positions = padded(mesh.positions, &instance.world_from_object);
-            attach(embree.top, new_triangles(embree.device, target.positions, mesh),
+            attach(embree.top, new_triangles(embree.device, target.positions, mesh, filtered),
                    static_cast<std::uint32_t>(i));
             continue;
         }
         if (!embree.objects[m]) {
             impl->object_positions[m] = padded(mesh.positions, nullptr);
             embree.objects[m] = new_scene(embree.device);
-            attach(embree.objects[m], new_triangles(embree.device, impl->object_positions[m], mesh), 0);
+            attach(embree.objects[m], new_triangles(embree.device, impl->object_positions[m], mesh, filtered), 0);
             rtcCommitScene(embree.objects[m]);
         }
         target.instanced = true;
@@ -241,7 +320,7 @@ void reset(RayPacket& packet)
         packet.t_min[i] = 0.0f;
         packet.time[i] = 0.0f;
         packet.mask[i] = ~0u;
-        packet.id[i] = 0;
+        packet.id[i] = static_cast<std::uint32_t>(i);
         packet.flags[i] = 0;
     }
 }
@@ -260,66 +339,117 @@ struct alignas(64) LaneMask {
 
 }  // namespace
 
-// The one place where Embree 3 and 4 differ: 3 takes a context, 4 takes optional arguments.
-#if RTC_VERSION_MAJOR >= 4
-#define RCS_RTC_INTERSECT1(scene, rayhit) rtcIntersect1(scene, rayhit, nullptr)
-#define RCS_RTC_OCCLUDED1(scene, ray) rtcOccluded1(scene, ray, nullptr)
-#define RCS_RTC_INTERSECT16(valid, scene, rayhit) rtcIntersect16(valid, scene, rayhit, nullptr)
-#define RCS_RTC_OCCLUDED16(valid, scene, ray) rtcOccluded16(valid, scene, ray, nullptr)
-#else
 namespace {
-RTCIntersectContext incoherent_context()
-{
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    return context;
-}
-}  // namespace
-#define RCS_RTC_CALL(function, ...)                          \
-    do {                                                     \
-        RTCIntersectContext context = incoherent_context(); \
-        function(__VA_ARGS__);                               \
-    } while (false)
-#define RCS_RTC_INTERSECT1(scene, rayhit) RCS_RTC_CALL(rtcIntersect1, scene, &context, rayhit)
-#define RCS_RTC_OCCLUDED1(scene, ray) RCS_RTC_CALL(rtcOccluded1, scene, &context, ray)
-#define RCS_RTC_INTERSECT16(valid, scene, rayhit) RCS_RTC_CALL(rtcIntersect16, valid, scene, &context, rayhit)
-#define RCS_RTC_OCCLUDED16(valid, scene, ray) RCS_RTC_CALL(rtcOccluded16, valid, scene, &context, ray)
-#endif
 
-void intersect(const RayScene& rays, std::uint32_t active, HitPacket& packet)
+RTCRayHit to_embree_hit(const Ray& ray)
+{
+    RTCRayHit hit{};
+    hit.ray = to_embree(ray);
+    hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    return hit;
+}
+
+void trace(const RayScene& rays, std::uint32_t active, HitPacket& packet, Passage* passage)
 {
     const LaneMask valid(active);
     for (int i = 0; i < RayPacket::kWidth; ++i) {
         packet.geometry[i] = RayPacket::kMiss;
         packet.instance_id[i] = RayPacket::kMiss;
     }
-    RCS_RTC_INTERSECT16(valid.lane, rays.impl().embree->top, reinterpret_cast<RTCRayHit16*>(&packet));
+    Query query(passage);
+    RCS_RTC_INTERSECT(rtcIntersect16, &query.context, reinterpret_cast<RTCRayHit16*>(&packet), valid.lane,
+                      rays.impl().embree->top);
+}
+
+void trace(const RayScene& rays, std::uint32_t active, RayPacket& packet, Passage* passage)
+{
+    const LaneMask valid(active);
+    Query query(passage);
+    RCS_RTC_OCCLUDED(rtcOccluded16, &query.context, reinterpret_cast<RTCRay16*>(&packet), valid.lane,
+                     rays.impl().embree->top);
+}
+
+}  // namespace
+
+void intersect(const RayScene& rays, std::uint32_t active, HitPacket& packet)
+{
+    if (!rays.has_transparency())
+        return trace(rays, active, packet, nullptr);
+    Passage passage(rays, Passage::Rule::by_chance);
+    trace(rays, active, packet, &passage);
+}
+
+void intersect(const RayScene& rays, std::uint32_t active, HitPacket& packet, LaneWeights& weights)
+{
+    std::fill(weights.weight, weights.weight + RayPacket::kWidth, glm::vec3(1.0f));
+    if (!rays.has_transparency())
+        return trace(rays, active, packet, nullptr);
+    Passage passage(rays, Passage::Rule::by_chance);
+    trace(rays, active, packet, &passage);
+    for (int i = 0; i < RayPacket::kWidth; ++i) {
+        if ((active >> i & 1u) == 0u)
+            continue;
+        const RayPacket& r = packet.ray;
+        const Hit hit{r.t_max[i], packet.u[i], packet.v[i], packet.instance(i), packet.primitive[i]};
+        const bool is_hit = packet.geometry[i] != RayPacket::kMiss;
+        weights.weight[i] = weight_of(passage, static_cast<std::uint32_t>(i), is_hit ? &hit : nullptr,
+                                      {r.direction_x[i], r.direction_y[i], r.direction_z[i]});
+    }
 }
 
 void occluded(const RayScene& rays, std::uint32_t active, RayPacket& packet)
 {
-    const LaneMask valid(active);
-    RCS_RTC_OCCLUDED16(valid.lane, rays.impl().embree->top, reinterpret_cast<RTCRay16*>(&packet));
+    if (!rays.has_transparency())
+        return trace(rays, active, packet, nullptr);
+    Passage passage(rays, Passage::Rule::by_chance);
+    trace(rays, active, packet, &passage);
+}
+
+void transmittance(const RayScene& rays, std::uint32_t active, RayPacket& packet, LaneWeights& transmitted)
+{
+    Passage passage(rays, Passage::Rule::weighted);
+    trace(rays, active, packet, rays.has_transparency() ? &passage : nullptr);
+    for (int i = 0; i < RayPacket::kWidth; ++i)
+        if ((active >> i & 1u) != 0u)
+            transmitted.weight[i] = packet.t_max[i] < 0.0f ? glm::vec3(0.0f) : product(passage, static_cast<std::uint32_t>(i));
+}
+
+std::optional<Hit> intersect(const RayScene& rays, const Ray& ray, RayFilter filter, glm::vec3* weight)
+{
+    Passage passage(rays, filter == RayFilter::everything ? Passage::Rule::everything : Passage::Rule::by_chance);
+    Query query(&passage);
+    RTCRayHit r = to_embree_hit(ray);
+    RCS_RTC_INTERSECT(rtcIntersect1, &query.context, &r, rays.impl().embree->top);
+    const bool is_hit = r.hit.geomID != RTC_INVALID_GEOMETRY_ID;
+    const std::uint32_t instance = r.hit.instID[0] != RTC_INVALID_GEOMETRY_ID ? r.hit.instID[0] : r.hit.geomID;
+    const Hit hit{r.ray.tfar, r.hit.u, r.hit.v, instance, r.hit.primID};
+    if (weight)
+        *weight = filter == RayFilter::everything ? glm::vec3(1.0f) : weight_of(passage, 0, is_hit ? &hit : nullptr, ray.direction);
+    return is_hit ? std::optional<Hit>(hit) : std::nullopt;
 }
 
 std::optional<Hit> intersect(const RayScene& rays, const Ray& ray)
 {
-    RTCRayHit hit{};
-    hit.ray = to_embree(ray);
-    hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    RCS_RTC_INTERSECT1(rays.impl().embree->top, &hit);
-    if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID)
-        return std::nullopt;
-    const std::uint32_t instance = hit.hit.instID[0] != RTC_INVALID_GEOMETRY_ID ? hit.hit.instID[0] : hit.hit.geomID;
-    return Hit{hit.ray.tfar, hit.hit.u, hit.hit.v, instance, hit.hit.primID};
+    return intersect(rays, ray, RayFilter::by_chance);
 }
 
 bool occluded(const RayScene& rays, const Ray& ray)
 {
+    Passage passage(rays, Passage::Rule::by_chance);
+    Query query(&passage);
     RTCRay r = to_embree(ray);
-    RCS_RTC_OCCLUDED1(rays.impl().embree->top, &r);
+    RCS_RTC_OCCLUDED(rtcOccluded1, &query.context, &r, rays.impl().embree->top);
     return r.tfar < 0.0f;
+}
+
+glm::vec3 transmittance(const RayScene& rays, const Ray& ray)
+{
+    Passage passage(rays, Passage::Rule::weighted);
+    Query query(&passage);
+    RTCRay r = to_embree(ray);
+    RCS_RTC_OCCLUDED(rtcOccluded1, &query.context, &r, rays.impl().embree->top);
+    return r.tfar < 0.0f ? glm::vec3(0.0f) : product(passage, 0);
 }
 
 }  // namespace rcs

@@ -1,6 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+
+#include <glm/glm.hpp>
 
 #include "rcs/ray_scene.h"
 
@@ -41,8 +44,28 @@ struct alignas(64) HitPacket {
 /// Sets what every ray shares: no time, all geometry, t_min 0.
 void reset(RayPacket& packet);
 
-/// Traces the lanes whose bit is set in `active`; others keep their content.
+/// What becomes of rays at surfaces that let light through. Masked texels below the cutoff never stop one.
+enum class RayFilter {
+    by_chance,   ///< goes on with the probability of the transmittance's largest channel; unbiased with the ray's weight
+    everything,  ///< ends at each of them
+};
+
+/// What the light that comes along each lane's ray is to be multiplied by: the tint of what the ray went through,
+/// over the probabilities of its passing and of its stopping. 1 in scenes without such surfaces.
+struct LaneWeights {
+    glm::vec3 weight[RayPacket::kWidth];
+};
+
+/// Traces the lanes whose bit is set in `active`; others keep their content. Rays go through surfaces by chance,
+/// decided by a hash of ray and triangle: the same ray always meets the same surface.
 void intersect(const RayScene& rays, std::uint32_t active, HitPacket& packet);
+void intersect(const RayScene& rays, std::uint32_t active, HitPacket& packet, LaneWeights& weights);
 void occluded(const RayScene& rays, std::uint32_t active, RayPacket& packet);
+/// Without chance: what arrives of light along each ray, 0 where it is blocked.
+void transmittance(const RayScene& rays, std::uint32_t active, RayPacket& packet, LaneWeights& transmitted);
+
+/// The same for single rays. @param weight  set if not null
+std::optional<Hit> intersect(const RayScene& rays, const Ray& ray, RayFilter filter, glm::vec3* weight = nullptr);
+glm::vec3 transmittance(const RayScene& rays, const Ray& ray);
 
 }  // namespace rcs

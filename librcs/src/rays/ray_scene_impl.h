@@ -8,6 +8,7 @@
 #include <glm/glm.hpp>
 
 #include "rcs/ray_scene.h"
+#include "scene/environment.h"
 
 namespace rcs {
 
@@ -46,9 +47,14 @@ struct RayScene::Impl {
     std::vector<std::vector<HitTriangle>> hit_triangles;    ///< per mesh
     std::vector<std::vector<glm::vec3>> object_positions;  ///< per mesh, of those that are instanced
     std::size_t triangle_count = 0;
+    bool has_transparency = false;
+    Environment environment;
 
     Impl();
     ~Impl();
 };
+
+/// The sky of the scene, prepared for lookups and sampling.
+inline const Environment& environment_of(const RayScene& rays) { return rays.impl().environment; }
 
 }  // namespace rcs

@@ -36,11 +36,24 @@ public:
     {
         for (std::size_t first = 0; first < count_; first += RayPacket::kWidth) {
             const std::size_t lanes = count_ - first < RayPacket::kWidth ? count_ - first : RayPacket::kWidth;
-            occluded(rays, (1u << lanes) - 1u, packets_[first / RayPacket::kWidth]);
+            const std::size_t packet = first / RayPacket::kWidth;
+            if (rays.has_transparency()) {
+                transmitted_.resize(packets_.size());
+                rcs::transmittance(rays, (1u << lanes) - 1u, packets_[packet], transmitted_[packet]);
+            } else {
+                occluded(rays, (1u << lanes) - 1u, packets_[packet]);
+            }
         }
     }
 
-    /// Whether nothing blocks ray i; after trace().
+    /// What arrives over ray i of the light sent along it, where it is free: less than 1 only behind surfaces that
+    /// let light through; after trace().
+    glm::vec3 transmittance(std::size_t i) const
+    {
+        return transmitted_.empty() ? glm::vec3(1.0f) : transmitted_[i / RayPacket::kWidth].weight[i % RayPacket::kWidth];
+    }
+
+    /// Whether nothing blocks ray i wholly; after trace().
     bool is_free(std::size_t i) const
     {
         return !(packets_[i / RayPacket::kWidth].t_max[i % RayPacket::kWidth] < 0.0f);
@@ -48,6 +61,7 @@ public:
 
 private:
     std::vector<RayPacket> packets_;
+    std::vector<LaneWeights> transmitted_;  // empty in scenes where light is either blocked or not
     std::size_t count_ = 0;
 };
 

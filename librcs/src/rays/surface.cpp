@@ -6,7 +6,6 @@
 
 #include "rays/ray_scene_impl.h"
 #include "scene/surface.h"
-#include "scene/texture.h"
 #include "util/multiversion.h"
 
 namespace rcs {
@@ -211,10 +210,12 @@ double pixels_inside(const RayScene& rays, std::uint32_t instance, std::uint32_t
                      distance(w(hit.here), w(hit.dx), w(hit.dy))});
 }
 
-std::optional<Hit> find_visible(const RayScene& rays, const CameraRay& camera_ray)
+std::optional<Hit> find_visible(const RayScene& rays, const CameraRay& camera_ray, float after)
 {
     Ray ray{glm::vec3(camera_ray.origin), glm::vec3(camera_ray.direction)};
-    while (const std::optional<Hit> hit = intersect(rays, ray)) {
+    if (after > 0.0f)
+        ray.t_min = std::nextafter(after, ray.t_max);
+    while (const std::optional<Hit> hit = intersect(rays, ray, RayFilter::everything)) {
         const SurfacePoint point = surface_at(rays, hit->instance, hit->primitive, hit->u, hit->v, ray.direction);
         if (camera_sees(rays.scene().materials[static_cast<std::size_t>(point.material)], point.front))
             return hit;
@@ -226,7 +227,6 @@ std::optional<Hit> find_visible(const RayScene& rays, const CameraRay& camera_ra
 VisiblePoint visible_point(const RayScene& rays, std::uint32_t instance, std::uint32_t primitive,
                            const CameraRay& ray, glm::dvec3 camera_position, float texture_scale)
 {
-    const Scene& scene = rays.scene();
     const std::array<glm::vec3, 3> c = triangle_corners(rays, instance, primitive);
     const PixelHits pixel = meet_plane(c, ray);
     const PlaneHit& hit = pixel.here;
@@ -242,18 +242,16 @@ VisiblePoint visible_point(const RayScene& rays, std::uint32_t instance, std::ui
     point.distance = hit.t * glm::length(ray.direction);
     point.footprint = footprint(ray, pixel);
 
-    const Material& material = scene.materials[static_cast<std::size_t>(point.surface.material)];
-    point.emission = emitted_radiance(material, point.surface.front);
-    point.albedo = material.base_color;
-    if (material.base_color_texture.used()) {
-        const std::array<glm::vec2, 3> uv = triangle_uvs(scene, instance, primitive);
-        const auto moved = [&](const PlaneHit& h) {
-            return texture_scale * (static_cast<float>(h.u - hit.u) * (uv[1] - uv[0]) +
-                                    static_cast<float>(h.v - hit.v) * (uv[2] - uv[0]));
-        };
-        const Texture& texture = scene.textures[static_cast<std::size_t>(material.base_color_texture.texture)];
-        point.albedo *= sample_filtered(texture, point.surface.uv, moved(pixel.dx), moved(pixel.dy));
-    }
+    const std::array<glm::vec2, 3> uv = triangle_uvs(rays.scene(), instance, primitive);
+    const auto moved = [&](const PlaneHit& h) {
+        return texture_scale * (static_cast<float>(h.u - hit.u) * (uv[1] - uv[0]) +
+                                static_cast<float>(h.v - hit.v) * (uv[2] - uv[0]));
+    };
+    const glm::vec3 outgoing = -glm::vec3(glm::normalize(ray.direction));
+    const Hit at{static_cast<float>(hit.t), static_cast<float>(u), static_cast<float>(v), instance, primitive};
+    point.material = material_at(rays, at, point.surface, outgoing, {moved(pixel.dx), moved(pixel.dy)});
+    point.albedo = diffuse_albedo(point.material.bsdf, glm::dot(point.material.bsdf.normal, outgoing));
+    point.emission = point.material.emission;
     return point;
 }
 

@@ -4,15 +4,14 @@
 #include <numbers>
 #include <vector>
 
-#include "light/hit_light.h"
-#include "light/lights.h"
+#include "light/hit_radiance.h"
 #include "rays/hit_surface.h"
 #include "rays/packet.h"
 #include "rays/shadow_batch.h"
 #include "rcs/records.h"
 #include "records/gather.h"
+#include "radiance/harmonics.h"
 #include "records/hemisphere.h"
-#include "scene/texture.h"
 #include "util/color.h"
 #include "util/multiversion.h"
 #include "util/random.h"
@@ -64,6 +63,7 @@ struct Workspace {
     ShadowBatch shadow;
     std::vector<ShadowedLight> lights;  // what each shadow ray brings if it is free
     HemisphereSamples samples;
+    HarmonicLanes radiance[3];  // sums over the packets, lane by lane
     std::uint64_t hemisphere_rays = 0;
     std::uint64_t shadow_rays = 0;
 
@@ -136,37 +136,27 @@ void note_cells(const Frame& frame, const HitPacket& packet, const FacePacket& f
     }
 }
 
-/// The mip level at which a texel is about as wide as the cone of one hemisphere ray at the hit.
-int mip_level(const Texture& texture, float uv_per_length, float cone_width)
+/// Adds one packet's radiance times its harmonics.
+RCS_MULTIVERSION
+void add_radiance(const detail::HarmonicFactors& factors, const RayPacket& ray, const float* red, const float* green,
+                  const float* blue, HarmonicLanes* sums)
 {
-    const int size = std::max(texture.levels[0].width, texture.levels[0].height);
-    const float texels = static_cast<float>(size) * uv_per_length * cone_width;
-    // The exponent of sqrt(2) x is log2(x), rounded.
-    const std::uint32_t bits = std::bit_cast<std::uint32_t>(std::max(texels, 1.0f) * std::numbers::sqrt2_v<float>);
-    return static_cast<int>(bits >> 23) - 127;
-}
-
-RCS_ALWAYS_INLINE void add_shadow_ray(Workspace& w, const HitSurface& hit, std::uint32_t cell, glm::vec3 to_light, float distance,
-                    glm::vec3 radiance)
-{
-    w.shadow.add(shadow_ray_from(hit.point, to_light, distance));
-    w.lights.push_back({cell, hit.point.material, radiance, hit.point.uv, hit.uv_per_length});
-}
-
-/// A direction over the point, in proportion to the cosine to its shading normal.
-glm::vec3 cosine_direction(const SurfacePoint& point, RandomStream& random)
-{
-    const float sin2 = random.next();
-    const Frame frame = make_frame(point.shading_normal, random.next());
-    return std::sqrt(sin2) * frame.x + std::sqrt(1.0f - sin2) * frame.z;
+    HarmonicLanes y;
+    evaluate_harmonics(factors, ray.direction_x, ray.direction_y, ray.direction_z, y);
+    for (int k = 0; k < kHarmonics; ++k) {
+        for (int i = 0; i < kWidth; ++i) {
+            sums[0][k][i] += red[i] * y[k][i];
+            sums[1][k][i] += green[i] * y[k][i];
+            sums[2][k][i] += blue[i] * y[k][i];
+        }
+    }
 }
 
 class Gatherer {
 public:
-    Gatherer(const RayScene& rays, const RecordOptions& options)
-        : rays_(rays), scene_(rays.scene()), grid_(make_hemisphere_grid(options.rays)), lights_(collect_lights(rays)),
-          hit_lights_(lights_), sky_(scene_.sky_radiance), has_sky_(luminance(sky_) > 0.0f),
-          has_bounce_(options.bounces > 0)
+    Gatherer(const RayScene& rays, const RecordOptions& options, const LightCache* cache)
+        : rays_(rays), grid_(make_hemisphere_grid(options.rays)), radiance_(rays, cache),
+          has_bounce_(options.bounces > 0), keeps_radiance_(options.radiance)
     {
     }
 
@@ -178,30 +168,31 @@ private:
     void shade(const Frame& frame, int first, std::uint32_t active, std::uint64_t key, Workspace& w) const;
     void shade_hit(const HitSurface& hit, std::uint32_t cell, std::uint64_t key, Workspace& w) const;
     glm::vec3 albedo(const ShadowedLight& light, const Workspace& w) const;
+    std::vector<float> radiance(Workspace& w) const;
     void shoot_shadow_rays(Workspace& w) const;
 
     const RayScene& rays_;
-    const Scene& scene_;
     HemisphereGrid grid_;
-    Lights lights_;
-    HitLights hit_lights_;
-    glm::vec3 sky_;
-    bool has_sky_;
+    HitRadiance radiance_;
     bool has_bounce_;
+    bool keeps_radiance_;
 };
 
 void Gatherer::shade_hit(const HitSurface& hit, std::uint32_t cell, std::uint64_t key, Workspace& w) const
 {
     // A stream's own counter stays far below 2^32, so no two cells share a number.
     RandomStream random(key ^ static_cast<std::uint64_t>(cell) << 32);
-    const HitLights::Sample light = hit_lights_.sample(hit.point, random);
-    if (luminance(light.irradiance) > 0.0f)
-        add_shadow_ray(w, hit, cell, light.to_light, light.distance, kInversePi * light.irradiance);
-    if (has_sky_) {
-        const glm::vec3 direction = cosine_direction(hit.point, random);
-        if (glm::dot(direction, hit.point.geometric_normal) > 0.0f)
-            add_shadow_ray(w, hit, cell, direction, std::numeric_limits<float>::infinity(), sky_);
-    }
+    radiance_.direct(hit.point, random, [&](const Ray& ray, glm::vec3 white) {
+        w.shadow.add(ray);
+        w.lights.push_back({cell, hit.point.material, white, hit.point.uv, hit.uv_per_length});
+    });
+    if (!radiance_.has_cache())
+        return;
+    const glm::vec3 radiance = kInversePi * radiance_.indirect_irradiance(hit.point, random) *
+                               albedo({cell, hit.point.material, {}, hit.point.uv, hit.uv_per_length}, w);
+    w.samples.red[cell] += radiance.r;
+    w.samples.green[cell] += radiance.g;
+    w.samples.blue[cell] += radiance.b;
 }
 
 void Gatherer::shade(const Frame& frame, int first, std::uint32_t active, std::uint64_t key, Workspace& w) const
@@ -210,7 +201,7 @@ void Gatherer::shade(const Frame& frame, int first, std::uint32_t active, std::u
     const int lanes = std::min(kWidth, grid_.cells - first);
     FacePacket faces;
     find_faces(rays_, packet, faces);
-    note_cells(frame, packet, faces, active, sky_, static_cast<std::size_t>(first), lanes, w.z.data(), w.samples);
+    note_cells(frame, packet, faces, active, radiance_.sky_radiance(), static_cast<std::size_t>(first), lanes, w.z.data(), w.samples);
     if (!has_bounce_)
         return;
     HitSurface hits[kWidth];
@@ -219,7 +210,7 @@ void Gatherer::shade(const Frame& frame, int first, std::uint32_t active, std::u
     for (int i = 0; i < lanes; ++i) {
         if ((active >> i & 1u) == 0u || packet.geometry[i] == RayPacket::kMiss)
             continue;
-        if (!has_sky_ && !hit_lights_.may_reach({faces.normal_x[i], faces.normal_y[i], faces.normal_z[i]}))
+        if (!radiance_.has_cache() && !radiance_.may_be_lit({faces.normal_x[i], faces.normal_y[i], faces.normal_z[i]}))
             continue;
         prefetch_hit(rays_, packet, i);
         hits[count] = begin_hit(rays_, packet, faces, i);
@@ -233,15 +224,11 @@ void Gatherer::shade(const Frame& frame, int first, std::uint32_t active, std::u
 
 glm::vec3 Gatherer::albedo(const ShadowedLight& light, const Workspace& w) const
 {
-    const Material& material = scene_.materials[static_cast<std::size_t>(light.material)];
-    if (!material.base_color_texture.used())
-        return material.base_color;
-    const Texture& texture = scene_.textures[static_cast<std::size_t>(material.base_color_texture.texture)];
     // A cell spans pi / (M N cos theta) of solid angle.
     const float cosine = w.samples.cosine[light.cell];
     const float solid_angle = std::numbers::pi_v<float> / (static_cast<float>(grid_.cells) * cosine);
     const float width = std::sqrt(solid_angle) / w.samples.inverse_distance[light.cell];
-    return material.base_color * sample_nearest(texture, light.uv, mip_level(texture, light.uv_per_length, width));
+    return radiance_.albedo(light.material, light.uv, light.uv_per_length, width);
 }
 
 void Gatherer::shoot_shadow_rays(Workspace& w) const
@@ -276,6 +263,41 @@ void Gatherer::trace(const Birth& birth, const Frame& frame, Workspace& w) const
     shoot_shadow_rays(w);
 }
 
+/// Cells have equal weights under the cosine: pi over their number.
+std::vector<float> Gatherer::radiance(Workspace& w) const
+{
+    for (HarmonicLanes& sums : w.radiance)
+        for (auto& lanes : sums)
+            std::fill(lanes, lanes + kWidth, 0.0f);
+    for (int first = 0; first < grid_.cells; first += kWidth) {
+        // Lanes past the last cell, and rays below the surface, bring nothing.
+        float cells[3][kWidth] = {};
+        bool any = false;
+        for (int i = 0; i < std::min(kWidth, grid_.cells - first); ++i) {
+            const std::size_t c = static_cast<std::size_t>(first + i);
+            cells[0][i] = w.samples.red[c];
+            cells[1][i] = w.samples.green[c];
+            cells[2][i] = w.samples.blue[c];
+            any = any || cells[0][i] + cells[1][i] + cells[2][i] > 0.0f;
+        }
+        if (any)
+            add_radiance(detail::harmonic_factors(), w.packets[static_cast<std::size_t>(first / kWidth)].ray, cells[0],
+                         cells[1], cells[2], w.radiance);
+    }
+    const float weight = std::numbers::pi_v<float> / static_cast<float>(grid_.cells);
+    std::vector<float> coefficients;
+    coefficients.reserve(3 * kHarmonics);
+    for (const HarmonicLanes& sums : w.radiance) {
+        for (const auto& lanes : sums) {
+            float sum = 0.0f;
+            for (const float lane : lanes)
+                sum += lane;
+            coefficients.push_back(weight * sum);
+        }
+    }
+    return coefficients;
+}
+
 glm::vec3 to_scene(const Frame& frame, glm::vec3 local)
 {
     return local.x * frame.x + local.y * frame.y + local.z * frame.z;
@@ -297,6 +319,8 @@ Record Gatherer::gather(const Birth& birth, Workspace& w) const
     record.harmonic_mean_distance = integrals.harmonic_mean_distance;
     record.minimum_distance = integrals.minimum_distance;
     record.footprint = birth.footprint;
+    if (keeps_radiance_)
+        record.radiance = radiance(w);
     const float e = luminance(integrals.irradiance);
     record.noise = e > 0.0f ? std::min(1.0f, integrals.standard_error / e) : 0.0f;
     return record;
@@ -309,6 +333,7 @@ void set_mean(Record& record, const std::vector<Record>& gathers)
     Record mean = record;
     mean.irradiance = glm::vec3(0.0f);
     mean.rotation_gradient = mean.translation_gradient = {};
+    std::fill(mean.radiance.begin(), mean.radiance.end(), 0.0f);
     float inverse_distance = 0.0f, variance = 0.0f;
     for (const Record& g : gathers) {
         mean.irradiance += g.irradiance / n;
@@ -316,6 +341,8 @@ void set_mean(Record& record, const std::vector<Record>& gathers)
             mean.rotation_gradient[color] += g.rotation_gradient[color] / n;
             mean.translation_gradient[color] += g.translation_gradient[color] / n;
         }
+        for (std::size_t k = 0; k < g.radiance.size(); ++k)
+            mean.radiance[k] += g.radiance[k] / n;
         inverse_distance += 1.0f / (n * g.harmonic_mean_distance);
         mean.minimum_distance = std::min(mean.minimum_distance, g.minimum_distance);
         const float error = g.noise * luminance(g.irradiance) / n;
@@ -334,8 +361,8 @@ struct RecordGatherer::Impl {
     std::uint64_t seed;
 };
 
-RecordGatherer::RecordGatherer(const RayScene& rays, const RecordOptions& options)
-    : impl_(new Impl{Gatherer(rays, options), options.seed})
+RecordGatherer::RecordGatherer(const RayScene& rays, const RecordOptions& options, const LightCache* cache)
+    : impl_(new Impl{Gatherer(rays, options, options.bounces > 1 ? cache : nullptr), options.seed})
 {
 }
 
@@ -387,9 +414,9 @@ void RecordGatherer::gather_more(const GBuffer& gbuffer, std::span<const std::ui
 
 std::vector<Record> gather_records(const RayScene& rays, const GBuffer& gbuffer,
                                    const std::vector<std::uint32_t>& pixels, const RecordOptions& options,
-                                   ThreadPool& pool, RecordStats& stats)
+                                   ThreadPool& pool, RecordStats& stats, const LightCache* cache)
 {
-    return RecordGatherer(rays, options).gather(gbuffer, pixels, pool, stats);
+    return RecordGatherer(rays, options, cache).gather(gbuffer, pixels, pool, stats);
 }
 
 }  // namespace rcs

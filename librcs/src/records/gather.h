@@ -10,10 +10,10 @@
 namespace rcs {
 
 /// gather_records() for many batches on one scene: what depends on the scene and options alone is
-/// prepared once.
+/// prepared once. @param cache  as for gather_records()
 class RecordGatherer {
 public:
-    RecordGatherer(const RayScene& rays, const RecordOptions& options);
+    RecordGatherer(const RayScene& rays, const RecordOptions& options, const LightCache* cache);
     ~RecordGatherer();
 
     std::vector<Record> gather(const GBuffer& gbuffer, const std::vector<std::uint32_t>& pixels, ThreadPool& pool,

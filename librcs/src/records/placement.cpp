@@ -92,17 +92,17 @@ void validate(const RecordOptions& o)
             "a positive number of pixels");
     require(o.min_reach > 0.0f && o.min_reach <= o.max_reach, "records.min_reach", o.min_reach,
             "a value in (0, max_reach]");
-    require(o.bounces == 0 || o.bounces == 1, "records.bounces", o.bounces, "0 or 1");
+    require(o.bounces >= 0 && o.bounces <= 64, "records.bounces", o.bounces, "a value in [0, 64]");
     require(o.noise_target > 0.0f, "records.noise_target", o.noise_target, "a positive value");
     require(o.gradient_limit > 0.0f, "records.gradient_limit", o.gradient_limit, "a positive value");
 }
 
 void place_records(const RayScene& rays, const GBuffer& gbuffer, const View& view, const RecordOptions& options,
                    ThreadPool& pool, std::vector<Record>& records, RecordStats& stats,
-                   const ProgressFunction& progress)
+                   const ProgressFunction& progress, const LightCache* cache)
 {
     validate(options);
-    const RecordGatherer gatherer(rays, options);
+    const RecordGatherer gatherer(rays, options, cache);
     const SplatOptions reach{options.error_tolerance, 1.0f};
     const TiledSurfaces surfaces = make_tiled_surfaces(gbuffer, pool);
     SpacingLimiter spacing(options);

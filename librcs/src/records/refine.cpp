@@ -17,11 +17,15 @@ constexpr float kDark = 0.01f;
 /// Irradiance and its variance in the place of two colours, so that a splat averages them.
 std::vector<Record> as_noise_records(std::span<const Record> records)
 {
-    std::vector<Record> noise(records.begin(), records.end());
-    for (Record& r : noise) {
+    std::vector<Record> noise(records.size());
+    for (std::size_t i = 0; i < records.size(); ++i) {
+        const Record& r = records[i];
         const float e = luminance(r.irradiance);
-        r.irradiance = {e, r.noise * r.noise * e * e, 0.0f};
-        r.rotation_gradient = r.translation_gradient = {};
+        noise[i].position = r.position;
+        noise[i].normal = r.normal;
+        noise[i].irradiance = {e, r.noise * r.noise * e * e, 0.0f};
+        noise[i].spacing_radius = r.spacing_radius;
+        noise[i].gradient_scale = r.gradient_scale;
     }
     return noise;
 }

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "scene/texture.h"
 
 namespace rcs {
 namespace {
@@ -27,11 +26,6 @@ glm::vec3 cosine_direction(glm::vec3 n, glm::vec2 u)
     const float phi = 2.0f * std::numbers::pi_v<float> * u.y;
     return (radius * std::cos(phi)) * tangent + (radius * std::sin(phi)) * bitangent +
            std::sqrt(1.0f - u.x) * n;
-}
-
-const Material& material_of(const RayScene& rays, const SurfacePoint& point)
-{
-    return rays.scene().materials[static_cast<std::size_t>(point.material)];
 }
 
 }  // namespace
@@ -100,7 +94,7 @@ glm::vec3 PathTracer::gathered_radiance(SurfacePoint point, const PathPoints& po
         // A texel costs as much as a short ray, and most points at the end of a path lie in shadow.
         const bool ends_here = bounce + 1 == bounces_ && !has_sky_;
         if (ends_here && irradiance == glm::vec3(0.0f)) return radiance;
-        throughput *= albedo_at(rays_.scene(), material_of(rays_, point), point.uv);
+        throughput *= material_at(rays_, *hit, point, -direction, {}).bsdf.diffuse;
         if (throughput == glm::vec3(0.0f)) return radiance;
         radiance += throughput * kInversePi * irradiance;
     }

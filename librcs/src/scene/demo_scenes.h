@@ -11,5 +11,7 @@ Scene make_demo_scene(const std::string& name);
 
 Scene make_cornell();
 Scene make_atrium();
+/// Metal and plastic spheres, roughness 0 to 1 in steps of 0.1, in a room with one window.
+Scene make_spheres();
 
 }  // namespace rcs

@@ -159,16 +159,18 @@ void check(const Element& element, const Camera& camera)
     }
 }
 
-void check(const Element& element, const EnvironmentImage& image)
+void check(const Scene& scene, const EnvironmentImage& image)
 {
-    element.expect(image.width > 0 && image.height > 0 &&
-                       image.radiance.size() ==
-                           static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height),
-                   "has not width x height values");
-    element.expect(std::isfinite(image.rotation), "has a rotation that is not finite");
-    for (const glm::vec3& radiance : image.radiance) {
-        element.expect(is_light(radiance), "has a radiance that is negative or not finite");
-    }
+    const auto expect = [&](bool holds, const char* what) {
+        if (!holds)
+            throw Error(ErrorCode::bad_file, "scene '" + scene.name + "': environment '" + image.name + "' " + what);
+    };
+    if (image.empty()) return;
+    expect(image.width > 0 && image.height > 0 &&
+               image.radiance.size() == static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height),
+           "has a size that is not its width x height");
+    expect(std::all_of(image.radiance.begin(), image.radiance.end(), is_light), "has a radiance that is negative or not finite");
+    expect(std::isfinite(image.rotation), "has a rotation that is not finite");
 }
 
 template <class Elements>
@@ -206,7 +208,7 @@ void validate(const Scene& scene)
     check_all(scene, "instance", scene.instances);
     check_all(scene, "light", scene.lights);
     check_all(scene, "camera", scene.cameras);
-    if (!scene.environment.empty()) check(Element{scene, "environment", 0, scene.environment.name}, scene.environment);
+    check(scene, scene.environment);
     if (!is_light(scene.sky_radiance)) {
         throw Error(ErrorCode::bad_file,
                     "scene '" + scene.name + "': its sky radiance is negative or not finite");

@@ -8,6 +8,7 @@
 
 #include <glm/glm.hpp>
 
+#include "material/surface_material.h"
 #include "rcs/ray_scene.h"
 #include "rcs/scene.h"
 
@@ -59,15 +60,18 @@ struct VisiblePoint {
     glm::vec3 relative_position;  ///< to the camera's position, from double precision [m]
     double distance;              ///< along the unit camera ray from its origin [m]
     float footprint;              ///< sqrt of the surface area that one pixel covers [m]
-    glm::vec3 albedo;
+    MaterialValues material;      ///< textures filtered over the pixel
+    glm::vec3 albedo;             ///< of the diffuse reflection towards the camera
     glm::vec3 emission;           ///< radiance towards the camera
 };
 /// @param texture_scale  width of the texture filter in pixels
 VisiblePoint visible_point(const RayScene& rays, std::uint32_t instance, std::uint32_t primitive,
                            const CameraRay& camera_ray, glm::dvec3 camera_position, float texture_scale);
 
-/// The first surface on the camera ray whose side there the camera sees.
-std::optional<Hit> find_visible(const RayScene& rays, const CameraRay& camera_ray);
+/// The first surface on the camera ray whose side there the camera sees, masked texels left out; blended and
+/// transmitting surfaces are found one after the other.
+/// @param after  Hit::t of the surface before; 0: none
+std::optional<Hit> find_visible(const RayScene& rays, const CameraRay& camera_ray, float after = 0.0f);
 
 /// How far inside a triangle the camera ray meets its plane: distance to the nearest edge in pixels, negative
 /// outside; -inf where the ray does not meet the plane in front of the camera.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "radiance/harmonics.h"
+
 namespace rcs {
 namespace {
 
@@ -12,10 +14,21 @@ namespace {
 // weight.
 constexpr double kPositionRounding = 8 * 0x1p-24;
 
+/// Over the irradiance: extrapolated irradiance times these is extrapolated radiance.
+gpu::GpuRadiance relative_radiance(const Record& record)
+{
+    gpu::GpuRadiance out{};
+    for (std::size_t i = 0; i < record.radiance.size(); ++i) {
+        const float e = record.irradiance[static_cast<int>(i / kHarmonics)];
+        out.coefficients[i / 4][static_cast<int>(i % 4)] = e > 0.0f ? record.radiance[i] / e : 0.0f;
+    }
+    return out;
+}
+
 }  // namespace
 
 void append_gpu_records(std::span<const Record> records, glm::dvec3 camera_position, const View& view,
-                        const SplatOptions& options, std::vector<gpu::GpuRecord>& gpu_records)
+                        const SplatOptions& options, bool with_radiance, GpuRecords& gpu_records)
 {
     const float inv_normal_tolerance = 1.0f / (options.error_tolerance * options.overlap);
     for (const Record& record : records) {
@@ -34,7 +47,9 @@ void append_gpu_records(std::span<const Record> records, glm::dvec3 camera_posit
             out.translation_gradient[color] = glm::vec4(record.gradient_scale * record.translation_gradient[color], 0.0f);
         }
         out.pixels = {bounds.x0, bounds.y0, bounds.x1, bounds.y1};
-        gpu_records.push_back(out);
+        gpu_records.records.push_back(out);
+        if (with_radiance)
+            gpu_records.radiance.push_back(relative_radiance(record));
     }
 }
 

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <memory>
 
+#include "gbuffer/shading.h"
+#include "radiance/lobes.h"
 #include "shared/gpu_record.h"
 #include "shared/weight.h"
 #include "splat/gpu_records.h"
@@ -43,18 +46,21 @@ Bins bin_records(const std::vector<gpu::GpuRecord>& records, const TiledSurfaces
     return bins;
 }
 
-std::vector<gpu::GpuRecord> make_gpu_records(std::span<const Record> records, glm::dvec3 camera, const View& view,
-                                             const SplatOptions& options, ThreadPool& pool)
+GpuRecords make_gpu_records(std::span<const Record> records, glm::dvec3 camera, const View& view,
+                            const SplatOptions& options, bool with_radiance, ThreadPool& pool)
 {
     constexpr std::size_t kChunk = 2048;
-    std::vector<std::vector<gpu::GpuRecord>> chunks((records.size() + kChunk - 1) / kChunk);
+    std::vector<GpuRecords> chunks((records.size() + kChunk - 1) / kChunk);
     pool.parallel_for(records.size(), kChunk, [&](std::size_t begin, std::size_t end, int) {
-        append_gpu_records(records.subspan(begin, end - begin), camera, view, options, chunks[begin / kChunk]);
+        append_gpu_records(records.subspan(begin, end - begin), camera, view, options, with_radiance,
+                           chunks[begin / kChunk]);
     });
-    std::vector<gpu::GpuRecord> all;
-    all.reserve(records.size());
-    for (const auto& chunk : chunks)
-        all.insert(all.end(), chunk.begin(), chunk.end());
+    GpuRecords all;
+    all.records.reserve(records.size());
+    for (const GpuRecords& chunk : chunks) {
+        all.records.insert(all.records.end(), chunk.records.begin(), chunk.records.end());
+        all.radiance.insert(all.radiance.end(), chunk.radiance.begin(), chunk.radiance.end());
+    }
     return all;
 }
 
@@ -62,9 +68,38 @@ struct alignas(64) TileSums {
     float r[kTilePixels], g[kTilePixels], b[kTilePixels], weight[kTilePixels], count[kTilePixels];
 };
 
+/// What glossy pixels add to a tile: their lobes as harmonics, row by row of 16, and the sums.
+struct alignas(64) GlossyTile {
+    HarmonicLanes lobes[kTile];
+    float r[kTilePixels], g[kTilePixels], b[kTilePixels];
+    bool lit[kTile];  // rows that have a lobe
+};
+static_assert(kTile == kHarmonicLanes);
+
+/// Sums one record's glossy light over one row.
+RCS_ALWAYS_INLINE void splat_glossy_row(const float* weighted_r, const float* weighted_g, const float* weighted_b,
+                                        const float* radiance, const HarmonicLanes& lobes, float* r, float* g, float* b)
+{
+    float dot_r[kTile] = {}, dot_g[kTile] = {}, dot_b[kTile] = {};
+    for (int k = 0; k < kHarmonics; ++k) {
+        const float lr = radiance[k], lg = radiance[kHarmonics + k], lb = radiance[2 * kHarmonics + k];
+        for (int i = 0; i < kTile; ++i) {
+            dot_r[i] += lobes[k][i] * lr;
+            dot_g[i] += lobes[k][i] * lg;
+            dot_b[i] += lobes[k][i] * lb;
+        }
+    }
+    for (int i = 0; i < kTile; ++i) {
+        r[i] += weighted_r[i] * gpu::max(0.0f, dot_r[i]);
+        g[i] += weighted_g[i] * gpu::max(0.0f, dot_g[i]);
+        b[i] += weighted_b[i] * gpu::max(0.0f, dot_b[i]);
+    }
+}
+
 /// Sums one record over rows [y0, y1) of the tile.
 template <bool kWeightsOnly>
-RCS_ALWAYS_INLINE void splat_rows(const TiledSurfaces::Tile& t, TileSums& sums, const gpu::GpuRecord& record, int y0, int y1)
+RCS_ALWAYS_INLINE void splat_rows(const TiledSurfaces::Tile& t, TileSums& sums, const gpu::GpuRecord& record, int y0,
+                                  int y1, GlossyTile* glossy, const gpu::GpuRadiance* radiance)
 {
     const float kx = record.position.x, ky = record.position.y, kz = record.position.z;
     const float knx = record.normal.x, kny = record.normal.y, knz = record.normal.z;
@@ -76,6 +111,7 @@ RCS_ALWAYS_INLINE void splat_rows(const TiledSurfaces::Tile& t, TileSums& sums, 
                              record.translation_gradient[2]};
     for (int y = y0; y < y1; ++y) {
         const int row = y * kTile;
+        float weighted_r[kTile], weighted_g[kTile], weighted_b[kTile];
         for (int i = row; i < row + kTile; ++i) {
             const float dx = t.px[i] - kx, dy = t.py[i] - ky, dz = t.pz[i] - kz;
             const float nx = t.nx[i], ny = t.ny[i], nz = t.nz[i];
@@ -85,41 +121,58 @@ RCS_ALWAYS_INLINE void splat_rows(const TiledSurfaces::Tile& t, TileSums& sums, 
             sums.weight[i] += w;
             if constexpr (!kWeightsOnly) {
                 const float rx = kny * nz - knz * ny, ry = knz * nx - knx * nz, rz = knx * ny - kny * nx;
-                sums.r[i] += w * gpu::rcs_extrapolate(e.r, dx, dy, dz, rx, ry, rz, gt[0].x, gt[0].y, gt[0].z,
-                                                   gr[0].x, gr[0].y, gr[0].z);
-                sums.g[i] += w * gpu::rcs_extrapolate(e.g, dx, dy, dz, rx, ry, rz, gt[1].x, gt[1].y, gt[1].z,
-                                                   gr[1].x, gr[1].y, gr[1].z);
-                sums.b[i] += w * gpu::rcs_extrapolate(e.b, dx, dy, dz, rx, ry, rz, gt[2].x, gt[2].y, gt[2].z,
-                                                   gr[2].x, gr[2].y, gr[2].z);
+                const float r = w * gpu::rcs_extrapolate(e.r, dx, dy, dz, rx, ry, rz, gt[0].x, gt[0].y, gt[0].z,
+                                                         gr[0].x, gr[0].y, gr[0].z);
+                const float g = w * gpu::rcs_extrapolate(e.g, dx, dy, dz, rx, ry, rz, gt[1].x, gt[1].y, gt[1].z,
+                                                         gr[1].x, gr[1].y, gr[1].z);
+                const float b = w * gpu::rcs_extrapolate(e.b, dx, dy, dz, rx, ry, rz, gt[2].x, gt[2].y, gt[2].z,
+                                                         gr[2].x, gr[2].y, gr[2].z);
+                sums.r[i] += r;
+                sums.g[i] += g;
+                sums.b[i] += b;
+                weighted_r[i - row] = r;
+                weighted_g[i - row] = g;
+                weighted_b[i - row] = b;
                 sums.count[i] += raw > 0.0f ? 1.0f : 0.0f;
             }
         }
+        if (!kWeightsOnly && glossy && glossy->lit[y])
+            splat_glossy_row(weighted_r, weighted_g, weighted_b, &radiance->coefficients[0].x, glossy->lobes[y],
+                             glossy->r + row, glossy->g + row, glossy->b + row);
     }
 }
+
+/// The records that touch a tile.
+struct TileRecords {
+    const gpu::GpuRecord* records;
+    const gpu::GpuRadiance* radiance;  // or null
+    const std::uint32_t* begin;        // indices
+    const std::uint32_t* end;
+    int top;  // row of the image where the tile begins
+};
 
 template <bool kWeightsOnly>
-RCS_ALWAYS_INLINE void splat_tile(const TiledSurfaces::Tile& tile, TileSums& sums, const gpu::GpuRecord* records, const std::uint32_t* begin,
-                                  const std::uint32_t* end, int top)
+RCS_ALWAYS_INLINE void splat_tile(const TiledSurfaces::Tile& tile, TileSums& sums, const TileRecords& from,
+                                  GlossyTile* glossy)
 {
-    for (const std::uint32_t* i = begin; i != end; ++i) {
-        const gpu::GpuRecord& record = records[*i];
-        splat_rows<kWeightsOnly>(tile, sums, record, std::max(record.pixels.y - top, 0),
-                                 std::min(record.pixels.w - top, kTile));
+    for (const std::uint32_t* i = from.begin; i != from.end; ++i) {
+        const gpu::GpuRecord& record = from.records[*i];
+        splat_rows<kWeightsOnly>(tile, sums, record, std::max(record.pixels.y - from.top, 0),
+                                 std::min(record.pixels.w - from.top, kTile), glossy,
+                                 glossy ? from.radiance + *i : nullptr);
     }
 }
 
 RCS_MULTIVERSION
-void splat_tile_sums(const TiledSurfaces::Tile& tile, TileSums& sums, const gpu::GpuRecord* records, const std::uint32_t* begin,
-                     const std::uint32_t* end, int top)
+void splat_tile_sums(const TiledSurfaces::Tile& tile, TileSums& sums, const TileRecords& from, GlossyTile* glossy)
 {
-    splat_tile<false>(tile, sums, records, begin, end, top);
+    splat_tile<false>(tile, sums, from, glossy);
 }
 
 RCS_MULTIVERSION
-void splat_tile_weights(const TiledSurfaces::Tile& tile, TileSums& sums, const gpu::GpuRecord* records, const std::uint32_t* begin,
-                        const std::uint32_t* end, int top)
+void splat_tile_weights(const TiledSurfaces::Tile& tile, TileSums& sums, const TileRecords& from)
 {
-    splat_tile<true>(tile, sums, records, begin, end, top);
+    splat_tile<true>(tile, sums, from, nullptr);
 }
 
 /// Calls visit(pixel in the image, pixel in the tile) for the part of tile `t` inside the image.
@@ -134,23 +187,46 @@ void for_each_pixel(const TiledSurfaces& s, std::size_t t, const Visit& visit)
                   static_cast<std::size_t>((y - top) * kTile + (x - left)));
 }
 
-/// Runs `sum` on every tile that records touch, then hands its sums to `store`.
-template <typename Sum, typename Store>
-void for_each_busy_tile(const TiledSurfaces& surfaces, const std::vector<gpu::GpuRecord>& records, ThreadPool& pool,
-                        const Sum& sum, const Store& store)
+/// Calls visit(tile, its records) for every tile that records touch.
+template <typename Visit>
+void for_each_busy_tile(const TiledSurfaces& surfaces, const GpuRecords& from, ThreadPool& pool, const Visit& visit)
 {
-    const Bins bins = bin_records(records, surfaces);
+    const Bins bins = bin_records(from.records, surfaces);
     pool.parallel_for(surfaces.tiles.size(), 4, [&](std::size_t begin, std::size_t end, int) {
         for (std::size_t t = begin; t < end; ++t) {
             if (bins.first[t] == bins.first[t + 1])
                 continue;
             const int top = static_cast<int>(t / static_cast<std::size_t>(surfaces.tiles_x)) * kTile;
-            TileSums sums{};
-            sum(surfaces.tiles[t], sums, records.data(), bins.records.data() + bins.first[t],
-                bins.records.data() + bins.first[t + 1], top);
-            store(sums, t);
+            visit(t, TileRecords{from.records.data(), from.radiance.data(), bins.records.data() + bins.first[t],
+                                 bins.records.data() + bins.first[t + 1], top});
         }
     });
+}
+
+/// Lobes of the tile's pixels; false if none of them is lit by records.
+bool find_lobes(const TiledSurfaces& surfaces, std::size_t t, const Camera& camera, const Shading& shading, GlossyTile& tile)
+{
+    const Bsdf* bsdf[kTilePixels] = {};
+    glm::vec3 outgoing[kTilePixels];
+    const TiledSurfaces::Tile& s = surfaces.tiles[t];
+    const glm::vec3 parallel(glm::normalize(glm::dvec3(camera.world_from_view[2])));
+    bool any = false;
+    std::fill(tile.lit, tile.lit + kTile, false);
+    for_each_pixel(surfaces, t, [&](std::size_t from, std::size_t to) {
+        if (s.cover[to] == 0.0f || !lit_by_records(shading.bsdf[from]))
+            return;
+        bsdf[to] = &shading.bsdf[from];
+        outgoing[to] = camera.projection == Projection::orthographic
+                           ? parallel
+                           : -glm::normalize(glm::vec3(s.px[to], s.py[to], s.pz[to]));
+        tile.lit[to / kTile] = any = true;
+    });
+    for (std::size_t row = 0; row < kTile; ++row)
+        if (tile.lit[row])
+            evaluate_lobes(bsdf + row * kTile, outgoing + row * kTile, tile.lobes[row]);
+    for (float* sums : {tile.r, tile.g, tile.b})
+        std::fill(sums, sums + kTilePixels, 0.0f);
+    return any;
 }
 
 }  // namespace
@@ -184,44 +260,57 @@ TiledSurfaces make_tiled_surfaces(const GBuffer& g, ThreadPool& pool)
 void add_weights(std::span<const Record> records, const TiledSurfaces& surfaces, const View& view,
                  const SplatOptions& options, ThreadPool& pool, std::vector<float>& weight)
 {
-    const auto store = [&](const TileSums& sums, std::size_t t) {
-        for_each_pixel(surfaces, t, [&](std::size_t to, std::size_t from) { weight[to] += sums.weight[from]; });
-    };
-    for_each_busy_tile(surfaces, make_gpu_records(records, surfaces.camera_position, view, options, pool), pool,
-                       splat_tile_weights, store);
+    const GpuRecords from = make_gpu_records(records, surfaces.camera_position, view, options, false, pool);
+    for_each_busy_tile(surfaces, from, pool, [&](std::size_t t, const TileRecords& in_tile) {
+        TileSums sums{};
+        splat_tile_weights(surfaces.tiles[t], sums, in_tile);
+        for_each_pixel(surfaces, t, [&](std::size_t to, std::size_t at) { weight[to] += sums.weight[at]; });
+    });
 }
 
 SplatBuffer splat_tiles(std::span<const Record> records, const TiledSurfaces& surfaces, const View& view,
-                        const SplatOptions& options, ThreadPool& pool, SplatStats& stats)
+                        const SplatOptions& options, ThreadPool& pool, SplatStats& stats, const Shading* glossy)
 {
     SplatBuffer out;
     out.width = surfaces.width;
     out.height = surfaces.height;
+    const std::size_t pixels = static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height);
     for (auto* plane : {&out.weighted_r, &out.weighted_g, &out.weighted_b, &out.weight, &out.count})
-        plane->assign(static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height), 0.0f);
-    const auto store = [&](const TileSums& sums, std::size_t t) {
-        for_each_pixel(surfaces, t, [&](std::size_t to, std::size_t from) {
-            out.weighted_r[to] = sums.r[from];
-            out.weighted_g[to] = sums.g[from];
-            out.weighted_b[to] = sums.b[from];
-            out.weight[to] = sums.weight[from];
-            out.count[to] = sums.count[from];
-        });
-    };
-    const std::vector<gpu::GpuRecord> gpu_records =
-        make_gpu_records(records, surfaces.camera_position, view, options, pool);
-    stats.splats += gpu_records.size();
-    for (const gpu::GpuRecord& r : gpu_records)
+        plane->assign(pixels, 0.0f);
+    if (glossy)
+        for (auto* plane : {&out.glossy_r, &out.glossy_g, &out.glossy_b})
+            plane->assign(pixels, 0.0f);
+    const GpuRecords from =
+        make_gpu_records(records, surfaces.camera_position, view, options, glossy != nullptr, pool);
+    stats.splats += from.records.size();
+    for (const gpu::GpuRecord& r : from.records)
         stats.samples += static_cast<std::uint64_t>(r.pixels.z - r.pixels.x) *
                          static_cast<std::uint64_t>(r.pixels.w - r.pixels.y);
-    for_each_busy_tile(surfaces, gpu_records, pool, splat_tile_sums, store);
+    for_each_busy_tile(surfaces, from, pool, [&](std::size_t t, const TileRecords& in_tile) {
+        TileSums sums{};
+        const auto lobes = glossy ? std::make_unique<GlossyTile>() : nullptr;
+        const bool lit = glossy && find_lobes(surfaces, t, view.camera, *glossy, *lobes);
+        splat_tile_sums(surfaces.tiles[t], sums, in_tile, lit ? lobes.get() : nullptr);
+        for_each_pixel(surfaces, t, [&](std::size_t to, std::size_t at) {
+            out.weighted_r[to] = sums.r[at];
+            out.weighted_g[to] = sums.g[at];
+            out.weighted_b[to] = sums.b[at];
+            out.weight[to] = sums.weight[at];
+            out.count[to] = sums.count[at];
+            if (lit) {
+                out.glossy_r[to] = lobes->r[at];
+                out.glossy_g[to] = lobes->g[at];
+                out.glossy_b[to] = lobes->b[at];
+            }
+        });
+    });
     return out;
 }
 
 SplatBuffer splat_tiles(const std::vector<Record>& records, const GBuffer& gbuffer, const View& view,
-                        const SplatOptions& options, ThreadPool& pool, SplatStats& stats)
+                        const SplatOptions& options, ThreadPool& pool, SplatStats& stats, const Shading* glossy)
 {
-    return splat_tiles(records, make_tiled_surfaces(gbuffer, pool), view, options, pool, stats);
+    return splat_tiles(records, make_tiled_surfaces(gbuffer, pool), view, options, pool, stats, glossy);
 }
 
 }  // namespace rcs

@@ -30,6 +30,7 @@ void add_weights(std::span<const Record> records, const TiledSurfaces& surfaces,
 
 /// splat_tiles() of splat.h, on surfaces that are tiled already.
 SplatBuffer splat_tiles(std::span<const Record> records, const TiledSurfaces& surfaces, const View& view,
-                        const SplatOptions& options, ThreadPool& pool, SplatStats& stats);
+                        const SplatOptions& options, ThreadPool& pool, SplatStats& stats,
+                        const Shading* glossy = nullptr);
 
 }  // namespace rcs

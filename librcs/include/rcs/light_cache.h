@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "rcs/gbuffer.h"
+#include "rcs/log.h"
+#include "rcs/ray_scene.h"
+#include "rcs/thread_pool.h"
+
+namespace rcs {
+
+/// Indirect irradiance in world space: what every surface that gather rays may hit receives from light that other
+/// surfaces have reflected. Refers to the RayScene it was built for, which must outlive it.
+class LightCache {
+public:
+    struct Impl;
+    explicit LightCache(std::unique_ptr<Impl> impl);
+    ~LightCache();
+    LightCache(LightCache&&) noexcept;
+    LightCache& operator=(LightCache&&) noexcept;
+
+    const Impl& impl() const noexcept { return *impl_; }
+
+private:
+    std::unique_ptr<Impl> impl_;
+};
+
+struct LightCacheOptions {
+    int bounces = 1;  ///< reflections on the way to a cell's surface, in [1, 64]
+    std::uint64_t seed = 1;
+};
+
+struct LightCacheStats {
+    std::uint64_t cells = 0;
+    std::uint64_t links = 0;        ///< rays that found another surface
+    std::uint64_t rays = 0;         ///< to find cells and to link them
+    std::uint64_t shadow_rays = 0;
+    std::uint64_t bytes = 0;        ///< held while rendering
+};
+
+/// Finds the surfaces that the visible points see, cuts them into cells, shoots each cell's rays once and iterates
+/// the bounces over what those rays have met: a further bounce costs no further ray.
+/// @param view  the view that `gbuffer` was made for
+LightCache build_light_cache(const RayScene& rays, const GBuffer& gbuffer, const View& view,
+                             const LightCacheOptions& options, ThreadPool& pool, LightCacheStats& stats,
+                             const ProgressFunction& progress = {});
+
+/// @throws Error bad_argument: the field, its value and its range
+void validate(const LightCacheOptions& options);
+
+}  // namespace rcs

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "light_cache/cell_grid.h"
+#include "light_cache/cell_table.h"
+#include "rcs/light_cache.h"
+#include "util/random.h"
+
+namespace rcs {
+
+/// Cells and what they receive: leaves, then the coarser cells that average over them, then one for all of the scene.
+struct LightCache::Impl {
+    CellGrid grid;
+    CellTable table;
+    std::vector<glm::vec3> irradiance;  ///< by number [W m^-2]; the last one is the mean of all leaves
+
+    /// The number of a cell, or of the finest one around it that there is.
+    std::uint32_t find(std::uint64_t cell) const
+    {
+        for (;;) {
+            const std::uint32_t number = table.find(cell);
+            if (number != CellTable::kNone)
+                return number;
+            if (CellGrid::level_of(cell) + 1 == CellGrid::kLevels)
+                return static_cast<std::uint32_t>(irradiance.size() - 1);
+            cell = CellGrid::parent(cell);
+        }
+    }
+};
+
+/// The leaf at a place near the given one, at random up to half an edge away along the surface: the expectation of what
+/// it holds is linear between the middles of cells, and no edge of a cell shows.
+inline std::uint64_t leaf_near(const CellGrid& grid, glm::vec3 position, glm::vec3 normal, RandomStream& random)
+{
+    const int level = grid.level(position);
+    // Duff et al. 2017, "Building an orthonormal basis, revisited".
+    const float sign = std::copysign(1.0f, normal.z);
+    const float a = -1.0f / (sign + normal.z);
+    const float b = normal.x * normal.y * a;
+    const glm::vec3 x(1.0f + sign * normal.x * normal.x * a, sign * b, -sign * normal.x);
+    const glm::vec3 y(b, sign + normal.y * normal.y * a, -normal.y);
+    const float edge = grid.edge(level);
+    const float u = edge * (random.next() - 0.5f), v = edge * (random.next() - 0.5f);
+    return grid.leaf(position + u * x + v * y, normal, level);
+}
+
+/// Irradiance at a surface from light that has been reflected at other surfaces [W m^-2]; noisy by the choice of the cell.
+inline glm::vec3 cached_irradiance(const LightCache& cache, glm::vec3 position, glm::vec3 normal, RandomStream& random)
+{
+    const LightCache::Impl& c = cache.impl();
+    return c.irradiance[c.find(leaf_near(c.grid, position, normal, random))];
+}
+
+}  // namespace rcs

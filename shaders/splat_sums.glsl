@@ -1,0 +1,71 @@
+// Fragment stage of the pass splat, with and without glossy light: what one record adds to one pixel.
+#include "shared/bindings.h"
+#include "shared/gpu_record.h"
+#include "shared/weight.h"
+
+layout(std430, binding = RCS_SPLAT_BUFFER_RECORDS) readonly buffer Records
+{
+    GpuRecord records[];
+};
+layout(binding = RCS_SPLAT_TEXTURE_POSITION) uniform sampler2D positions;
+layout(binding = RCS_SPLAT_TEXTURE_NORMAL) uniform sampler2D normals;
+
+flat in int record_index;
+
+layout(location = RCS_SPLAT_TARGET_SUMS) out vec4 sums;    // blend: add
+layout(location = RCS_SPLAT_TARGET_COUNT) out float count; // blend: add
+
+#ifdef RCS_SPLAT_GLOSSY
+layout(std430, binding = RCS_SPLAT_BUFFER_RADIANCE) readonly buffer Radiances
+{
+    GpuRadiance radiances[];
+};
+layout(std430, binding = RCS_SPLAT_BUFFER_LOBES) readonly buffer Lobes
+{
+    vec4 lobes[];  // nine for each pixel of the band
+};
+layout(location = RCS_SPLAT_UNIFORM_IMAGE_SIZE) uniform ivec2 image_size;
+layout(location = RCS_SPLAT_TARGET_GLOSSY) out vec4 glossy; // blend: add
+
+// The lobe's reflection of the record's radiance, over that of uniform radiance.
+float reflected(int color, int first_lobe)
+{
+    float sum = 0.0;
+    for (int k = 0; k < 9; ++k)
+        sum += dot(lobes[first_lobe + k], radiances[record_index].coefficients[9 * color + k]);
+    return max(0.0, sum);
+}
+#endif
+
+float extrapolate(int color, vec3 d, vec3 r)
+{
+    vec3 gt = records[record_index].translation_gradient[color].xyz;
+    vec3 gr = records[record_index].rotation_gradient[color].xyz;
+    return rcs_extrapolate(records[record_index].irradiance[color], d.x, d.y, d.z, r.x, r.y, r.z,
+                           gt.x, gt.y, gt.z, gr.x, gr.y, gr.z);
+}
+
+void main()
+{
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    vec4 position = texelFetch(positions, pixel, 0);
+    if (position.w == 0.0) discard;
+    vec3 n = texelFetch(normals, pixel, 0).xyz;
+
+    vec4 record_position = records[record_index].position;
+    vec4 record_normal = records[record_index].normal;
+    vec3 d = position.xyz - record_position.xyz;
+    vec3 kn = record_normal.xyz;
+    float weight = rcs_interpolation_weight(d.x, d.y, d.z, n.x, n.y, n.z, kn.x, kn.y, kn.z,
+                                            record_position.w, record_normal.w);
+    if (weight <= 0.0) discard;
+    weight *= records[record_index].irradiance.w;
+
+    vec3 r = cross(kn, n);
+    sums = vec4(weight * vec3(extrapolate(0, d, r), extrapolate(1, d, r), extrapolate(2, d, r)), weight);
+    count = 1.0;
+#ifdef RCS_SPLAT_GLOSSY
+    int first_lobe = 9 * (pixel.y * image_size.x + pixel.x);
+    glossy = vec4(sums.rgb * vec3(reflected(0, first_lobe), reflected(1, first_lobe), reflected(2, first_lobe)), 0.0);
+#endif
+}
