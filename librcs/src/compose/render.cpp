@@ -198,7 +198,7 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
         for (int layer = 0; layer < kMostLayers; ++layer) {
             PassLight light;
             light.direct = clock.run("direct", [&] {
-                return direct_irradiance(rays, gbuffer, direct_options, pool, stats.direct_shadow_rays);
+                return direct_light(rays, gbuffer, view, shading, direct_options, pool, stats.direct_shadow_rays);
             });
             if (has_indirect) {
                 // Records of earlier passes are shared; this one adds where it sees what they did not.

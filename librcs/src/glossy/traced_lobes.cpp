@@ -78,7 +78,12 @@ private:
 void LobeTracer::shade_packet(const std::size_t* ray_of_lane, int lanes, std::vector<LobeRay>& lobe_rays,
                               Workspace& w) const
 {
-    intersect(rays_, (1u << lanes) - 1u, w.packet);
+    const std::uint32_t active = (1u << lanes) - 1u;
+    LaneWeights passed;
+    if (rays_.has_transparency())
+        intersect(rays_, active, w.packet, passed);
+    else
+        intersect(rays_, active, w.packet);
     w.rays += static_cast<std::uint64_t>(lanes);
     FacePacket faces;
     find_faces(rays_, w.packet, faces);
@@ -90,7 +95,9 @@ void LobeTracer::shade_packet(const std::size_t* ray_of_lane, int lanes, std::ve
         if (w.packet.geometry[lane] == RayPacket::kMiss) {
             ray.target = direction;
             ray.distance = std::numeric_limits<float>::infinity();
-            ray.radiance = light_.sky_radiance();
+            ray.radiance = light_.environment().has_image() ? light_.environment().soft(direction) : light_.sky_radiance();
+            if (rays_.has_transparency())
+                ray.radiance *= passed.weight[lane];
             continue;
         }
         HitSurface hit = begin_hit(rays_, w.packet, faces, lane);
@@ -100,14 +107,25 @@ void LobeTracer::shade_packet(const std::size_t* ray_of_lane, int lanes, std::ve
         const Bsdf& bsdf = shading_.bsdf[number / kRays];
         // The cone of directions that one of the rays stands for.
         const float cone = ray.distance / std::sqrt(std::max(ray.density, 1e-4f) * kRays);
-        const glm::vec3 albedo =
-            light_.albedo(hit.point.material, hit.point.uv, hit.uv_per_length, bsdf.alpha > 2.0f * Bsdf::kLeastAlpha ? cone : 0.0f);
+        const float cone_width = bsdf.alpha > 2.0f * Bsdf::kLeastAlpha ? cone : 0.0f;
+        const glm::vec3 weight = rays_.has_transparency() ? passed.weight[lane] : glm::vec3(1.0f);
         RandomStream random(mix64(key(number / kRays) + 2 * (number % kRays) + 1));
-        light_.direct(hit.point, random, [&](const Ray& shadow_ray, glm::vec3 radiance) {
-            w.shadow.add(shadow_ray);
-            w.lights.push_back({number, albedo * radiance});
-        });
-        ray.radiance += albedo * std::numbers::inv_pi_v<float> * light_.indirect_irradiance(hit.point, random);
+        glm::vec3 albedo;
+        const auto add = [&](glm::vec3 factor) {
+            return [&w, number, factor](const Ray& shadow_ray, glm::vec3 radiance) {
+                w.shadow.add(shadow_ray);
+                w.lights.push_back({number, factor * radiance});
+            };
+        };
+        if (light_.is_plain(w.packet.instance(lane))) {
+            albedo = light_.albedo(hit.point.material, hit.point.uv, hit.uv_per_length, cone_width);
+            light_.direct(hit.point, random, add(weight * albedo));
+        } else {
+            const Bsdf there = light_.bsdf(w.packet, lane, hit, cone_width);
+            albedo = total_albedo(there, -direction);
+            light_.direct(hit.point, there, -direction, random, add(weight));
+        }
+        ray.radiance += weight * albedo * std::numbers::inv_pi_v<float> * light_.indirect_irradiance(hit.point, random);
     }
 }
 
@@ -155,7 +173,7 @@ void LobeTracer::trace(std::size_t begin, std::size_t end, std::vector<LobeRay>&
     w.shadow_rays += w.shadow.size();
     for (std::size_t i = 0; i < w.shadow.size(); ++i)
         if (w.shadow.is_free(i))
-            lobe_rays[w.lights[i].ray].radiance += w.lights[i].radiance;
+            lobe_rays[w.lights[i].ray].radiance += w.lights[i].radiance * w.shadow.transmittance(i);
 }
 
 /// Harmonic mean over the pixel's own rays [m].
