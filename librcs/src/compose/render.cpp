@@ -5,10 +5,12 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "compose/compose.h"
 #include "gbuffer/shading.h"
 #include "glossy/traced_lobes.h"
+#include "light/direct.h"
 #include "radiance/lobes.h"
 #include "rays/ray_scene_impl.h"
 #include "rcs/error.h"
@@ -197,9 +199,11 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
         std::vector<glm::vec3> weight;  // of the surfaces behind transparent ones
         for (int layer = 0; layer < kMostLayers; ++layer) {
             PassLight light;
-            light.direct = clock.run("direct", [&] {
-                return direct_irradiance(rays, gbuffer, direct_options, pool, stats.direct_shadow_rays);
+            DirectLightResult direct = clock.run("direct", [&] {
+                return direct_light(rays, gbuffer, view, shading, direct_options, pool, stats.direct_shadow_rays);
             });
+            light.direct = std::move(direct.irradiance);
+            light.direct_glossy = std::move(direct.glossy);
             if (has_indirect) {
                 // Records of earlier passes are shared; this one adds where it sees what they did not.
                 clock.run("records", [&] {

@@ -78,7 +78,8 @@ private:
 void LobeTracer::shade_packet(const std::size_t* ray_of_lane, int lanes, std::vector<LobeRay>& lobe_rays,
                               Workspace& w) const
 {
-    intersect(rays_, (1u << lanes) - 1u, w.packet);
+    LaneWeights weights;
+    intersect(rays_, (1u << lanes) - 1u, w.packet, weights);
     w.rays += static_cast<std::uint64_t>(lanes);
     FacePacket faces;
     find_faces(rays_, w.packet, faces);
@@ -90,7 +91,7 @@ void LobeTracer::shade_packet(const std::size_t* ray_of_lane, int lanes, std::ve
         if (w.packet.geometry[lane] == RayPacket::kMiss) {
             ray.target = direction;
             ray.distance = std::numeric_limits<float>::infinity();
-            ray.radiance = light_.sky_radiance();
+            ray.radiance = weights.weight[lane] * light_.environment().soft(direction);
             continue;
         }
         HitSurface hit = begin_hit(rays_, w.packet, faces, lane);
@@ -100,7 +101,7 @@ void LobeTracer::shade_packet(const std::size_t* ray_of_lane, int lanes, std::ve
         const Bsdf& bsdf = shading_.bsdf[number / kRays];
         // The cone of directions that one of the rays stands for.
         const float cone = ray.distance / std::sqrt(std::max(ray.density, 1e-4f) * kRays);
-        const glm::vec3 albedo =
+        const glm::vec3 albedo = weights.weight[lane] *
             light_.albedo(hit.point.material, hit.point.uv, hit.uv_per_length, bsdf.alpha > 2.0f * Bsdf::kLeastAlpha ? cone : 0.0f);
         RandomStream random(mix64(key(number / kRays) + 2 * (number % kRays) + 1));
         light_.direct(hit.point, random, [&](const Ray& shadow_ray, glm::vec3 radiance) {
@@ -155,7 +156,7 @@ void LobeTracer::trace(std::size_t begin, std::size_t end, std::vector<LobeRay>&
     w.shadow_rays += w.shadow.size();
     for (std::size_t i = 0; i < w.shadow.size(); ++i)
         if (w.shadow.is_free(i))
-            lobe_rays[w.lights[i].ray].radiance += w.lights[i].radiance;
+            lobe_rays[w.lights[i].ray].radiance += w.shadow.transmittance(i) * w.lights[i].radiance;
 }
 
 /// Harmonic mean over the pixel's own rays [m].
