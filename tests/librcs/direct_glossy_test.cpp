@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "light/direct_point.h"
+#include "light/hit_light.h"
 #include "support/scenes.h"
 
 namespace rcs {
@@ -124,6 +125,27 @@ TEST(GlossyDirectLight, BlockedLampsHaveNoHighlight)
         const Lit lit = light.at(floor_point(0, 0), {&bsdf, glm::normalize(glm::vec3(0, 1, 1))}, 1, w);
         EXPECT_EQ(lit.glossy, glm::vec3(0.0f));
         EXPECT_EQ(lit.irradiance, glm::vec3(0.0f));
+    }
+}
+
+TEST(DirectLight, ALampDoesNotLightItself)
+{
+    Scene scene;
+    const int lamp = test::add_material(scene, glm::vec3(0.5f), glm::vec3(5.0f), true);
+    test::add_mesh(scene, test::quad({-1, 0.3f, -1.7f}, {2.1f, 1.1f, 0}, {0, 0.9f, 2.3f}, lamp));
+    ThreadPool pool(1);
+    const RayScene rays = build_ray_scene(scene, pool);
+    const DirectLight light(rays, {});
+    const HitLights hits(collect_lights(rays));
+    DirectLight::Workspace w;
+    RandomStream random(4);
+    for (int i = 0; i < 500; ++i) {
+        const float u = random.next();
+        const glm::vec3 side(i % 2 == 0 ? 1.0f : -1.0f);
+        const SurfacePoint p = surface_at(rays, 0, static_cast<std::uint32_t>(i % 2), u, (1.0f - u) * random.next(), side);
+        const Bsdf bsdf = metal(0.3f);
+        ASSERT_EQ(light.at(p, {&bsdf, p.geometric_normal}, mix64(static_cast<std::uint64_t>(i)), w).irradiance, glm::vec3(0.0f));
+        ASSERT_EQ(hits.sample(p, random).irradiance, glm::vec3(0.0f));
     }
 }
 

@@ -108,7 +108,9 @@ void DirectLight::find_lamps(const SurfacePoint& point, const Lobes& lobes, Rand
         std::array<glm::vec3, 3> corner;
         for (std::size_t i = 0; i < 3; ++i)
             corner[i] = triangle.corner[i] - point.position;
-        if (!triangle.double_sided && glm::dot(triangle.normal, corner[0]) >= 0.0f)
+        const float behind = glm::dot(triangle.normal, corner[0]);
+        // A point on the lamp, or on its plane: by rounding it would seem to lie just below all of it.
+        if (std::abs(behind) <= 2.0f * point.position_error || (behind > 0.0f && !triangle.double_sided))
             continue;
         // Only the part above the horizon: sampling the rest would be in vain.
         glm::vec3 polygon[4];
