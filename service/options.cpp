@@ -104,7 +104,7 @@ void add_scene_arguments(CLI::App& app, SceneArguments& arguments, Size default_
         ->type_name("WxH")->check(checked_by(parse_size), "")->capture_default_str();
     app.add_option("--environment", arguments.environment,
                    "Radiance from outside the scene: a latitude-longitude image (.hdr, .exr, ...), or a constant "
-                   "[W m^-2 sr^-1], each >= 0")
+                   "[W m^-2 sr^-1], each >= 0; default: what the scene says, which for a file is none, or 1 if it has no light at all")
         ->type_name("scene|none|R,G,B|FILE")->check(checked_by(parse_environment), "")->capture_default_str();
     add_number(app, "--environment-rotation", arguments.environment_rotation, {-360.0, 360.0},
                "Turns that image about the vertical, counter-clockwise seen from above [degrees]");

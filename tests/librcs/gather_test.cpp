@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "rcs/error.h"
 #include "rcs/records.h"
 #include "support/floor_points.h"
 #include "support/scenes.h"
@@ -140,6 +141,13 @@ TEST(GatherRecords, ComeInTheOrderOfThePixelsWhateverTheBatchOrTheThreads)
     }
     EXPECT_EQ(stats.records, 3u);
     EXPECT_TRUE(gather_records(rays, points, {}, {}, pool, stats).empty());
+}
+
+TEST(GatherRecords, OfSeveralBouncesTakeALightCache)
+{
+    RecordOptions options;
+    options.bounces = 2;
+    EXPECT_THROW(gather(test::furnished_room(), test::points_on_floor({{0.0f, 1.0f}}), options), Error);
 }
 
 TEST(GatherRecords, ScaleWithTheLight)

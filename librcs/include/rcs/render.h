@@ -29,12 +29,18 @@ struct RenderOptions {
 /// @throws Error bad_argument: the field, its value and its range
 void validate(const RenderOptions& options);
 
+/// Rays along lobes that are too narrow for records.
+struct GlossyStats {
+    std::uint64_t rays = 0, shadow_rays = 0;
+};
+
 struct RenderStats {
     std::vector<std::pair<std::string, double>> stage_seconds;  ///< in order of execution; wall time
     RecordStats records;
     SplatStats splats;
     LightCacheStats light_cache;  ///< of the bounces beyond the first
     std::uint64_t direct_shadow_rays = 0;
+    GlossyStats traced;                 ///< narrow lobes, ray traced per pixel
     std::uint64_t unserved_pixels = 0;  ///< visible pixels that no record reaches: 0 unless something is wrong
     std::string splat_method;           ///< "quads" or "tiles"
     std::string gl_renderer, gl_version, gl_platform;

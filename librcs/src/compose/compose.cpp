@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "radiance/lobes.h"
+#include "util/color.h"
 
 namespace rcs {
 namespace {
@@ -39,7 +40,7 @@ glm::vec3 glossy_radiance(const Shading& shading, const SplatBuffer& sums, std::
 }  // namespace
 
 std::size_t accumulate_pass(const GBuffer& g, const View& view, const Shading& shading, const PassLight& light,
-                            LayeredImage& sums)
+                            const std::vector<glm::vec3>& weight, LayeredImage& sums)
 {
     const SplatBuffer& indirect = light.indirect;
     Image& beauty = layer(sums, "beauty", g, 4);
@@ -51,39 +52,49 @@ std::size_t accumulate_pass(const GBuffer& g, const View& view, const Shading& s
     Image& normal = layer(sums, "normal", g, 3);
     Image& depth = layer(sums, "depth", g, 1);
     Image& records = layer(sums, "records", g, 1);
+    const bool first = weight.empty();
     const bool orthographic = view.camera.projection == Projection::orthographic;
     const glm::dvec3 forward = -glm::dvec3(view.camera.world_from_view[2]);
     std::size_t unserved = 0;
     for (std::size_t i = 0; i < g.size(); ++i) {
-        add(emission, i, g.emission[i]);
+        const glm::vec3 passes = first ? glm::vec3(1.0f) : weight[i];
         if (!g.covered(i)) {
-            depth.pixels[i] = std::numeric_limits<float>::infinity();
+            add(emission, i, passes * g.emission[i]);
+            if (first)
+                depth.pixels[i] = std::numeric_limits<float>::infinity();
             continue;
         }
-        beauty.pixels[4 * i + 3] += 1.0f;
-        const glm::vec3 reflectance = g.albedo[i] * kInversePi;
-        add(direct_layer, i, reflectance * light.direct[i]);
-        if (!light.direct_glossy.empty())
-            add(direct_layer, i, light.direct_glossy[i]);
+        const glm::vec3 share = shading.coverage.empty() ? passes : passes * shading.coverage[i];
+        add(emission, i, share * g.emission[i]);
+        const glm::vec3 reflectance = share * g.albedo[i] * kInversePi;
+        glm::vec3 direct = reflectance * light.direct.irradiance[i];
+        if (!light.direct.glossy.empty())
+            direct += share * light.direct.glossy[i];
+        add(direct_layer, i, direct);
         if (!light.traced.empty())
-            add(indirect_layer, i, light.traced[i]);
-        add(albedo, i, g.albedo[i]);
-        add(normal, i, g.normal(i));
-        const glm::vec3 p = g.position(i);
-        depth.pixels[i] += orthographic ? static_cast<float>(glm::dot(glm::dvec3(p), forward)) : glm::length(p);
+            add(indirect_layer, i, share * light.traced[i]);
+        beauty.pixels[4 * i + 3] += luminance(share);
+        if (first) {
+            const glm::vec3 p = g.position(i);
+            add(albedo, i, g.albedo[i]);
+            add(normal, i, g.normal(i));
+            depth.pixels[i] += orthographic ? static_cast<float>(glm::dot(glm::dvec3(p), forward)) : glm::length(p);
+        }
         if (indirect.width == 0)
             continue;
-        const float weight = indirect.weight[i];
-        if (!(weight > 0.0f)) {
+        const float sum = indirect.weight[i];
+        if (!(sum > 0.0f)) {
             ++unserved;
             continue;
         }
-        const glm::vec3 e = glm::vec3(indirect.weighted_r[i], indirect.weighted_g[i], indirect.weighted_b[i]) / weight;
-        add(irradiance_layer, i, e);
+        const glm::vec3 e = glm::vec3(indirect.weighted_r[i], indirect.weighted_g[i], indirect.weighted_b[i]) / sum;
         add(indirect_layer, i, reflectance * e);
         if (!shading.bsdf.empty())
-            add(indirect_layer, i, glossy_radiance(shading, indirect, i, glm::dot(g.normal(i), outgoing_at(g, view.camera, i))));
-        records.pixels[i] += indirect.count[i];
+            add(indirect_layer, i, share * glossy_radiance(shading, indirect, i, glm::dot(g.normal(i), outgoing_at(g, view.camera, i))));
+        if (first) {
+            add(irradiance_layer, i, e);
+            records.pixels[i] += indirect.count[i];
+        }
     }
     return unserved;
 }

@@ -5,6 +5,7 @@
 #include <glm/glm.hpp>
 
 #include "gbuffer/shading.h"
+#include "light/direct.h"
 #include "rcs/gbuffer.h"
 #include "rcs/image.h"
 #include "rcs/splat.h"
@@ -13,16 +14,17 @@ namespace rcs {
 
 /// Light at the visible points of one pass; what is empty does not take part.
 struct PassLight {
-    std::vector<glm::vec3> direct;         ///< irradiance of lamps [W m^-2]
-    std::vector<glm::vec3> direct_glossy;  ///< lamps' light that specular lobes reflect [W m^-2 sr^-1]
-    SplatBuffer indirect;                  ///< the records' sums; width 0: none
-    std::vector<glm::vec3> traced;         ///< indirect light of lobes that are ray traced [W m^-2 sr^-1]
+    DirectLightResult direct;
+    SplatBuffer indirect;           ///< the records' sums; width 0: none
+    std::vector<glm::vec3> traced;  ///< indirect light of lobes that are ray traced [W m^-2 sr^-1]
 };
 
 /// Adds one pass to the sums of a picture: every pass counts the same. Layers as LayeredImage names them.
+/// @param weight  per pixel, how much of its light passes the surfaces in front; empty: there are none, and the
+///        surfaces are those whose albedo, normal and depth the picture keeps
 /// @return visible pixels that no record reaches
 std::size_t accumulate_pass(const GBuffer& gbuffer, const View& view, const Shading& shading, const PassLight& light,
-                            LayeredImage& sums);
+                            const std::vector<glm::vec3>& weight, LayeredImage& sums);
 
 /// Divides the sums by the number of passes and adds up beauty.
 void finish_passes(int passes, LayeredImage& sums);

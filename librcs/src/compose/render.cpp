@@ -7,6 +7,10 @@
 #include <string>
 
 #include "compose/compose.h"
+#include "gbuffer/shading.h"
+#include "glossy/traced_lobes.h"
+#include "radiance/lobes.h"
+#include "rays/ray_scene_impl.h"
 #include "rcs/error.h"
 #include "rcs/version.h"
 
@@ -22,6 +26,37 @@ void require(bool valid, const char* field, double value, const char* range)
     if (number.back() == '.')
         number.pop_back();
     throw Error(ErrorCode::bad_argument, std::string(field) + " is " + number + ", expected " + range);
+}
+
+// Behind so many transparent surfaces nothing more is looked for.
+constexpr int kMostLayers = 16;
+// ... nor where less than this part of the light comes through: half a code of an 8-bit picture.
+constexpr float kLeastWeight = 1.0f / 512.0f;
+
+/// Takes the weights on through the surfaces just shaded. @return whether anything behind them matters
+bool look_behind(const Shading& shading, std::vector<glm::vec3>& weight)
+{
+    if (shading.through.empty())
+        return false;
+    if (weight.empty())
+        weight.assign(shading.through.size(), glm::vec3(1.0f));
+    bool any = false;
+    for (std::size_t i = 0; i < weight.size(); ++i) {
+        weight[i] *= shading.through[i];
+        if (std::max({weight[i].r, weight[i].g, weight[i].b}) < kLeastWeight)
+            weight[i] = glm::vec3(0.0f);
+        else
+            any = true;
+    }
+    return any;
+}
+
+bool has_recorded_lobe(const GBuffer& gbuffer, const Shading& shading)
+{
+    for (std::size_t i = 0; i < shading.bsdf.size(); ++i)
+        if (gbuffer.covered(i) && lit_by_records(shading.bsdf[i]))
+            return true;
+    return false;
 }
 
 /// Adds the wall time of a stage to the statistics.
@@ -137,7 +172,7 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
     direct_options.seed = options.seed;
     const SplatOptions wide{options.records.error_tolerance, options.overlap};
     // Without a bounce, records still bring the light of the sky.
-    const bool has_indirect = options.bounces > 0 || rays.scene().sky_radiance != glm::vec3(0.0f);
+    const bool has_indirect = options.bounces > 0 || !environment_of(rays).is_black();
     StageClock clock(stats, progress);
 
     const std::vector<View> views = make_views(camera, options);
@@ -145,32 +180,48 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
     std::vector<Record> records = std::move(cache);
     std::optional<LightCache> light_cache;
     for (const View& view : views) {
-        const GBuffer gbuffer =
-            clock.run("gbuffer", [&] { return render_gbuffer(gl, rays, view, texture_scale, pool); });
-        PassLight light;
-        light.direct = clock.run("direct", [&] {
-            return direct_irradiance(rays, gbuffer, direct_options, pool, stats.direct_shadow_rays);
-        });
+        Shading shading;
+        GBuffer gbuffer =
+            clock.run("gbuffer", [&] { return render_gbuffer(gl, rays, view, texture_scale, pool, shading); });
+        if (!shading.bsdf.empty() && !record_options.radiance) {
+            record_options.radiance = true;
+            std::erase_if(records, [](const Record& r) { return r.radiance.empty(); });
+        }
         if (options.bounces > 1 && !light_cache) {
             light_cache = clock.run("bounces", [&] {
                 return build_light_cache(rays, gbuffer, view, {options.bounces - 1, options.seed}, pool,
                                          stats.light_cache, progress);
             });
         }
-        if (has_indirect) {
-            // Records of earlier passes are shared; this one adds where it sees what they did not.
-            clock.run("records", [&] {
-                place_records(rays, gbuffer, view, record_options, pool, records, stats.records, progress,
-                              light_cache ? &*light_cache : nullptr);
+        const LightCache* const bounced = light_cache ? &*light_cache : nullptr;
+        std::vector<glm::vec3> weight;  // of the surfaces behind transparent ones
+        for (int layer = 0; layer < kMostLayers; ++layer) {
+            PassLight light;
+            light.direct = clock.run("direct", [&] {
+                return direct_light(rays, gbuffer, view, shading, direct_options, pool, stats.direct_shadow_rays);
             });
-            light.indirect = clock.run("splat", [&] {
-                return method == SplatMethod::quads ? splat_quads(gl, records, gbuffer, view, wide, stats.splats)
-                                                    : splat_tiles(records, gbuffer, view, wide, pool, stats.splats);
+            if (has_indirect) {
+                // Records of earlier passes are shared; this one adds where it sees what they did not.
+                clock.run("records", [&] {
+                    place_records(rays, gbuffer, view, record_options, pool, records, stats.records, progress, bounced);
+                });
+                const Shading* const glossy = has_recorded_lobe(gbuffer, shading) ? &shading : nullptr;
+                light.indirect = clock.run("splat", [&] {
+                    return method == SplatMethod::quads
+                               ? splat_quads(gl, records, gbuffer, view, wide, stats.splats, glossy)
+                               : splat_tiles(records, gbuffer, view, wide, pool, stats.splats, glossy);
+                });
+                light.traced = clock.run("glossy", [&] {
+                    return trace_lobes(rays, {rays, bounced}, gbuffer, view, shading, direct_options.seed, pool, stats.traced);
+                });
+            }
+            clock.run("compose", [&] {
+                stats.unserved_pixels += accumulate_pass(gbuffer, view, shading, light, weight, result.image);
             });
+            if (!look_behind(shading, weight))
+                break;
+            clock.run("gbuffer", [&] { peel_gbuffer(rays, view, texture_scale, pool, weight, gbuffer, shading); });
         }
-        clock.run("compose", [&] {
-            stats.unserved_pixels += accumulate_pass(gbuffer, view, Shading{}, light, result.image);
-        });
         ++direct_options.seed;
     }
     clock.run("compose", [&] { finish_passes(options.aa, result.image); });

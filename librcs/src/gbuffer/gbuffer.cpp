@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
+#include "gbuffer/shading.h"
 #include "gbuffer/visibility.h"
 #include "rays/ray_scene_impl.h"
 #include "rcs/error.h"
@@ -30,10 +32,42 @@ GBuffer allocate(const View& view, Visibility visibility)
     return g;
 }
 
+/// A transmitting lobe narrower than this shows what is straight behind it (half a degree).
+constexpr float kStraightAlpha = 0.01f;
+
+Shading allocate_shading(const RayScene& rays, std::size_t pixels)
+{
+    Shading s;
+    const std::vector<Material>& materials = rays.scene().materials;
+    if (!std::all_of(materials.begin(), materials.end(), is_lambertian))
+        s.bsdf.resize(pixels);
+    if (rays.has_transparency()) {
+        s.coverage.assign(pixels, 1.0f);
+        s.through.assign(pixels, glm::vec3(0.0f));
+    }
+    return s;
+}
+
+void store(Shading& s, std::size_t i, const VisiblePoint& point, glm::vec3 outgoing)
+{
+    Bsdf bsdf = point.material.bsdf;
+    if (!s.coverage.empty()) {
+        const float coverage = point.material.alpha;
+        s.coverage[i] = coverage;
+        s.through[i] = glm::vec3(1.0f - coverage);
+        if (bsdf.transmits() && bsdf.alpha <= kStraightAlpha) {
+            s.through[i] += coverage * transmission_albedo(bsdf, glm::dot(bsdf.normal, outgoing));
+            bsdf.transmission = glm::vec3(0.0f);
+        }
+    }
+    if (!s.bsdf.empty())
+        s.bsdf[i] = bsdf;
+}
+
 void store(GBuffer& g, std::size_t i, const VisiblePoint& point)
 {
     const glm::vec3 p = point.relative_position;
-    const glm::vec3 n = point.surface.shading_normal;
+    const glm::vec3 n = point.material.bsdf.normal;
     g.position_x[i] = p.x;
     g.position_y[i] = p.y;
     g.position_z[i] = p.z;
@@ -110,28 +144,72 @@ void settle_edges(const RayScene& rays, const View& view, ThreadPool& pool, Visi
     });
 }
 
-}  // namespace
-
-GBuffer render_gbuffer(GlContext& gl, const RayScene& rays, const View& view, float texture_scale, ThreadPool& pool)
+/// Calls visit(pixel, ray through its sample) for every pixel.
+template <typename Visit>
+void for_each_camera_ray(const View& view, ThreadPool& pool, const Visit& visit)
 {
-    const Scene& scene = rays.scene();
-    Visibility visibility = render_visibility(gl, scene, view);
-    settle_edges(rays, view, pool, visibility);
-    GBuffer g = allocate(view, std::move(visibility));
     const std::size_t width = static_cast<std::size_t>(view.width);
     pool.parallel_for(static_cast<std::size_t>(view.height), 8, [&](std::size_t begin, std::size_t end, int) {
         for (std::size_t i = begin * width; i < end * width; ++i) {
             const double x = static_cast<double>(i % width) + view.pixel_offset.x;
             const double y = static_cast<double>(i / width) + view.pixel_offset.y;
-            const CameraRay ray = camera_ray(view, x, y);
-            if (!g.covered(i)) {
-                g.emission[i] = environment_of(rays).radiance(glm::vec3(glm::normalize(ray.direction)));
-                continue;
-            }
-            store(g, i, visible_point(rays, g.instance[i], g.primitive[i], ray, g.camera_position, texture_scale));
+            visit(i, camera_ray(view, x, y));
         }
     });
+}
+
+}  // namespace
+
+GBuffer render_gbuffer(GlContext& gl, const RayScene& rays, const View& view, float texture_scale, ThreadPool& pool,
+                       Shading& shading)
+{
+    Visibility visibility = render_visibility(gl, rays.scene(), view);
+    settle_edges(rays, view, pool, visibility);
+    GBuffer g = allocate(view, std::move(visibility));
+    shading = allocate_shading(rays, g.size());
+    for_each_camera_ray(view, pool, [&](std::size_t i, const CameraRay& ray) {
+        if (!g.covered(i)) {
+            g.emission[i] = environment_of(rays).radiance(glm::vec3(glm::normalize(ray.direction)));
+            return;
+        }
+        const VisiblePoint point = visible_point(rays, g.instance[i], g.primitive[i], ray, g.camera_position, texture_scale);
+        store(g, i, point);
+        store(shading, i, point, -glm::vec3(glm::normalize(ray.direction)));
+    });
     return g;
+}
+
+GBuffer render_gbuffer(GlContext& gl, const RayScene& rays, const View& view, float texture_scale, ThreadPool& pool)
+{
+    Shading unused;
+    return render_gbuffer(gl, rays, view, texture_scale, pool, unused);
+}
+
+void peel_gbuffer(const RayScene& rays, const View& view, float texture_scale, ThreadPool& pool,
+                  const std::vector<glm::vec3>& weight, GBuffer& g, Shading& shading)
+{
+    for_each_camera_ray(view, pool, [&](std::size_t i, const CameraRay& ray) {
+        const std::uint32_t instance = g.instance[i], primitive = g.primitive[i];
+        g.instance[i] = g.primitive[i] = GBuffer::kNone;
+        g.emission[i] = glm::vec3(0.0f);
+        if (instance == GBuffer::kNone || weight[i] == glm::vec3(0.0f))
+            return;
+        float after = static_cast<float>(glm::dot(glm::dvec3(g.position(i)) + g.camera_position - ray.origin, ray.direction) /
+                                         glm::dot(ray.direction, ray.direction));
+        std::optional<Hit> hit = find_visible(rays, ray, after);
+        // The surface just left may be met again by a rounding.
+        while (hit && hit->instance == instance && hit->primitive == primitive)
+            hit = find_visible(rays, ray, hit->t);
+        if (!hit) {
+            g.emission[i] = environment_of(rays).radiance(glm::vec3(glm::normalize(ray.direction)));
+            return;
+        }
+        g.instance[i] = hit->instance;
+        g.primitive[i] = hit->primitive;
+        const VisiblePoint point = visible_point(rays, hit->instance, hit->primitive, ray, g.camera_position, texture_scale);
+        store(g, i, point);
+        store(shading, i, point, -glm::vec3(glm::normalize(ray.direction)));
+    });
 }
 
 }  // namespace rcs

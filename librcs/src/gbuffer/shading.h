@@ -6,14 +6,26 @@
 #include <glm/glm.hpp>
 
 #include "material/bsdf.h"
+#include "rcs/camera.h"
 #include "rcs/gbuffer.h"
 
 namespace rcs {
 
-/// How the visible points of a G-buffer reflect, where that takes more than their albedo.
+/// How the visible points of a G-buffer reflect, where that takes more than their albedo, and what shows behind them.
 struct Shading {
-    std::vector<Bsdf> bsdf;  ///< per pixel; empty if all surfaces are Lambertian
+    std::vector<Bsdf> bsdf;           ///< per pixel; empty if all surfaces are Lambertian
+    std::vector<float> coverage;      ///< part of the pixel that the surface fills; empty if all are opaque, as is
+    std::vector<glm::vec3> through;   ///< the colour that comes straight through the surface
 };
+
+/// render_gbuffer() of gbuffer.h, and how its points reflect.
+GBuffer render_gbuffer(GlContext& gl, const RayScene& rays, const View& view, float texture_scale, ThreadPool& pool,
+                       Shading& shading);
+
+/// The next surfaces behind those of `gbuffer`, where `weight` says that they matter: replaces both buffers.
+/// @param weight  per pixel: how much of the light from there reaches the camera; 0: the pixel becomes empty and black
+void peel_gbuffer(const RayScene& rays, const View& view, float texture_scale, ThreadPool& pool,
+                  const std::vector<glm::vec3>& weight, GBuffer& gbuffer, Shading& shading);
 
 /// Unit direction from a covered pixel's point to the viewer.
 inline glm::vec3 outgoing_at(const GBuffer& g, const Camera& camera, std::size_t pixel)

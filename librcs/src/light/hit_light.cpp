@@ -3,16 +3,22 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <span>
 
 #include "light/polygon.h"
+#include "scene/environment.h"
 #include "util/color.h"
 #include "util/multiversion.h"
 
 namespace rcs {
 namespace {
 
-// Up to this many lamps are all estimated at each hit; of more, as many candidates are drawn by power.
+// Up to this many lamps are all estimated at each hit; of more, as many candidates are drawn.
 constexpr std::size_t kCandidates = 32;
+
+// Candidates drawn from a tree know the point already: fewer do.
+constexpr std::size_t kTreeCandidates = 8;
 
 // Nearer than this many times its own size a triangle is sampled by solid angle, farther away by area:
 // there the two differ by less than a tenth.
@@ -28,15 +34,17 @@ float cosine_if_lit(const SurfacePoint& point, glm::vec3 to_light)
 }  // namespace
 
 HitLights::HitLights(const Lights& lights)
-    : lights_(lights), candidates_(lights, kCandidates, true),
-      any_(!lights.punctual.empty() || !lights.triangles.empty())
+    : lights_(lights),
+      candidates_(lights_, lights_.punctual.size() + lights_.triangles.size() <= kCandidates ? kCandidates : kTreeCandidates, true),
+      any_(!lights_.punctual.empty() || !lights_.triangles.empty() || lights_.has_peaks())
 {
     for (const PunctualLamp& lamp : lights_.punctual)
         add(lamp);
     for (const EmissiveTriangle& triangle : lights_.triangles)
         add(triangle);
-    if (lights.punctual.size() == 1 && lights.triangles.empty() && lights.punctual[0].kind == LightKind::directional)
-        only_direction_ = glm::vec3(-lights.punctual[0].direction);
+    if (lights_.punctual.size() == 1 && lights_.triangles.empty() && !lights_.has_peaks() &&
+        lights_.punctual[0].kind == LightKind::directional)
+        only_direction_ = glm::vec3(-lights_.punctual[0].direction);
 }
 
 void HitLights::add(const PunctualLamp& lamp)
@@ -153,8 +161,18 @@ HitLights::Sample HitLights::sample_triangle(const EmissiveTriangle& triangle, c
     result.to_light = s.position / result.distance;
     const bool front = glm::dot(triangle.normal, result.to_light) < 0.0f;
     if (front || triangle.double_sided)
-        result.irradiance = triangle.radiance * s.inverse_density * cosine_if_lit(point, result.to_light);
+        result.irradiance = s.inverse_density * cosine_if_lit(point, result.to_light) *
+                            radiance_at(*lights_.rays, triangle, point.position + s.position);
     return result;
+}
+
+HitLights::Sample HitLights::sample_peaks(const SurfacePoint& point, RandomStream& random) const
+{
+    const float u = random.next();
+    const Environment::Sample s = lights_.sky->sample_peak({u, random.next()});
+    if (!(s.density > 0.0f))
+        return {};
+    return {s.radiance * (cosine_if_lit(point, s.direction) / s.density), s.direction, std::numeric_limits<float>::infinity()};
 }
 
 HitLights::Sample HitLights::sample_lamp(std::uint32_t lamp, const SurfacePoint& point, RandomStream& random) const
@@ -167,16 +185,26 @@ HitLights::Sample HitLights::sample_lamp(std::uint32_t lamp, const SurfacePoint&
 
 HitLights::Sample HitLights::sample(const SurfacePoint& point, RandomStream& random) const
 {
-    if (lights_.punctual.size() + lights_.triangles.size() == 1)
+    const bool has_peaks = lights_.has_peaks();
+    const std::size_t lamps = lights_.punctual.size() + lights_.triangles.size();
+    if (lamps == 0)
+        return has_peaks ? sample_peaks(point, random) : Sample{};
+    if (lamps == 1 && !has_peaks)
         return sample_lamp(0, point, random);
-    std::array<LampCandidate, kCandidates> candidates;
-    std::array<float, kCandidates> estimates;
-    const std::size_t count = candidates_.draw(candidates_.draws() ? random.next() : 0.0f, candidates);
+    std::array<LampCandidate, kCandidates + 1> candidates;
+    std::array<float, kCandidates + 1> estimates;
+    std::size_t count = candidates_.draw(point.position, point.shading_normal, candidates_.draws() ? random.next() : 0.0f,
+                                         std::span(candidates).first(kCandidates));
     if (candidates_.draws()) {
         for (std::size_t i = 0; i < count; ++i)
             estimates[i] = candidates[i].multiplicity * estimate(candidates[i].lamp, point);
     } else {
         estimate_all(point, estimates.data());
+    }
+    const std::uint32_t peaks = static_cast<std::uint32_t>(lamps);  // the sky's, as one more lamp
+    if (has_peaks) {
+        estimates[count] = lights_.sky->peak_estimate(point.shading_normal);
+        candidates[count++] = {peaks, 1.0f};
     }
     float sum = 0.0f;
     for (std::size_t i = 0; i < count; ++i)
@@ -193,7 +221,7 @@ HitLights::Sample HitLights::sample(const SurfacePoint& point, RandomStream& ran
         if (rest < 0.0f)
             break;
     }
-    Sample result = sample_lamp(candidates[chosen].lamp, point, random);
+    Sample result = candidates[chosen].lamp == peaks ? sample_peaks(point, random) : sample_lamp(candidates[chosen].lamp, point, random);
     result.irradiance *= candidates[chosen].multiplicity * sum / estimates[chosen];
     return result;
 }

@@ -54,6 +54,7 @@ private:
     float estimate_punctual(std::size_t i, glm::vec3 p, glm::vec3 n) const;
     float estimate_triangle(std::size_t i, glm::vec3 p, glm::vec3 n) const;
     float estimate(std::uint32_t lamp, const SurfacePoint& point) const;
+    Sample sample_peaks(const SurfacePoint& point, RandomStream& random) const;
     Sample sample_lamp(std::uint32_t lamp, const SurfacePoint& point, RandomStream& random) const;
     Sample sample_triangle(const EmissiveTriangle& triangle, const SurfacePoint& point, RandomStream& random) const;
 

@@ -1,14 +1,18 @@
 #pragma once
 
+#include <cstdint>
 #include <limits>
 #include <numbers>
+#include <vector>
 
 #include <glm/glm.hpp>
 
 #include "light/hit_light.h"
 #include "light_cache/light_cache_impl.h"
+#include "material/bsdf.h"
 #include "rays/hit_surface.h"
 #include "rcs/ray_scene.h"
+#include "scene/environment.h"
 #include "scene/surface.h"
 #include "util/random.h"
 
@@ -21,11 +25,16 @@ int mip_level(const Texture& texture, float uv_per_length, float cone_width);
 /// sky, still needs a shadow ray for each of its terms; the rest is looked up in a light cache.
 class HitRadiance {
 public:
+    /// Specular lobes at hits are at least so wide (GGX alpha): what narrower ones do with small lamps, a few hundred
+    /// rays would see as single bright dots (path space regularisation: Kaplanyan and Dachsbacher 2013).
+    static constexpr float kLeastAlpha = 0.3f;
+
     /// @param cache  may be null: then there is no more than the direct part
-    HitRadiance(const RayScene& rays, const LightCache* cache);
+    HitRadiance(const RayScene& rays, const LightCache* cache, float least_alpha = kLeastAlpha);
 
     bool has_cache() const { return cache_ != nullptr; }
     glm::vec3 sky_radiance() const { return sky_; }
+    const Environment& environment() const { return environment_; }
 
     /// False only if neither lamps nor sky reach the side of a surface that this unit normal looks to: quick.
     bool may_be_lit(glm::vec3 geometric_normal) const { return has_sky_ || lights_.may_reach(geometric_normal); }
@@ -40,16 +49,40 @@ public:
         return cache_ ? cached_irradiance(*cache_, point.position, point.shading_normal, random) : glm::vec3(0.0f);
     }
 
-    /// Albedo of a Lambertian material. @param cone_width  of the ray at the hit [m]
+    /// Whether this instance's surface is its base colour and nothing else: then albedo() says all, quickly.
+    bool is_plain(std::uint32_t instance) const { return plain_[instance] != 0; }
+    /// Albedo of a plain surface. @param cone_width  of the ray at the hit [m]
     glm::vec3 albedo(int material, glm::vec2 uv, float uv_per_length, float cone_width) const;
 
+    /// How any other surface reflects towards the origin of a packet's ray. @param hit  complete
+    Bsdf bsdf(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;
+    /// The direct part for it. @param outgoing  unit, towards the ray's origin
+    template <typename Add>
+    void direct(const SurfacePoint& point, const Bsdf& bsdf, glm::vec3 outgoing, RandomStream& random, const Add& add) const;
+
 private:
+    const RayScene& rays_;
     const Scene& scene_;
     const LightCache* cache_;
     HitLights lights_;
     glm::vec3 sky_;
+    const Environment& environment_;
     bool has_sky_;
+    float least_alpha_;
+    std::vector<std::uint8_t> plain_;  // per instance, 0 or 1
 };
+
+/// Directional albedo of all that reflects: radiance towards `outgoing` times pi, per irradiance, if that is uniform.
+inline glm::vec3 total_albedo(const Bsdf& bsdf, glm::vec3 outgoing)
+{
+    const float cosine = glm::dot(bsdf.normal, outgoing);
+    return diffuse_albedo(bsdf, cosine) + specular_albedo(bsdf, cosine);
+}
+
+inline glm::vec3 ray_direction(const RayPacket& ray, int lane)
+{
+    return {ray.direction_x[lane], ray.direction_y[lane], ray.direction_z[lane]};
+}
 
 /// A direction over the point, in proportion to the cosine to its shading normal.
 glm::vec3 cosine_direction(const SurfacePoint& point, RandomStream& random);
@@ -63,8 +96,19 @@ void HitRadiance::direct(const SurfacePoint& point, RandomStream& random, const 
     if (has_sky_) {
         const glm::vec3 direction = cosine_direction(point, random);
         if (glm::dot(direction, point.geometric_normal) > 0.0f)
-            add(shadow_ray_from(point, direction, std::numeric_limits<float>::infinity()), sky_);
+            add(shadow_ray_from(point, direction, std::numeric_limits<float>::infinity()), environment_.soft_blurred(direction));
     }
+}
+
+template <typename Add>
+void HitRadiance::direct(const SurfacePoint& point, const Bsdf& bsdf, glm::vec3 outgoing, RandomStream& random,
+                         const Add& add) const
+{
+    SurfacePoint bent = point;
+    bent.shading_normal = bsdf.normal;
+    direct(bent, random, [&](const Ray& ray, glm::vec3 white) {
+        add(ray, std::numbers::pi_v<float> * evaluate(bsdf, outgoing, ray.direction) * white);
+    });
 }
 
 }  // namespace rcs

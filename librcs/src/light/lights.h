@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <memory>
 #include <vector>
 
 #include <glm/glm.hpp>
@@ -9,13 +11,18 @@
 
 namespace rcs {
 
+class Environment;
+class LightTree;
+
 /// A triangle that emits, as light sampling sees it. Scene space.
 struct EmissiveTriangle {
     glm::vec3 corner[3];
     glm::vec3 normal;    ///< unit, of the front side
-    glm::vec3 radiance;  ///< [W m^-2 sr^-1], emitted from the front, from both sides if double_sided
+    glm::vec3 radiance;  ///< [W m^-2 sr^-1], emitted from the front, from both sides if double_sided; mean if varied
     float area = 0.0f;   ///< [m^2], > 0
     bool double_sided = false;
+    bool varied = false;  ///< by a texture or by alpha
+    std::uint32_t instance = 0, primitive = 0;
 };
 
 /// A punctual light, with the cosines that every look at it needs.
@@ -30,8 +37,28 @@ struct Lights {
     std::vector<PunctualLamp> punctual;
     std::vector<EmissiveTriangle> triangles;
     glm::vec3 sky_radiance{0.0f};
+    const RayScene* rays = nullptr;              ///< whose lights they are
+    const Environment* sky = nullptr;            ///< its peaks are a lamp
+    std::shared_ptr<const LightTree> tree;       ///< of the triangles
+    std::vector<std::uint32_t> first_of_instance, triangle_of_primitive;  ///< indices; kNone: does not emit
+
+    static constexpr std::uint32_t kNone = 0xffffffffu;
+
+    /// The emissive triangle that a ray hit, or kNone.
+    std::uint32_t emissive_triangle(std::uint32_t instance, std::uint32_t primitive) const
+    {
+        const std::uint32_t first = first_of_instance[instance];
+        return first == kNone ? kNone : triangle_of_primitive[first + primitive];
+    }
+    bool has_peaks() const;
 };
+/// The scene's, which were found when `rays` was built. Refers to `rays`.
 Lights collect_lights(const RayScene& rays);
+/// Finds them.
+Lights find_lights(const RayScene& rays);
+
+/// Radiance of an emissive triangle at a point on it: the mean where it does not vary. Scene space.
+glm::vec3 radiance_at(const RayScene& rays, const EmissiveTriangle& triangle, glm::vec3 position);
 
 /// What a punctual light does at a point: irradiance on a plane that faces it, the unit direction
 /// towards it, and how far it is (+inf for directional). Irradiance is 0 outside range or cone.

@@ -1,12 +1,11 @@
 #include "light_cache/cell_grid.h"
-#include <cstdlib>
 
 namespace rcs {
 
 namespace {
 
-// Least number of cells in the height of the view; at most twice as many.
-const double kCellsPerView = getenv("CPV") ? atof(getenv("CPV")) : 48.0;
+// Least number of cells in the height of the view; at most twice as many. 24 and 48 differ by 0.1 % in sponza's MRE.
+constexpr double kCellsPerView = 32.0;
 
 }  // namespace
 

@@ -51,16 +51,25 @@ std::uint32_t CellRays::aim(const SurfaceSample& place, int first, glm::vec2 shi
     return active;
 }
 
-void CellRays::shade(const HitSurface& hit, float distance, std::uint64_t key, CellHit& result)
+void CellRays::shade(const HitSurface& hit, int lane, std::uint64_t key, CellHit& result)
 {
     // A ray stands for 1/64 of the hemisphere's projected solid angle pi.
-    const float cone_width = distance * std::sqrt(kPi / static_cast<float>(kRays));
-    result.reflectance = radiance_.albedo(hit.point.material, hit.point.uv, hit.uv_per_length, cone_width);
+    const float cone_width = packet_.ray.t_max[lane] * std::sqrt(kPi / static_cast<float>(kRays));
     RandomStream random(key);
-    radiance_.direct(hit.point, random, [&](const Ray& ray, glm::vec3 white) {
+    const glm::vec3 weight = weights_.weight[lane];
+    const auto add = [&](const Ray& ray, glm::vec3 radiance) {
         shadow_.add(ray);
-        lit_.push_back(white * result.reflectance);
-    });
+        lit_.push_back(radiance);
+    };
+    if (radiance_.is_plain(packet_.instance(lane))) {
+        result.reflectance = weight * radiance_.albedo(hit.point.material, hit.point.uv, hit.uv_per_length, cone_width);
+        radiance_.direct(hit.point, random, [&](const Ray& ray, glm::vec3 white) { add(ray, white * result.reflectance); });
+        return;
+    }
+    const Bsdf bsdf = radiance_.bsdf(packet_, lane, hit, cone_width);
+    const glm::vec3 outgoing = -ray_direction(packet_.ray, lane);
+    result.reflectance = weight * total_albedo(bsdf, outgoing);
+    radiance_.direct(hit.point, bsdf, outgoing, random, [&](const Ray& ray, glm::vec3 radiance) { add(ray, weight * radiance); });
 }
 
 void CellRays::trace(const std::array<SurfaceSample, kPackets>& places, std::uint64_t key, bool direct)
@@ -71,7 +80,7 @@ void CellRays::trace(const std::array<SurfaceSample, kPackets>& places, std::uin
     lit_.clear();
     for (int p = 0; p < kPackets; ++p) {
         const std::uint32_t active = aim(places[static_cast<std::size_t>(p)], p * kWidth, shift);
-        intersect(rays_, active, packet_);
+        intersect(rays_, active, packet_, weights_);
         ray_count += static_cast<std::uint64_t>(std::popcount(active));
         FacePacket faces;
         find_faces(rays_, packet_, faces);
@@ -84,7 +93,7 @@ void CellRays::trace(const std::array<SurfaceSample, kPackets>& places, std::uin
             complete_hit(rays_, packet_, i, hit);
             result.surface = sample_of(hit.point);
             if (direct)
-                shade(hit, packet_.ray.t_max[i], mix64(key + static_cast<std::uint64_t>(p * kWidth + i + 1)), result);
+                shade(hit, i, mix64(key + static_cast<std::uint64_t>(p * kWidth + i + 1)), result);
         }
     }
     shadow_.trace(rays_);
@@ -92,7 +101,7 @@ void CellRays::trace(const std::array<SurfaceSample, kPackets>& places, std::uin
     direct_irradiance_ = glm::vec3(0.0f);
     for (std::size_t i = 0; i < shadow_.size(); ++i)
         if (shadow_.is_free(i))
-            direct_irradiance_ += lit_[i];
+            direct_irradiance_ += shadow_.transmittance(i) * lit_[i];
     direct_irradiance_ *= kPi / static_cast<float>(kRays);
 }
 

@@ -23,7 +23,7 @@ struct SurfaceSample {
 struct CellHit {
     bool hit = false;
     SurfaceSample surface{};
-    glm::vec3 reflectance{0.0f};  ///< in [0, 1]: radiance that leaves the hit times pi, per irradiance
+    glm::vec3 reflectance{0.0f};  ///< radiance that comes back times pi, per irradiance; what the ray went through included
 };
 
 /// The rays that say where a cell's light comes from, and one thread's working memory for them.
@@ -49,11 +49,12 @@ public:
 
 private:
     std::uint32_t aim(const SurfaceSample& place, int first, glm::vec2 shift);
-    void shade(const HitSurface& hit, float distance, std::uint64_t key, CellHit& result);
+    void shade(const HitSurface& hit, int lane, std::uint64_t key, CellHit& result);
 
     const RayScene& rays_;
     const HitRadiance& radiance_;
     HitPacket packet_;
+    LaneWeights weights_;
     ShadowBatch shadow_;
     std::vector<glm::vec3> lit_;  // what each shadow ray brings if it is free
     std::array<CellHit, kRays> hits_;

@@ -26,7 +26,7 @@ constexpr int kLooks = 64;
 // Cells found by the visible points' rays, and by the rays of those cells. What the latter see is two reflections before
 // the camera at least: cells so many levels coarser will do, and only where no cell is near.
 constexpr int kRounds = 2;
-const int kCoarser = getenv("COARSER") ? atoi(getenv("COARSER")) : 2;
+constexpr int kCoarser = 2;
 
 /// A surface for which a cell may be needed.
 struct Find {
@@ -271,7 +271,6 @@ LightCache build_light_cache(const RayScene& rays, const GBuffer& gbuffer, const
         if (progress && !progress("bounces", static_cast<float>(round) / kRounds))
             throw Error(ErrorCode::cancelled, "cancelled while filling the light cache");
         builder.find_cells();
-        fprintf(stderr, "round %d: %zu cells\n", round, builder.cells());
         builder.link_new_cells(std::exchange(known, builder.cells()));
     }
     builder.add_parents();

@@ -201,6 +201,8 @@ glm::vec3 specular_albedo(const Bsdf& bsdf, float cosine)
     return layers.specular.albedo + layers.coat.albedo;
 }
 
+glm::vec3 transmission_albedo(const Bsdf& bsdf, float cosine) { return Layers(bsdf, cosine).transmission; }
+
 glm::vec3 evaluate(const Bsdf& bsdf, glm::vec3 outgoing, glm::vec3 incoming)
 {
     return scattering(bsdf, Which::all, outgoing, incoming).value;

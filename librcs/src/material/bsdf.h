@@ -41,6 +41,9 @@ glm::vec3 diffuse_albedo(const Bsdf& bsdf, float cosine);
 /// Directional albedo of specular lobe and coat together: what a uniform sky of radiance 1 reflects by them.
 glm::vec3 specular_albedo(const Bsdf& bsdf, float cosine);
 
+/// The same of the transmission.
+glm::vec3 transmission_albedo(const Bsdf& bsdf, float cosine);
+
 /// f(outgoing, incoming) [1/sr] without the cosine; 0 where a direction is on the wrong side of the shading or the
 /// geometric normal (the diffuse part is also seen from below the shading normal: smooth silhouettes stay lit).
 /// All of it, and specular lobe, coat and transmission alone.

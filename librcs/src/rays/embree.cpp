@@ -11,6 +11,7 @@
 #include <embree3/rtcore.h>
 #endif
 
+#include "light/lights.h"
 #include "rays/packet.h"
 #include "rays/ray_scene_impl.h"
 #include "rays/transparency.h"
@@ -311,7 +312,10 @@ RayScene build_ray_scene(const Scene& scene, const ThreadPool& pool)
     }
     rtcCommitScene(embree.top);
     throw_on_error(embree.device, "building the acceleration structure");
-    return RayScene(std::move(impl));
+    RayScene::Impl& built = *impl;
+    RayScene rays(std::move(impl));
+    built.lights = std::make_unique<const Lights>(find_lights(rays));
+    return rays;
 }
 
 void reset(RayPacket& packet)

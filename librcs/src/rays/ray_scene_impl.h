@@ -13,6 +13,7 @@
 namespace rcs {
 
 struct EmbreeScene;
+struct Lights;
 
 /// What shading a hit on one triangle needs, on one cache line. Object space.
 struct alignas(64) HitTriangle {
@@ -49,6 +50,7 @@ struct RayScene::Impl {
     std::size_t triangle_count = 0;
     bool has_transparency = false;
     Environment environment;
+    std::unique_ptr<const Lights> lights;
 
     Impl();
     ~Impl();

@@ -2,12 +2,14 @@
 #include <bit>
 #include <cmath>
 #include <numbers>
+#include <string>
 #include <vector>
 
 #include "light/hit_radiance.h"
 #include "rays/hit_surface.h"
 #include "rays/packet.h"
 #include "rays/shadow_batch.h"
+#include "rcs/error.h"
 #include "rcs/records.h"
 #include "records/gather.h"
 #include "radiance/harmonics.h"
@@ -49,9 +51,11 @@ Birth birth_at(const GBuffer& g, std::uint32_t pixel, std::uint64_t seed, std::u
 
 /// Light that arrives at a hit over a shadow ray, and where the hit's albedo is to be looked up: only if it counts.
 struct ShadowedLight {
+    static constexpr std::int32_t kReflected = -1;
+
     std::uint32_t cell;
-    std::int32_t material;
-    glm::vec3 radiance;  // towards the record, of a white surface
+    std::int32_t material;  // kReflected: there is no albedo to look up
+    glm::vec3 radiance;     // towards the record; of a white surface unless kReflected
     glm::vec2 uv;
     float uv_per_length;
 };
@@ -60,6 +64,7 @@ struct ShadowedLight {
 struct Workspace {
     std::vector<float> x, y, z;
     std::vector<HitPacket> packets;
+    std::vector<LaneWeights> weights;  // of the packets' rays, where surfaces let light through
     ShadowBatch shadow;
     std::vector<ShadowedLight> lights;  // what each shadow ray brings if it is free
     HemisphereSamples samples;
@@ -74,10 +79,18 @@ struct Workspace {
         y.resize(x.size());
         z.resize(x.size());
         packets.resize(packets_needed);
+        weights.resize(packets_needed);
         for (HitPacket& packet : packets)
             reset(packet.ray);
     }
 };
+
+void add(HemisphereSamples& samples, std::uint32_t cell, glm::vec3 radiance)
+{
+    samples.red[cell] += radiance.r;
+    samples.green[cell] += radiance.g;
+    samples.blue[cell] += radiance.b;
+}
 
 /// Cells first .. first + 15 as rays of a packet; `above` becomes the cosine to the geometric normal.
 RCS_MULTIVERSION
@@ -166,8 +179,11 @@ public:
 private:
     void trace(const Birth& birth, const Frame& frame, Workspace& w) const;
     void shade(const Frame& frame, int first, std::uint32_t active, std::uint64_t key, Workspace& w) const;
-    void shade_hit(const HitSurface& hit, std::uint32_t cell, std::uint64_t key, Workspace& w) const;
-    glm::vec3 albedo(const ShadowedLight& light, const Workspace& w) const;
+    void note_sky(const HitPacket& packet, std::uint32_t active, std::size_t first, int lanes, HemisphereSamples& s) const;
+    void shade_hit(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell, std::uint64_t key,
+                   Workspace& w) const;
+    float cone_width(std::uint32_t cell, const Workspace& w) const;
+    void tint(Workspace& w) const;
     std::vector<float> radiance(Workspace& w) const;
     void shoot_shadow_rays(Workspace& w) const;
 
@@ -178,21 +194,47 @@ private:
     bool keeps_radiance_;
 };
 
-void Gatherer::shade_hit(const HitSurface& hit, std::uint32_t cell, std::uint64_t key, Workspace& w) const
+/// Sky that is not the same everywhere, as far as it is soft: its peaks are a lamp.
+void Gatherer::note_sky(const HitPacket& packet, std::uint32_t active, std::size_t first, int lanes, HemisphereSamples& s) const
+{
+    for (int i = 0; i < lanes; ++i) {
+        if ((active >> i & 1u) == 0u || packet.geometry[i] != RayPacket::kMiss)
+            continue;
+        const RayPacket& ray = packet.ray;
+        const glm::vec3 sky =
+            radiance_.environment().soft_blurred({ray.direction_x[i], ray.direction_y[i], ray.direction_z[i]});
+        const std::size_t c = first + static_cast<std::size_t>(i);
+        s.red[c] = sky.r;
+        s.green[c] = sky.g;
+        s.blue[c] = sky.b;
+    }
+}
+
+void Gatherer::shade_hit(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell,
+                         std::uint64_t key, Workspace& w) const
 {
     // A stream's own counter stays far below 2^32, so no two cells share a number.
     RandomStream random(key ^ static_cast<std::uint64_t>(cell) << 32);
+    if (!radiance_.is_plain(packet.instance(lane))) {
+        const Bsdf bsdf = radiance_.bsdf(packet, lane, hit, cone_width(cell, w));
+        const glm::vec3 outgoing = -ray_direction(packet.ray, lane);
+        radiance_.direct(hit.point, bsdf, outgoing, random, [&](const Ray& ray, glm::vec3 radiance) {
+            w.shadow.add(ray);
+            w.lights.push_back({cell, ShadowedLight::kReflected, radiance, {}, 0.0f});
+        });
+        if (radiance_.has_cache())
+            add(w.samples, cell,
+                kInversePi * total_albedo(bsdf, outgoing) * radiance_.indirect_irradiance(hit.point, random));
+        return;
+    }
     radiance_.direct(hit.point, random, [&](const Ray& ray, glm::vec3 white) {
         w.shadow.add(ray);
         w.lights.push_back({cell, hit.point.material, white, hit.point.uv, hit.uv_per_length});
     });
-    if (!radiance_.has_cache())
-        return;
-    const glm::vec3 radiance = kInversePi * radiance_.indirect_irradiance(hit.point, random) *
-                               albedo({cell, hit.point.material, {}, hit.point.uv, hit.uv_per_length}, w);
-    w.samples.red[cell] += radiance.r;
-    w.samples.green[cell] += radiance.g;
-    w.samples.blue[cell] += radiance.b;
+    if (radiance_.has_cache())
+        add(w.samples, cell,
+            kInversePi * radiance_.albedo(hit.point.material, hit.point.uv, hit.uv_per_length, cone_width(cell, w)) *
+                radiance_.indirect_irradiance(hit.point, random));
 }
 
 void Gatherer::shade(const Frame& frame, int first, std::uint32_t active, std::uint64_t key, Workspace& w) const
@@ -202,6 +244,8 @@ void Gatherer::shade(const Frame& frame, int first, std::uint32_t active, std::u
     FacePacket faces;
     find_faces(rays_, packet, faces);
     note_cells(frame, packet, faces, active, radiance_.sky_radiance(), static_cast<std::size_t>(first), lanes, w.z.data(), w.samples);
+    if (radiance_.environment().has_image())
+        note_sky(packet, active, static_cast<std::size_t>(first), lanes, w.samples);
     if (!has_bounce_)
         return;
     HitSurface hits[kWidth];
@@ -218,17 +262,16 @@ void Gatherer::shade(const Frame& frame, int first, std::uint32_t active, std::u
     }
     for (int n = 0; n < count; ++n) {
         complete_hit(rays_, packet, lane_of[n], hits[n]);
-        shade_hit(hits[n], static_cast<std::uint32_t>(first + lane_of[n]), key, w);
+        shade_hit(packet, lane_of[n], hits[n], static_cast<std::uint32_t>(first + lane_of[n]), key, w);
     }
 }
 
-glm::vec3 Gatherer::albedo(const ShadowedLight& light, const Workspace& w) const
+/// Of one cell's ray where it ends [m].
+float Gatherer::cone_width(std::uint32_t cell, const Workspace& w) const
 {
     // A cell spans pi / (M N cos theta) of solid angle.
-    const float cosine = w.samples.cosine[light.cell];
-    const float solid_angle = std::numbers::pi_v<float> / (static_cast<float>(grid_.cells) * cosine);
-    const float width = std::sqrt(solid_angle) / w.samples.inverse_distance[light.cell];
-    return radiance_.albedo(light.material, light.uv, light.uv_per_length, width);
+    const float solid_angle = std::numbers::pi_v<float> / (static_cast<float>(grid_.cells) * w.samples.cosine[cell]);
+    return std::sqrt(solid_angle) / w.samples.inverse_distance[cell];
 }
 
 void Gatherer::shoot_shadow_rays(Workspace& w) const
@@ -238,12 +281,24 @@ void Gatherer::shoot_shadow_rays(Workspace& w) const
         if (!w.shadow.is_free(i))
             continue;
         const ShadowedLight& light = w.lights[i];
-        const glm::vec3 radiance = light.radiance * albedo(light, w);
-        w.samples.red[light.cell] += radiance.r;
-        w.samples.green[light.cell] += radiance.g;
-        w.samples.blue[light.cell] += radiance.b;
+        glm::vec3 radiance = light.radiance * w.shadow.transmittance(i);
+        if (light.material != ShadowedLight::kReflected)
+            radiance *= radiance_.albedo(light.material, light.uv, light.uv_per_length, cone_width(light.cell, w));
+        add(w.samples, light.cell, radiance);
     }
     w.shadow_rays += w.shadow.size();
+}
+
+/// What the rays went through on their way.
+void Gatherer::tint(Workspace& w) const
+{
+    for (int c = 0; c < grid_.cells; ++c) {
+        const glm::vec3 weight = w.weights[static_cast<std::size_t>(c / kWidth)].weight[c % kWidth];
+        const std::size_t cell = static_cast<std::size_t>(c);
+        w.samples.red[cell] *= weight.r;
+        w.samples.green[cell] *= weight.g;
+        w.samples.blue[cell] *= weight.b;
+    }
 }
 
 void Gatherer::trace(const Birth& birth, const Frame& frame, Workspace& w) const
@@ -256,11 +311,17 @@ void Gatherer::trace(const Birth& birth, const Frame& frame, Workspace& w) const
     const std::uint64_t light_key = mix64(birth.key + 1);
     for (int first = 0; first < grid_.cells; first += kWidth) {
         const std::uint32_t active = fill_packet(frame, birth, w, first, grid_.cells);
-        intersect(rays_, active, w.packets[static_cast<std::size_t>(first / kWidth)]);
+        const std::size_t packet = static_cast<std::size_t>(first / kWidth);
+        if (rays_.has_transparency())
+            intersect(rays_, active, w.packets[packet], w.weights[packet]);
+        else
+            intersect(rays_, active, w.packets[packet]);
         w.hemisphere_rays += static_cast<std::uint64_t>(std::popcount(active));
         shade(frame, first, active, light_key, w);
     }
     shoot_shadow_rays(w);
+    if (rays_.has_transparency())
+        tint(w);
 }
 
 /// Cells have equal weights under the cosine: pi over their number.
@@ -364,6 +425,9 @@ struct RecordGatherer::Impl {
 RecordGatherer::RecordGatherer(const RayScene& rays, const RecordOptions& options, const LightCache* cache)
     : impl_(new Impl{Gatherer(rays, options, options.bounces > 1 ? cache : nullptr), options.seed})
 {
+    if (options.bounces > 1 && !cache)
+        throw Error(ErrorCode::bad_argument, "records.bounces is " + std::to_string(options.bounces) +
+                                                 ", which takes a light cache; expected 0 or 1 without one");
 }
 
 RecordGatherer::~RecordGatherer() = default;

@@ -9,7 +9,7 @@
 namespace rcs {
 namespace {
 
-constexpr float kHalfWidth = 5.0f, kHeight = 3.2f, kFront = 3.0f, kBack = -2.0f;
+constexpr float kHalfWidth = 5.0f, kHeight = 3.2f, kFront = 8.0f, kBack = -2.0f;
 
 /// Two tones on the walls, so that a mirror has something to show.
 void add_room(Scene& scene)
@@ -73,7 +73,7 @@ Scene make_spheres()
     add_window(scene);
     add_row(scene, "metal", 1.0f, 1.25f, {0.92f, 0.78f, 0.5f});
     add_row(scene, "plastic", 0.0f, 0.45f, {0.55f, 0.12f, 0.1f});
-    scene.cameras.push_back(look_at_camera("front", {0.0, 1.35, 2.9}, {0.0, 0.95, 0.0}, glm::radians(75.0)));
+    scene.cameras.push_back(look_at_camera("front", {0.0, 1.4, 7.6}, {0.0, 1.1, 0.0}, glm::radians(58.0)));
     return scene;
 }
 

@@ -169,6 +169,7 @@ void Environment::build_peaks()
     const std::size_t width = static_cast<std::size_t>(image_->width);
     const float inverse_width = 1.0f / static_cast<float>(image_->width), inverse_height = 1.0f / static_cast<float>(image_->height);
     glm::dvec3 axis(0.0);
+    double sines = 0.0;
     const auto centre = [&](std::uint32_t column, int row) {
         return direction_of({(static_cast<float>(column) + 0.5f) * inverse_width, (static_cast<float>(row) + 0.5f) * inverse_height});
     };
@@ -177,6 +178,7 @@ void Environment::build_peaks()
         for (std::size_t x = 0; x < width; ++x) {
             const float w = peak_weight(static_cast<std::size_t>(y) * width + x, y);
             if (!(w > 0.0f)) continue;
+            sines += static_cast<double>(sine_[static_cast<std::size_t>(y)]);
             column_.push_back(static_cast<std::uint32_t>(x));
             peak_cdf_.push_back(peak_weight_ += static_cast<double>(w));
             axis += static_cast<double>(w) * glm::dvec3(centre(column_.back(), y));
@@ -186,6 +188,7 @@ void Environment::build_peaks()
     if (!has_peaks()) return;
     const double texels = static_cast<double>(image_->radiance.size());
     peak_flux_ = static_cast<float>(peak_weight_ * static_cast<double>(kSphereOfUv) / texels);
+    peak_solid_angle_ = static_cast<float>(sines * static_cast<double>(kSphereOfUv) / texels);
     peak_axis_ = glm::length(axis) > 0.0 ? glm::vec3(glm::normalize(axis)) : glm::vec3(0.0f, 1.0f, 0.0f);
     float least = 1.0f;
     for (int y = 0; y < image_->height; ++y)

@@ -49,6 +49,7 @@ public:
 
     /// Luminance of the peaks, integrated over the sphere: irradiance on a plane that faces them all [W m^-2].
     float peak_flux() const { return peak_flux_; }
+    float peak_solid_angle() const { return peak_solid_angle_; }  ///< that has peaks [sr]
     /// Upper bound, up to a factor of the mean cosine, of what the peaks send to a surface that faces `normal`; 0
     /// only where they send nothing.
     float peak_estimate(glm::vec3 normal) const;
@@ -75,7 +76,7 @@ private:
     std::vector<std::uint32_t> row_first_, column_;
     std::vector<double> peak_cdf_;
     double peak_weight_ = 0.0;
-    float peak_flux_ = 0.0f;
+    float peak_flux_ = 0.0f, peak_solid_angle_ = 0.0f;
     glm::vec3 peak_axis_{0.0f, 1.0f, 0.0f};
     float peak_cone_ = 0.0f;  // all peaks lie within this angle of the axis [rad]
 

@@ -1,0 +1,302 @@
+#include "glossy/traced_lobes.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numbers>
+
+#include "rays/hit_surface.h"
+#include "rays/packet.h"
+#include "rays/shadow_batch.h"
+#include "util/color.h"
+#include "util/random.h"
+
+namespace rcs {
+namespace {
+
+constexpr int kWidth = RayPacket::kWidth;
+constexpr int kRays = 4;  // a pixel
+constexpr int kNeighbours = 16;
+constexpr float kMostReach = 12.0f;  // of a neighbour [px]
+
+/// One ray along a pixel's lobe, and what came back.
+struct LobeRay {
+    glm::vec3 target{0.0f};    // where it hit, relative to the camera; or its direction if it hit nothing
+    float distance = 0.0f;     // [m]; +inf: nothing
+    float density = 0.0f;      // [1/sr]; 0: no ray
+    glm::vec3 radiance{0.0f};
+};
+
+/// Points of a lattice in three dimensions (Roberts 2018), shifted at random per pixel.
+glm::vec3 lattice_point(int n, glm::vec3 shift)
+{
+    const glm::vec3 p = shift + static_cast<float>(n) * glm::vec3(0.8191725f, 0.6710436f, 0.5497005f);
+    return p - glm::floor(p);
+}
+
+struct PendingLight {
+    std::size_t ray;
+    glm::vec3 radiance;
+};
+
+struct Workspace {
+    HitPacket packet;
+    ShadowBatch shadow;
+    std::vector<PendingLight> lights;
+    std::uint64_t rays = 0, shadow_rays = 0;
+
+    Workspace() { reset(packet.ray); }
+};
+
+class LobeTracer {
+public:
+    LobeTracer(const RayScene& rays, const HitRadiance& light, const GBuffer& g, const View& view,
+               const Shading& shading, std::uint64_t seed)
+        : rays_(rays), light_(light), g_(g), camera_(view.camera), shading_(shading), seed_(seed)
+    {
+    }
+
+    void trace(std::size_t begin, std::size_t end, std::vector<LobeRay>& lobe_rays, Workspace& w) const;
+    glm::vec3 share(std::size_t pixel, const std::vector<LobeRay>& lobe_rays) const;
+
+private:
+    bool is_traced(std::size_t i) const { return g_.covered(i) && has_traced_part(shading_.bsdf[i]); }
+    std::uint64_t key(std::size_t pixel) const { return stream_key(seed_, Stream::glossy, pixel); }
+    void shade_packet(const std::size_t* ray_of_lane, int lanes, std::vector<LobeRay>& lobe_rays, Workspace& w) const;
+    float mean_distance(std::size_t pixel, const std::vector<LobeRay>& lobe_rays) const;
+    bool may_share(std::size_t pixel, std::size_t neighbour) const;
+
+    const RayScene& rays_;
+    const HitRadiance& light_;
+    const GBuffer& g_;
+    const Camera& camera_;
+    const Shading& shading_;
+    std::uint64_t seed_;
+};
+
+/// Shoots the packet and lights what it hits.
+void LobeTracer::shade_packet(const std::size_t* ray_of_lane, int lanes, std::vector<LobeRay>& lobe_rays,
+                              Workspace& w) const
+{
+    const std::uint32_t active = (1u << lanes) - 1u;
+    LaneWeights passed;
+    if (rays_.has_transparency())
+        intersect(rays_, active, w.packet, passed);
+    else
+        intersect(rays_, active, w.packet);
+    w.rays += static_cast<std::uint64_t>(lanes);
+    FacePacket faces;
+    find_faces(rays_, w.packet, faces);
+    for (int lane = 0; lane < lanes; ++lane) {
+        const std::size_t number = ray_of_lane[lane];
+        LobeRay& ray = lobe_rays[number];
+        const RayPacket& p = w.packet.ray;
+        const glm::vec3 direction(p.direction_x[lane], p.direction_y[lane], p.direction_z[lane]);
+        if (w.packet.geometry[lane] == RayPacket::kMiss) {
+            ray.target = direction;
+            ray.distance = std::numeric_limits<float>::infinity();
+            ray.radiance = light_.environment().has_image() ? light_.environment().soft(direction) : light_.sky_radiance();
+            if (rays_.has_transparency())
+                ray.radiance *= passed.weight[lane];
+            continue;
+        }
+        HitSurface hit = begin_hit(rays_, w.packet, faces, lane);
+        complete_hit(rays_, w.packet, lane, hit);
+        ray.distance = p.t_max[lane];
+        ray.target = g_.position(number / kRays) + ray.distance * direction;
+        const Bsdf& bsdf = shading_.bsdf[number / kRays];
+        // The cone of directions that one of the rays stands for.
+        const float cone = ray.distance / std::sqrt(std::max(ray.density, 1e-4f) * kRays);
+        const float cone_width = bsdf.alpha > 2.0f * Bsdf::kLeastAlpha ? cone : 0.0f;
+        const glm::vec3 weight = rays_.has_transparency() ? passed.weight[lane] : glm::vec3(1.0f);
+        RandomStream random(mix64(key(number / kRays) + 2 * (number % kRays) + 1));
+        glm::vec3 albedo;
+        const auto add = [&](glm::vec3 factor) {
+            return [&w, number, factor](const Ray& shadow_ray, glm::vec3 radiance) {
+                w.shadow.add(shadow_ray);
+                w.lights.push_back({number, factor * radiance});
+            };
+        };
+        if (light_.is_plain(w.packet.instance(lane))) {
+            albedo = light_.albedo(hit.point.material, hit.point.uv, hit.uv_per_length, cone_width);
+            light_.direct(hit.point, random, add(weight * albedo));
+        } else {
+            const Bsdf there = light_.bsdf(w.packet, lane, hit, cone_width);
+            albedo = total_albedo(there, -direction);
+            light_.direct(hit.point, there, -direction, random, add(weight));
+        }
+        ray.radiance += weight * albedo * std::numbers::inv_pi_v<float> * light_.indirect_irradiance(hit.point, random);
+    }
+}
+
+void LobeTracer::trace(std::size_t begin, std::size_t end, std::vector<LobeRay>& lobe_rays, Workspace& w) const
+{
+    std::size_t ray_of_lane[kWidth];
+    int lanes = 0;
+    w.shadow.clear();
+    w.lights.clear();
+    for (std::size_t i = begin; i < end; ++i) {
+        if (!is_traced(i))
+            continue;
+        const Bsdf part = traced_part(shading_.bsdf[i]);
+        const glm::vec3 outgoing = outgoing_at(g_, camera_, i);
+        RandomStream random(key(i));
+        const glm::vec3 shift(random.next(), random.next(), random.next());
+        for (int n = 0; n < kRays; ++n) {
+            const glm::vec3 point = lattice_point(n, shift);
+            const BsdfSample sample = sample_glossy(part, outgoing, point.x, {point.y, point.z});
+            if (!(sample.density > 0.0f) || sample.weight == glm::vec3(0.0f))
+                continue;
+            const std::size_t number = i * kRays + static_cast<std::size_t>(n);
+            lobe_rays[number].density = sample.density;
+            const bool outwards = glm::dot(sample.incoming, g_.geometric_normal[i]) >= 0.0f;
+            const glm::vec3 origin =
+                g_.scene_position(i) + (outwards ? g_.position_error[i] : -g_.position_error[i]) * g_.geometric_normal[i];
+            RayPacket& p = w.packet.ray;
+            p.origin_x[lanes] = origin.x;
+            p.origin_y[lanes] = origin.y;
+            p.origin_z[lanes] = origin.z;
+            p.direction_x[lanes] = sample.incoming.x;
+            p.direction_y[lanes] = sample.incoming.y;
+            p.direction_z[lanes] = sample.incoming.z;
+            p.t_max[lanes] = std::numeric_limits<float>::infinity();
+            ray_of_lane[lanes++] = number;
+            if (lanes == kWidth) {
+                shade_packet(ray_of_lane, lanes, lobe_rays, w);
+                lanes = 0;
+            }
+        }
+    }
+    if (lanes > 0)
+        shade_packet(ray_of_lane, lanes, lobe_rays, w);
+    w.shadow.trace(rays_);
+    w.shadow_rays += w.shadow.size();
+    for (std::size_t i = 0; i < w.shadow.size(); ++i)
+        if (w.shadow.is_free(i))
+            lobe_rays[w.lights[i].ray].radiance += w.lights[i].radiance * w.shadow.transmittance(i);
+}
+
+/// Harmonic mean over the pixel's own rays [m].
+float LobeTracer::mean_distance(std::size_t pixel, const std::vector<LobeRay>& lobe_rays) const
+{
+    float inverse = 0.0f, count = 0.0f;
+    for (std::size_t n = pixel * kRays; n < (pixel + 1) * kRays; ++n) {
+        if (!(lobe_rays[n].density > 0.0f))
+            continue;
+        inverse += 1.0f / lobe_rays[n].distance;
+        count += 1.0f;
+    }
+    return inverse > 0.0f ? count / inverse : std::numeric_limits<float>::infinity();
+}
+
+/// Whether a neighbour lies on the same, about equally glossy surface: within the plane by the pixel's footprint.
+bool LobeTracer::may_share(std::size_t pixel, std::size_t neighbour) const
+{
+    if (!is_traced(neighbour))
+        return false;
+    const Bsdf &here = shading_.bsdf[pixel], &there = shading_.bsdf[neighbour];
+    const glm::vec3 offset = g_.position(neighbour) - g_.position(pixel);
+    return glm::dot(g_.geometric_normal[pixel], g_.geometric_normal[neighbour]) > 0.9f &&
+           std::abs(glm::dot(offset, g_.geometric_normal[pixel])) < 0.1f * glm::length(offset) + g_.footprint[pixel] &&
+           there.alpha < 2.0f * here.alpha && here.alpha < 2.0f * there.alpha;
+}
+
+glm::vec3 LobeTracer::share(std::size_t pixel, const std::vector<LobeRay>& lobe_rays) const
+{
+    const Bsdf part = traced_part(shading_.bsdf[pixel]);
+    const glm::vec3 outgoing = outgoing_at(g_, camera_, pixel);
+    const glm::vec3 position = g_.position(pixel);
+    glm::vec3 sum(0.0f), total(0.0f);
+    const auto add = [&](std::size_t from) {
+        for (std::size_t n = from * kRays; n < (from + 1) * kRays; ++n) {
+            const LobeRay& ray = lobe_rays[n];
+            if (!(ray.density > 0.0f))
+                continue;
+            glm::vec3 incoming = ray.target;
+            float density = ray.density;
+            if (std::isfinite(ray.distance)) {
+                incoming = ray.target - position;
+                const float d2 = glm::dot(incoming, incoming);
+                incoming /= std::sqrt(d2);
+                density *= d2 / (ray.distance * ray.distance);
+            }
+            const glm::vec3 weight =
+                evaluate_glossy(part, outgoing, incoming) * (std::abs(glm::dot(part.normal, incoming)) / density);
+            sum += weight * ray.radiance;
+            total += weight;
+        }
+    };
+    add(pixel);
+    // Beyond the width of the lobe where it hits, a neighbour sees other things.
+    const float narrowest = part.has_coat() ? std::min(part.coat_alpha, part.alpha) : part.alpha;
+    const float reach = std::min(kMostReach, narrowest * mean_distance(pixel, lobe_rays) / g_.footprint[pixel]);
+    if (reach >= 1.0f && !part.transmits()) {
+        const int x = static_cast<int>(pixel % static_cast<std::size_t>(g_.width));
+        const int y = static_cast<int>(pixel / static_cast<std::size_t>(g_.width));
+        const float turn = 2.0f * std::numbers::pi_v<float> * to_unit_float(static_cast<std::uint32_t>(mix64(key(pixel) + 77)));
+        for (int n = 0; n < kNeighbours; ++n) {
+            // Vogel's spiral: even over the disc.
+            const float radius = reach * std::sqrt((static_cast<float>(n) + 0.5f) / kNeighbours);
+            const float angle = turn + 2.3999632f * static_cast<float>(n);
+            const int nx = x + static_cast<int>(std::lround(radius * std::cos(angle)));
+            const int ny = y + static_cast<int>(std::lround(radius * std::sin(angle)));
+            if (nx < 0 || ny < 0 || nx >= g_.width || ny >= g_.height || (nx == x && ny == y))
+                continue;
+            const std::size_t neighbour =
+                static_cast<std::size_t>(ny) * static_cast<std::size_t>(g_.width) + static_cast<std::size_t>(nx);
+            if (may_share(pixel, neighbour))
+                add(neighbour);
+        }
+    }
+    if (part.transmits())
+        return sum / static_cast<float>(kRays);
+    const glm::vec3 albedo = specular_albedo(part, glm::dot(part.normal, outgoing));
+    glm::vec3 radiance(0.0f);
+    for (int c = 0; c < 3; ++c)
+        radiance[c] = total[c] > 0.0f ? albedo[c] * sum[c] / total[c] : 0.0f;
+    return radiance;
+}
+
+}  // namespace
+
+Bsdf traced_part(const Bsdf& bsdf)
+{
+    Bsdf part = bsdf;
+    part.diffuse = glm::vec3(0.0f);
+    if (lit_by_records(bsdf)) {
+        part.f0 = glm::vec3(0.0f);
+        part.f90 = 0.0f;
+    }
+    return part;
+}
+
+std::vector<glm::vec3> trace_lobes(const RayScene& rays, const HitRadiance& light, const GBuffer& gbuffer,
+                                   const View& view, const Shading& shading, std::uint64_t seed, ThreadPool& pool,
+                                   GlossyStats& stats)
+{
+    const auto is_traced = [&](std::size_t i) { return gbuffer.covered(i) && has_traced_part(shading.bsdf[i]); };
+    bool any = false;
+    for (std::size_t i = 0; i < shading.bsdf.size() && !any; ++i)
+        any = is_traced(i);
+    if (!any)
+        return {};
+    const LobeTracer tracer(rays, light, gbuffer, view, shading, seed);
+    std::vector<LobeRay> lobe_rays(gbuffer.size() * kRays);
+    std::vector<Workspace> workspaces(static_cast<std::size_t>(pool.size()));
+    pool.parallel_for(gbuffer.size(), 256, [&](std::size_t begin, std::size_t end, int thread) {
+        tracer.trace(begin, end, lobe_rays, workspaces[static_cast<std::size_t>(thread)]);
+    });
+    std::vector<glm::vec3> radiance(gbuffer.size(), glm::vec3(0.0f));
+    pool.parallel_for(gbuffer.size(), 1024, [&](std::size_t begin, std::size_t end, int) {
+        for (std::size_t i = begin; i < end; ++i)
+            if (is_traced(i))
+                radiance[i] = tracer.share(i, lobe_rays);
+    });
+    for (const Workspace& w : workspaces) {
+        stats.rays += w.rays;
+        stats.shadow_rays += w.shadow_rays;
+    }
+    return radiance;
+}
+
+}  // namespace rcs

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "gbuffer/shading.h"
+#include "rcs/camera.h"
+#include "rcs/direct_light.h"
+
+namespace rcs {
+
+/// Light of the lamps and of the sky's peaks at every visible point.
+struct DirectLightResult {
+    std::vector<glm::vec3> irradiance;  ///< for diffuse reflection [W m^-2]
+    std::vector<glm::vec3> glossy;      ///< radiance towards the viewer by specular lobe and coat; empty without BSDFs
+};
+
+/// @param view  of `gbuffer`: says where each point is seen from
+/// @param shading  may be empty: then all is diffuse   @param shadow_rays  is increased by the number of rays shot
+DirectLightResult direct_light(const RayScene& rays, const GBuffer& gbuffer, const View& view, const Shading& shading,
+                               const DirectOptions& options, ThreadPool& pool, std::uint64_t& shadow_rays);
+
+}  // namespace rcs
