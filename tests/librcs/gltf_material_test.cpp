@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "rcs/scene.h"
+#include "scene/image_decoder.h"
 #include "support/gltf_builder.h"
 #include "support/pictures.h"
 
@@ -189,6 +190,15 @@ TEST(GltfMaterial, WebpIsPreferredToItsFallback)
     ASSERT_EQ(level.height, 1);
     EXPECT_NEAR(level.texels[0][3], 128 * 257, 257);  // alpha is linear and does not darken the colour
     EXPECT_EQ(level.texels[0], level.texels[1]);
+}
+
+TEST(GltfMaterial, ImagesBeyondWhatIsLeftForThemAreRefused)
+{
+    const auto* bytes = reinterpret_cast<const std::uint8_t*>(kPicture.data());
+    EXPECT_EQ(decode_texture({bytes, kPicture.size()}, ColorSpace::srgb, 4, "p", "image").levels.size(), 2u);
+    expect_error(ErrorCode::unsupported, {"image has 2 x 2 texels", "at most 3 texels"}, [&] {
+        decode_texture({bytes, kPicture.size()}, ColorSpace::srgb, 3, "p", "image");
+    });
 }
 
 TEST(GltfMaterial, AFileWithoutLightGetsANeutralSky)
