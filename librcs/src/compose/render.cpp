@@ -5,12 +5,10 @@
 #include <cmath>
 #include <optional>
 #include <string>
-#include <utility>
 
 #include "compose/compose.h"
 #include "gbuffer/shading.h"
 #include "glossy/traced_lobes.h"
-#include "light/direct.h"
 #include "radiance/lobes.h"
 #include "rays/ray_scene_impl.h"
 #include "rcs/error.h"
@@ -139,6 +137,7 @@ void validate(const RenderOptions& o)
     require(o.height >= 1 && o.height <= 16384, "height", o.height, "a value in [1, 16384]");
     require(o.aa >= 1 && o.aa <= 64, "aa", o.aa, "a value in [1, 64]");
     require(o.bounces >= 0 && o.bounces <= 64, "bounces", o.bounces, "a value in [0, 64]");
+    require(o.lobe_rays >= 1 && o.lobe_rays <= 1024, "lobe_rays", o.lobe_rays, "a value in [1, 1024]");
     require(o.overlap >= 1.0f && o.overlap <= 16.0f, "overlap", o.overlap, "a value in [1, 16]");
     validate(o.records);
     validate(o.direct);
@@ -172,6 +171,7 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
     record_options.bounces = options.bounces;
     DirectOptions direct_options = options.direct;
     direct_options.seed = options.seed;
+    const int lobe_rays = (options.lobe_rays + options.aa - 1) / options.aa;
     const SplatOptions wide{options.records.error_tolerance, options.overlap};
     // Without a bounce, records still bring the light of the sky.
     const bool has_indirect = options.bounces > 0 || !environment_of(rays).is_black();
@@ -199,11 +199,9 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
         std::vector<glm::vec3> weight;  // of the surfaces behind transparent ones
         for (int layer = 0; layer < kMostLayers; ++layer) {
             PassLight light;
-            DirectLightResult direct = clock.run("direct", [&] {
+            light.direct = clock.run("direct", [&] {
                 return direct_light(rays, gbuffer, view, shading, direct_options, pool, stats.direct_shadow_rays);
             });
-            light.direct = std::move(direct.irradiance);
-            light.direct_glossy = std::move(direct.glossy);
             if (has_indirect) {
                 // Records of earlier passes are shared; this one adds where it sees what they did not.
                 clock.run("records", [&] {
@@ -216,7 +214,8 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
                                : splat_tiles(records, gbuffer, view, wide, pool, stats.splats, glossy);
                 });
                 light.traced = clock.run("glossy", [&] {
-                    return trace_lobes(rays, {rays, bounced}, gbuffer, view, shading, direct_options.seed, pool, stats.traced);
+                    return trace_lobes(rays, {rays, bounced}, gbuffer, view, shading, lobe_rays, direct_options.seed, pool,
+                                       stats.traced);
                 });
             }
             clock.run("compose", [&] {
