@@ -93,6 +93,8 @@ void add_render_command(CLI::App& app, Action& action)
         ->capture_default_str();
     add_number(command, "--area-samples", options.direct.area_samples, {1, 1024},
                "Shadow rays a pixel towards lamps with area; penumbras take more");
+    add_number(command, "--lobe-rays", options.lobe_rays, {1, 1024},
+               "Rays a pixel along reflections too sharp for records");
     add_number(command, "--seed", options.seed, {0, kLargestSeed}, "Seed of all random numbers");
     add_output_arguments(command, arguments->output,
                          {"beauty", "emission", "direct", "indirect", "irradiance", "albedo", "normal", "depth",

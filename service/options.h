@@ -68,13 +68,13 @@ void add_report_arguments(CLI::App& app, ReportArguments& arguments);
 // Texts to values. Each throws rcs::Error bad_argument; they also are the checks of the options above, so
 // that a command line that parsed cannot fail here, and CLI11 puts the option's name before the message.
 Size parse_size(const std::string& text);
+double parse_time(const std::string& text);
 /// What --environment says: nothing, a constant, or the name of a file.
 struct EnvironmentChoice {
     std::optional<glm::vec3> radiance;
     std::string file;
 };
 EnvironmentChoice parse_environment(const std::string& text);
-double parse_time(const std::string& text);
 std::optional<float> parse_exposure(const std::string& text);
 LogLevel parse_log_level(const std::string& text);
 SplatMethod parse_splat_method(const std::string& text);

@@ -34,6 +34,7 @@ class GltfBuilder {
 public:
     Json root = {{"asset", {{"version", "2.0"}}}};
     std::string binary;
+    Json more_buffers = Json::array();  ///< beside the one that holds `binary`
 
     int add(const char* array, Json element)
     {
@@ -89,7 +90,7 @@ public:
         Json document = root;
         std::string chunk = binary;
         chunk.resize((chunk.size() + 3) / 4 * 4);
-        if (!chunk.empty()) document["buffers"] = Json::array({{{"byteLength", chunk.size()}}});
+        if (!chunk.empty()) document["buffers"] = buffers({{"byteLength", chunk.size()}});
         std::string text = document.dump();
         text.resize((text.size() + 3) / 4 * 4, ' ');
         const auto u32 = [](std::size_t value) {
@@ -105,8 +106,16 @@ public:
     std::string gltf(const std::string& uri) const
     {
         Json document = root;
-        document["buffers"] = Json::array({{{"byteLength", binary.size()}, {"uri", uri}}});
+        document["buffers"] = buffers({{"byteLength", binary.size()}, {"uri", uri}});
         return document.dump();
+    }
+
+private:
+    Json buffers(Json first) const
+    {
+        Json all = Json::array({std::move(first)});
+        for (const Json& more : more_buffers) all.push_back(more);
+        return all;
     }
 };
 

@@ -67,9 +67,9 @@ std::size_t accumulate_pass(const GBuffer& g, const View& view, const Shading& s
         const glm::vec3 share = shading.coverage.empty() ? passes : passes * shading.coverage[i];
         add(emission, i, share * g.emission[i]);
         const glm::vec3 reflectance = share * g.albedo[i] * kInversePi;
-        glm::vec3 direct = reflectance * light.direct[i];
-        if (!light.direct_glossy.empty())
-            direct += share * light.direct_glossy[i];
+        glm::vec3 direct = reflectance * light.direct.irradiance[i];
+        if (!light.direct.glossy.empty())
+            direct += share * light.direct.glossy[i];
         add(direct_layer, i, direct);
         if (!light.traced.empty())
             add(indirect_layer, i, share * light.traced[i]);

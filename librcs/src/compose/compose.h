@@ -5,6 +5,7 @@
 #include <glm/glm.hpp>
 
 #include "gbuffer/shading.h"
+#include "light/direct.h"
 #include "rcs/gbuffer.h"
 #include "rcs/image.h"
 #include "rcs/splat.h"
@@ -13,10 +14,9 @@ namespace rcs {
 
 /// Light at the visible points of one pass; what is empty does not take part.
 struct PassLight {
-    std::vector<glm::vec3> direct;         ///< irradiance of lamps [W m^-2]
-    std::vector<glm::vec3> direct_glossy;  ///< lamps' light that specular lobes reflect [W m^-2 sr^-1]
-    SplatBuffer indirect;                  ///< the records' sums; width 0: none
-    std::vector<glm::vec3> traced;         ///< indirect light of lobes that are ray traced [W m^-2 sr^-1]
+    DirectLightResult direct;
+    SplatBuffer indirect;           ///< the records' sums; width 0: none
+    std::vector<glm::vec3> traced;  ///< indirect light of lobes that are ray traced [W m^-2 sr^-1]
 };
 
 /// Adds one pass to the sums of a picture: every pass counts the same. Layers as LayeredImage names them.

@@ -137,6 +137,7 @@ void validate(const RenderOptions& o)
     require(o.height >= 1 && o.height <= 16384, "height", o.height, "a value in [1, 16384]");
     require(o.aa >= 1 && o.aa <= 64, "aa", o.aa, "a value in [1, 64]");
     require(o.bounces >= 0 && o.bounces <= 64, "bounces", o.bounces, "a value in [0, 64]");
+    require(o.lobe_rays >= 1 && o.lobe_rays <= 1024, "lobe_rays", o.lobe_rays, "a value in [1, 1024]");
     require(o.overlap >= 1.0f && o.overlap <= 16.0f, "overlap", o.overlap, "a value in [1, 16]");
     validate(o.records);
     validate(o.direct);
@@ -170,6 +171,7 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
     record_options.bounces = options.bounces;
     DirectOptions direct_options = options.direct;
     direct_options.seed = options.seed;
+    const int lobe_rays = (options.lobe_rays + options.aa - 1) / options.aa;
     const SplatOptions wide{options.records.error_tolerance, options.overlap};
     // Without a bounce, records still bring the light of the sky.
     const bool has_indirect = options.bounces > 0 || !environment_of(rays).is_black();
@@ -198,7 +200,7 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
         for (int layer = 0; layer < kMostLayers; ++layer) {
             PassLight light;
             light.direct = clock.run("direct", [&] {
-                return direct_irradiance(rays, gbuffer, direct_options, pool, stats.direct_shadow_rays);
+                return direct_light(rays, gbuffer, view, shading, direct_options, pool, stats.direct_shadow_rays);
             });
             if (has_indirect) {
                 // Records of earlier passes are shared; this one adds where it sees what they did not.
@@ -212,7 +214,8 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
                                : splat_tiles(records, gbuffer, view, wide, pool, stats.splats, glossy);
                 });
                 light.traced = clock.run("glossy", [&] {
-                    return trace_lobes(rays, {rays, bounced}, gbuffer, view, shading, direct_options.seed, pool, stats.traced);
+                    return trace_lobes(rays, {rays, bounced}, gbuffer, view, shading, lobe_rays, direct_options.seed, pool,
+                                       stats.traced);
                 });
             }
             clock.run("compose", [&] {

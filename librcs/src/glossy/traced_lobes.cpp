@@ -15,9 +15,10 @@ namespace rcs {
 namespace {
 
 constexpr int kWidth = RayPacket::kWidth;
-constexpr int kRays = 4;  // a pixel
 constexpr int kNeighbours = 16;
-constexpr float kMostReach = 12.0f;  // of a neighbour [px]
+constexpr int kMostReach = 12;  // of a neighbour [px]
+constexpr int kBand = 64;       // rows that are shared at a time
+constexpr int kKeptRows = kBand + 2 * kMostReach;
 
 /// One ray along a pixel's lobe, and what came back.
 struct LobeRay {
@@ -25,6 +26,33 @@ struct LobeRay {
     float distance = 0.0f;     // [m]; +inf: nothing
     float density = 0.0f;      // [1/sr]; 0: no ray
     glm::vec3 radiance{0.0f};
+};
+static_assert(sizeof(LobeRay) == 32);
+
+/// The rays of the rows being worked on: a ring of kKeptRows rows.
+class RayRing {
+public:
+    RayRing(int width, int rays)
+        : width_(static_cast<std::size_t>(width)), rays_(static_cast<std::size_t>(rays)), ring_(width_ * kKeptRows * rays_)
+    {
+    }
+    std::size_t count() const { return rays_; }
+    LobeRay* of(std::size_t pixel) { return ring_.data() + place(pixel); }
+    const LobeRay* of(std::size_t pixel) const { return ring_.data() + place(pixel); }
+
+private:
+    std::size_t place(std::size_t pixel) const
+    {
+        return (pixel / width_ % kKeptRows * width_ + pixel % width_) * rays_;
+    }
+    std::size_t width_, rays_;
+    std::vector<LobeRay> ring_;
+};
+
+/// A ray of the packet in hand, and whose it is.
+struct Lane {
+    std::size_t pixel;
+    std::size_t number;  // of the pixel's rays
 };
 
 /// Points of a lattice in three dimensions (Roberts 2018), shifted at random per pixel.
@@ -35,7 +63,7 @@ glm::vec3 lattice_point(int n, glm::vec3 shift)
 }
 
 struct PendingLight {
-    std::size_t ray;
+    LobeRay* ray;
     glm::vec3 radiance;
 };
 
@@ -56,14 +84,14 @@ public:
     {
     }
 
-    void trace(std::size_t begin, std::size_t end, std::vector<LobeRay>& lobe_rays, Workspace& w) const;
-    glm::vec3 share(std::size_t pixel, const std::vector<LobeRay>& lobe_rays) const;
+    void trace(std::size_t begin, std::size_t end, RayRing& ring, Workspace& w) const;
+    glm::vec3 share(std::size_t pixel, const RayRing& ring) const;
 
 private:
     bool is_traced(std::size_t i) const { return g_.covered(i) && has_traced_part(shading_.bsdf[i]); }
     std::uint64_t key(std::size_t pixel) const { return stream_key(seed_, Stream::glossy, pixel); }
-    void shade_packet(const std::size_t* ray_of_lane, int lanes, std::vector<LobeRay>& lobe_rays, Workspace& w) const;
-    float mean_distance(std::size_t pixel, const std::vector<LobeRay>& lobe_rays) const;
+    void shade_packet(const Lane* lanes, int count, RayRing& ring, Workspace& w) const;
+    float mean_distance(std::size_t pixel, const RayRing& ring) const;
     bool may_share(std::size_t pixel, std::size_t neighbour) const;
 
     const RayScene& rays_;
@@ -75,46 +103,63 @@ private:
 };
 
 /// Shoots the packet and lights what it hits.
-void LobeTracer::shade_packet(const std::size_t* ray_of_lane, int lanes, std::vector<LobeRay>& lobe_rays,
-                              Workspace& w) const
+void LobeTracer::shade_packet(const Lane* lanes, int count, RayRing& ring, Workspace& w) const
 {
-    intersect(rays_, (1u << lanes) - 1u, w.packet);
-    w.rays += static_cast<std::uint64_t>(lanes);
+    const std::uint32_t active = (1u << count) - 1u;
+    LaneWeights passed;
+    if (rays_.has_transparency())
+        intersect(rays_, active, w.packet, passed);
+    else
+        intersect(rays_, active, w.packet);
+    w.rays += static_cast<std::uint64_t>(count);
     FacePacket faces;
     find_faces(rays_, w.packet, faces);
-    for (int lane = 0; lane < lanes; ++lane) {
-        const std::size_t number = ray_of_lane[lane];
-        LobeRay& ray = lobe_rays[number];
+    for (int lane = 0; lane < count; ++lane) {
+        const std::size_t pixel = lanes[lane].pixel;
+        LobeRay& ray = ring.of(pixel)[lanes[lane].number];
         const RayPacket& p = w.packet.ray;
         const glm::vec3 direction(p.direction_x[lane], p.direction_y[lane], p.direction_z[lane]);
         if (w.packet.geometry[lane] == RayPacket::kMiss) {
             ray.target = direction;
             ray.distance = std::numeric_limits<float>::infinity();
-            ray.radiance = light_.sky_radiance();
+            ray.radiance = light_.environment().has_image() ? light_.environment().soft(direction) : light_.sky_radiance();
+            if (rays_.has_transparency())
+                ray.radiance *= passed.weight[lane];
             continue;
         }
         HitSurface hit = begin_hit(rays_, w.packet, faces, lane);
         complete_hit(rays_, w.packet, lane, hit);
         ray.distance = p.t_max[lane];
-        ray.target = g_.position(number / kRays) + ray.distance * direction;
-        const Bsdf& bsdf = shading_.bsdf[number / kRays];
+        ray.target = g_.position(pixel) + ray.distance * direction;
+        const Bsdf& bsdf = shading_.bsdf[pixel];
         // The cone of directions that one of the rays stands for.
-        const float cone = ray.distance / std::sqrt(std::max(ray.density, 1e-4f) * kRays);
-        const glm::vec3 albedo =
-            light_.albedo(hit.point.material, hit.point.uv, hit.uv_per_length, bsdf.alpha > 2.0f * Bsdf::kLeastAlpha ? cone : 0.0f);
-        RandomStream random(mix64(key(number / kRays) + 2 * (number % kRays) + 1));
-        light_.direct(hit.point, random, [&](const Ray& shadow_ray, glm::vec3 radiance) {
-            w.shadow.add(shadow_ray);
-            w.lights.push_back({number, albedo * radiance});
-        });
-        ray.radiance += albedo * std::numbers::inv_pi_v<float> * light_.indirect_irradiance(hit.point, random);
+        const float cone = ray.distance / std::sqrt(std::max(ray.density, 1e-4f) * static_cast<float>(ring.count()));
+        const float cone_width = bsdf.alpha > 2.0f * Bsdf::kLeastAlpha ? cone : 0.0f;
+        const glm::vec3 weight = rays_.has_transparency() ? passed.weight[lane] : glm::vec3(1.0f);
+        RandomStream random(mix64(key(pixel) + 2 * lanes[lane].number + 1));
+        glm::vec3 albedo;
+        const auto add = [&](glm::vec3 factor) {
+            return [&w, &ray, factor](const Ray& shadow_ray, glm::vec3 radiance) {
+                w.shadow.add(shadow_ray);
+                w.lights.push_back({&ray, factor * radiance});
+            };
+        };
+        if (light_.is_plain(w.packet.instance(lane))) {
+            albedo = light_.albedo(hit.point.material, hit.point.uv, hit.uv_per_length, cone_width);
+            light_.direct(hit.point, random, add(weight * albedo));
+        } else {
+            const Bsdf there = light_.bsdf(w.packet, lane, hit, cone_width);
+            albedo = total_albedo(there, -direction);
+            light_.direct(hit.point, there, -direction, random, add(weight));
+        }
+        ray.radiance += weight * albedo * std::numbers::inv_pi_v<float> * light_.indirect_irradiance(hit.point, random);
     }
 }
 
-void LobeTracer::trace(std::size_t begin, std::size_t end, std::vector<LobeRay>& lobe_rays, Workspace& w) const
+void LobeTracer::trace(std::size_t begin, std::size_t end, RayRing& ring, Workspace& w) const
 {
-    std::size_t ray_of_lane[kWidth];
-    int lanes = 0;
+    Lane lanes[kWidth];
+    int count = 0;
     w.shadow.clear();
     w.lights.clear();
     for (std::size_t i = begin; i < end; ++i) {
@@ -124,48 +169,50 @@ void LobeTracer::trace(std::size_t begin, std::size_t end, std::vector<LobeRay>&
         const glm::vec3 outgoing = outgoing_at(g_, camera_, i);
         RandomStream random(key(i));
         const glm::vec3 shift(random.next(), random.next(), random.next());
-        for (int n = 0; n < kRays; ++n) {
-            const glm::vec3 point = lattice_point(n, shift);
+        LobeRay* const own = ring.of(i);
+        std::fill(own, own + ring.count(), LobeRay{});
+        for (std::size_t n = 0; n < ring.count(); ++n) {
+            const glm::vec3 point = lattice_point(static_cast<int>(n), shift);
             const BsdfSample sample = sample_glossy(part, outgoing, point.x, {point.y, point.z});
             if (!(sample.density > 0.0f) || sample.weight == glm::vec3(0.0f))
                 continue;
-            const std::size_t number = i * kRays + static_cast<std::size_t>(n);
-            lobe_rays[number].density = sample.density;
+            own[n].density = sample.density;
             const bool outwards = glm::dot(sample.incoming, g_.geometric_normal[i]) >= 0.0f;
             const glm::vec3 origin =
                 g_.scene_position(i) + (outwards ? g_.position_error[i] : -g_.position_error[i]) * g_.geometric_normal[i];
             RayPacket& p = w.packet.ray;
-            p.origin_x[lanes] = origin.x;
-            p.origin_y[lanes] = origin.y;
-            p.origin_z[lanes] = origin.z;
-            p.direction_x[lanes] = sample.incoming.x;
-            p.direction_y[lanes] = sample.incoming.y;
-            p.direction_z[lanes] = sample.incoming.z;
-            p.t_max[lanes] = std::numeric_limits<float>::infinity();
-            ray_of_lane[lanes++] = number;
-            if (lanes == kWidth) {
-                shade_packet(ray_of_lane, lanes, lobe_rays, w);
-                lanes = 0;
+            p.origin_x[count] = origin.x;
+            p.origin_y[count] = origin.y;
+            p.origin_z[count] = origin.z;
+            p.direction_x[count] = sample.incoming.x;
+            p.direction_y[count] = sample.incoming.y;
+            p.direction_z[count] = sample.incoming.z;
+            p.t_max[count] = std::numeric_limits<float>::infinity();
+            lanes[count++] = {i, n};
+            if (count == kWidth) {
+                shade_packet(lanes, count, ring, w);
+                count = 0;
             }
         }
     }
-    if (lanes > 0)
-        shade_packet(ray_of_lane, lanes, lobe_rays, w);
+    if (count > 0)
+        shade_packet(lanes, count, ring, w);
     w.shadow.trace(rays_);
     w.shadow_rays += w.shadow.size();
     for (std::size_t i = 0; i < w.shadow.size(); ++i)
         if (w.shadow.is_free(i))
-            lobe_rays[w.lights[i].ray].radiance += w.lights[i].radiance;
+            w.lights[i].ray->radiance += w.lights[i].radiance * w.shadow.transmittance(i);
 }
 
 /// Harmonic mean over the pixel's own rays [m].
-float LobeTracer::mean_distance(std::size_t pixel, const std::vector<LobeRay>& lobe_rays) const
+float LobeTracer::mean_distance(std::size_t pixel, const RayRing& ring) const
 {
     float inverse = 0.0f, count = 0.0f;
-    for (std::size_t n = pixel * kRays; n < (pixel + 1) * kRays; ++n) {
-        if (!(lobe_rays[n].density > 0.0f))
+    const LobeRay* const own = ring.of(pixel);
+    for (std::size_t n = 0; n < ring.count(); ++n) {
+        if (!(own[n].density > 0.0f))
             continue;
-        inverse += 1.0f / lobe_rays[n].distance;
+        inverse += 1.0f / own[n].distance;
         count += 1.0f;
     }
     return inverse > 0.0f ? count / inverse : std::numeric_limits<float>::infinity();
@@ -183,15 +230,16 @@ bool LobeTracer::may_share(std::size_t pixel, std::size_t neighbour) const
            there.alpha < 2.0f * here.alpha && here.alpha < 2.0f * there.alpha;
 }
 
-glm::vec3 LobeTracer::share(std::size_t pixel, const std::vector<LobeRay>& lobe_rays) const
+glm::vec3 LobeTracer::share(std::size_t pixel, const RayRing& ring) const
 {
     const Bsdf part = traced_part(shading_.bsdf[pixel]);
     const glm::vec3 outgoing = outgoing_at(g_, camera_, pixel);
     const glm::vec3 position = g_.position(pixel);
     glm::vec3 sum(0.0f), total(0.0f);
     const auto add = [&](std::size_t from) {
-        for (std::size_t n = from * kRays; n < (from + 1) * kRays; ++n) {
-            const LobeRay& ray = lobe_rays[n];
+        const LobeRay* const rays = ring.of(from);
+        for (std::size_t n = 0; n < ring.count(); ++n) {
+            const LobeRay& ray = rays[n];
             if (!(ray.density > 0.0f))
                 continue;
             glm::vec3 incoming = ray.target;
@@ -211,7 +259,7 @@ glm::vec3 LobeTracer::share(std::size_t pixel, const std::vector<LobeRay>& lobe_
     add(pixel);
     // Beyond the width of the lobe where it hits, a neighbour sees other things.
     const float narrowest = part.has_coat() ? std::min(part.coat_alpha, part.alpha) : part.alpha;
-    const float reach = std::min(kMostReach, narrowest * mean_distance(pixel, lobe_rays) / g_.footprint[pixel]);
+    const float reach = std::min(static_cast<float>(kMostReach), narrowest * mean_distance(pixel, ring) / g_.footprint[pixel]);
     if (reach >= 1.0f && !part.transmits()) {
         const int x = static_cast<int>(pixel % static_cast<std::size_t>(g_.width));
         const int y = static_cast<int>(pixel / static_cast<std::size_t>(g_.width));
@@ -231,7 +279,7 @@ glm::vec3 LobeTracer::share(std::size_t pixel, const std::vector<LobeRay>& lobe_
         }
     }
     if (part.transmits())
-        return sum / static_cast<float>(kRays);
+        return sum / static_cast<float>(ring.count());
     const glm::vec3 albedo = specular_albedo(part, glm::dot(part.normal, outgoing));
     glm::vec3 radiance(0.0f);
     for (int c = 0; c < 3; ++c)
@@ -253,8 +301,8 @@ Bsdf traced_part(const Bsdf& bsdf)
 }
 
 std::vector<glm::vec3> trace_lobes(const RayScene& rays, const HitRadiance& light, const GBuffer& gbuffer,
-                                   const View& view, const Shading& shading, std::uint64_t seed, ThreadPool& pool,
-                                   GlossyStats& stats)
+                                   const View& view, const Shading& shading, int rays_per_pixel, std::uint64_t seed,
+                                   ThreadPool& pool, GlossyStats& stats)
 {
     const auto is_traced = [&](std::size_t i) { return gbuffer.covered(i) && has_traced_part(shading.bsdf[i]); };
     bool any = false;
@@ -263,17 +311,25 @@ std::vector<glm::vec3> trace_lobes(const RayScene& rays, const HitRadiance& ligh
     if (!any)
         return {};
     const LobeTracer tracer(rays, light, gbuffer, view, shading, seed);
-    std::vector<LobeRay> lobe_rays(gbuffer.size() * kRays);
+    RayRing ring(gbuffer.width, rays_per_pixel);
     std::vector<Workspace> workspaces(static_cast<std::size_t>(pool.size()));
-    pool.parallel_for(gbuffer.size(), 256, [&](std::size_t begin, std::size_t end, int thread) {
-        tracer.trace(begin, end, lobe_rays, workspaces[static_cast<std::size_t>(thread)]);
-    });
     std::vector<glm::vec3> radiance(gbuffer.size(), glm::vec3(0.0f));
-    pool.parallel_for(gbuffer.size(), 1024, [&](std::size_t begin, std::size_t end, int) {
-        for (std::size_t i = begin; i < end; ++i)
-            if (is_traced(i))
-                radiance[i] = tracer.share(i, lobe_rays);
-    });
+    const auto first_pixel = [&](int row) { return static_cast<std::size_t>(row) * static_cast<std::size_t>(gbuffer.width); };
+    int traced = 0;  // rows
+    for (int row = 0; row < gbuffer.height; row += kBand) {
+        const int last = std::min(row + kBand, gbuffer.height), needed = std::min(last + kMostReach, gbuffer.height);
+        const std::size_t from = first_pixel(traced);
+        pool.parallel_for(first_pixel(needed) - from, 64, [&](std::size_t begin, std::size_t end, int thread) {
+            tracer.trace(from + begin, from + end, ring, workspaces[static_cast<std::size_t>(thread)]);
+        });
+        traced = needed;
+        const std::size_t start = first_pixel(row);
+        pool.parallel_for(first_pixel(last) - start, 256, [&](std::size_t begin, std::size_t end, int) {
+            for (std::size_t i = start + begin; i < start + end; ++i)
+                if (is_traced(i))
+                    radiance[i] = tracer.share(i, ring);
+        });
+    }
     for (const Workspace& w : workspaces) {
         stats.rays += w.rays;
         stats.shadow_rays += w.shadow_rays;

@@ -16,7 +16,8 @@ constexpr float kInversePi = std::numbers::inv_pi_v<float>;
 // Triangles that together send less than this share of the lamps' light are represented by one shadow ray.
 constexpr float kSmallShare = 0.02f;
 
-// Least shadow rays towards a triangle of its own: two see whether its visibility is mixed.
+// Least shadow rays towards a triangle of its own: two see whether its visibility is mixed. Of many that were drawn,
+// each stands for others that lie elsewhere: one.
 constexpr int kLeastSamples = 2;
 
 // A highlight makes a lamp at most so many times more important than diffuse reflection by a white surface.
@@ -33,7 +34,7 @@ glm::vec2 lattice(int n, float shift1, float shift2)
 
 DirectLight::DirectLight(const RayScene& rays, const DirectOptions& options)
     : rays_(rays), options_(options), lights_(collect_lights(rays)), sky_(environment_of(rays)),
-      candidates_(lights_, kTriangleCandidates, false)
+      candidates_(lights_, lights_.triangles.size() <= kTriangleCandidates ? kTriangleCandidates : kTriangleCandidates / 2, false)
 {
 }
 
@@ -107,7 +108,9 @@ void DirectLight::find_lamps(const SurfacePoint& point, const Lobes& lobes, Rand
         std::array<glm::vec3, 3> corner;
         for (std::size_t i = 0; i < 3; ++i)
             corner[i] = triangle.corner[i] - point.position;
-        if (!triangle.double_sided && glm::dot(triangle.normal, corner[0]) >= 0.0f)
+        const float behind = glm::dot(triangle.normal, corner[0]);
+        // A point on the lamp, or on its plane: by rounding it would seem to lie just below all of it.
+        if (std::abs(behind) <= 2.0f * point.position_error || (behind > 0.0f && !triangle.double_sided))
             continue;
         // Only the part above the horizon: sampling the rest would be in vain.
         glm::vec3 polygon[4];
@@ -171,7 +174,7 @@ void DirectLight::shoot(const SurfacePoint& point, const Lobes& lobes, LampView&
             continue;
         glm::vec3 g = lamp.scale * s.inverse_density * radiance * glossy(lobes, to_light);
         if (lobes.samples > 0)
-            g *= towards / (towards + static_cast<float>(lobes.samples) * glossy_density(lobes.bsdf, lobes.outgoing, to_light));
+            g *= power_heuristic(towards, lobes.counted * glossy_density(lobes.bsdf, lobes.outgoing, to_light));
         w.glossy.push_back(g);
     }
     w.shadow.trace(rays_);
@@ -221,7 +224,7 @@ void DirectLight::add_triangles(const SurfacePoint& point, const Lobes& lobes, R
     for (LampView& lamp : w.lamps) {
         const float share = lamp.importance / total;
         const auto count = [&](int samples) { return static_cast<int>(std::ceil(static_cast<float>(samples) * share)); };
-        shoot(point, lobes, lamp, std::max(kLeastSamples, count(options_.area_samples)), key, w);
+        shoot(point, lobes, lamp, std::max(candidates_.draws() ? 1 : kLeastSamples, count(options_.area_samples)), key, w);
         if (lamp.free > 0.0 && lamp.free < lamp.possible * (1.0 - 1e-6))
             shoot(point, lobes, lamp, count(options_.penumbra_samples), key, w);
         if (lamp.possible > 0.0)
@@ -254,8 +257,8 @@ void DirectLight::add_peaks(const SurfacePoint& point, const Lobes& lobes, std::
                 continue;
             glm::vec3 g = s.radiance * glossy(lobes, s.direction) / s.density;
             if (lobes.samples > 0) {
-                const float towards = peak_samples_towards(s.direction);
-                g *= towards / (towards + static_cast<float>(lobes.samples) * glossy_density(lobes.bsdf, lobes.outgoing, s.direction));
+                const float towards = static_cast<float>(options_.area_samples) * s.density;
+                g *= power_heuristic(towards, lobes.counted * glossy_density(lobes.bsdf, lobes.outgoing, s.direction));
             }
             w.glossy.push_back(g);
         }

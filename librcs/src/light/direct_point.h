@@ -17,6 +17,13 @@
 
 namespace rcs {
 
+/// The weight of a sample that this technique takes `mine` times per steradian, and the other `others` times.
+inline float power_heuristic(float mine, float others)
+{
+    const float ratio = others / mine;
+    return mine > 0.0f ? 1.0f / (1.0f + ratio * ratio) : 0.0f;
+}
+
 /// What light does at a point: how much of it arrives, and how much its glossy lobes send to the viewer.
 struct Lit {
     glm::vec3 irradiance{0.0f};
@@ -25,10 +32,10 @@ struct Lit {
 
 /// Light of lamps and of the sky's peaks at single points. Diffuse: the exact unoccluded irradiance of each triangle
 /// times the share of it that shadow rays find free. Glossy: the same shadow rays times the BSDF; where a lobe is
-/// narrower than the lamps, rays along the lobe as well, combined by the balance heuristic (Veach 1997).
+/// narrower than the lamps, rays along the lobe as well, combined by the power heuristic (Veach and Guibas 1995).
 class DirectLight {
 public:
-    // Up to this many emissive triangles are all evaluated at each point; of more, as many drawn from a tree.
+    // Up to this many emissive triangles are all evaluated at each point; of more, half as many are drawn from a tree.
     static constexpr std::size_t kTriangleCandidates = LightTree::kMostParts;
 
     /// How a point is seen; no `bsdf`: it is Lambertian.
@@ -74,6 +81,7 @@ private:
         glm::vec3 outgoing{0.0f};
         float diffuse = 0.0f;       // luminance of the diffuse albedo over pi
         int samples = 0;            // rays along the lobes
+        float counted = 0.0f;       // as how many the heuristic counts them
         float total_estimate = 0.0f;  // of all triangles; set where there are samples
         bool any = false;
     };
@@ -92,7 +100,7 @@ private:
     glm::vec3 light_along(const SurfacePoint& point, const Lobes& lobes, const HitPacket& packet, int lane, float& lamp_density) const;
     bool may_meet_lamp(const SurfacePoint& point, glm::vec3 direction) const;
 
-    // Shadow rays per steradian in a direction, as the balance heuristic counts them: a function of point and lamp
+    // Shadow rays per steradian in a direction, as the heuristic counts them: a function of point and lamp
     // alone, not of which lamps were drawn, so that the weights of both ways to find a lamp add up to 1.
     float samples_towards(std::uint32_t triangle, const SurfacePoint& point, const Lobes& lobes) const;
     float peak_samples_towards(glm::vec3 direction) const;

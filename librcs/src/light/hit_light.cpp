@@ -144,6 +144,8 @@ HitLights::Sample HitLights::sample_triangle(const EmissiveTriangle& triangle, c
         corners[i] = triangle.corner[i] - point.position;
     const float u1 = random.next();
     const float u2 = random.next();
+    if (std::abs(glm::dot(triangle.normal, corners[0])) <= 2.0f * point.position_error)
+        return {};  // on the lamp's own plane: by rounding it would seem to lie just below all of it
     TriangleSample s;
     const glm::vec3 centre = (corners[0] + corners[1] + corners[2]) / 3.0f;
     if (glm::dot(centre, centre) > kFarInSizes2 * triangle.area) {

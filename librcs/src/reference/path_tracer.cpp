@@ -1,34 +1,77 @@
 #include "reference/path_tracer.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
+#include "reference/passage.h"
+#include "util/basis.h"
 
 namespace rcs {
 namespace {
 
 constexpr float kInversePi = std::numbers::inv_pi_v<float>;
 
-// What each pair of a path's points is for: a lamp and a direction at each of its points.
-constexpr int lamp_pair(int bounce) { return kPixelPair + 1 + 2 * bounce; }
-constexpr int direction_pair(int bounce) { return kPixelPair + 2 + 2 * bounce; }
+// What each pair of a path's points is for, at each of its points: a lamp, a direction, a lobe and what the ray goes
+// through, a place in the sky. The choice of a layer comes before all.
+constexpr int kLayerPair = kPixelPair + 1;
+constexpr int lamp_pair(int bounce) { return kPixelPair + 2 + 4 * bounce; }
+constexpr int direction_pair(int bounce) { return lamp_pair(bounce) + 1; }
+constexpr int choice_pair(int bounce) { return lamp_pair(bounce) + 2; }
+constexpr int sky_pair(int bounce) { return lamp_pair(bounce) + 3; }
 
-/// Direction with density cos / pi about the normal (Malley's method), in the orthonormal basis of
-/// Duff et al. 2017, "Building an orthonormal basis, revisited".
-glm::vec3 cosine_direction(glm::vec3 n, glm::vec2 u)
+// So many surfaces behind each other the camera looks through; what is left of the light behind is below 1 % of a
+// stack of half-transparent ones.
+constexpr std::size_t kMostLayers = 32;
+
+float largest(glm::vec3 v) { return std::max({v.r, v.g, v.b}); }
+
+bool is_glossy(const Bsdf& bsdf) { return bsdf.has_specular() || bsdf.has_coat(); }
+
+/// Weight of a sample taken with density p where another technique has density q.
+float power_heuristic(float p, float q)
 {
-    const float sign = std::copysign(1.0f, n.z);
-    const float a = -1.0f / (sign + n.z);
-    const float b = n.x * n.y * a;
-    const glm::vec3 tangent(1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x);
-    const glm::vec3 bitangent(b, sign + n.y * n.y * a, -n.y);
-    const float radius = std::sqrt(u.x);
-    const float phi = 2.0f * std::numbers::pi_v<float> * u.y;
-    return (radius * std::cos(phi)) * tangent + (radius * std::sin(phi)) * bitangent +
-           std::sqrt(1.0f - u.x) * n;
+    const float ratio = q / p;
+    return 1.0f / (1.0f + ratio * ratio);
+}
+
+/// What goes straight on through a surface is no matter of its BSDF here.
+Bsdf reflecting(Bsdf bsdf)
+{
+    bsdf.transmission = glm::vec3(0.0f);
+    return bsdf;
+}
+
+/// The same as sample() for a Lambertian surface, quicker.
+BsdfSample sample_lambertian(const SurfacePoint& point, glm::vec3 albedo, glm::vec2 u)
+{
+    BsdfSample s;
+    s.incoming = cosine_direction(point.shading_normal, u);
+    const float cosine = receiving_cosine(point, s.incoming);
+    s.density = kInversePi * cosine;
+    if (cosine > 0.0f) s.weight = albedo;
+    return s;
+}
+
+/// f x cosine.
+glm::vec3 reflectance(const Bsdf& bsdf, glm::vec3 outgoing, glm::vec3 incoming)
+{
+    return evaluate(bsdf, outgoing, incoming) * glm::max(0.0f, glm::dot(bsdf.normal, incoming));
 }
 
 }  // namespace
+
+/// A point of a path, and what the path brings to the pixel from there.
+struct PathTracer::Vertex {
+    SurfacePoint point;
+    Bsdf bsdf;
+    glm::vec3 outgoing;
+    glm::vec3 throughput{1.0f};
+    int bounce = 0;
+
+    bool is_first() const { return bounce == 0; }
+};
 
 PathTracer::PathTracer(const RayScene& rays, const View& view, const ReferenceOptions& options)
     : rays_(rays),
@@ -36,68 +79,185 @@ PathTracer::PathTracer(const RayScene& rays, const View& view, const ReferenceOp
       camera_position_(camera_position(view.camera)),
       texture_scale_(1.0f / std::sqrt(static_cast<float>(options.aa))),
       bounces_(options.bounces),
-      lights_(collect_lights(rays)),
-      has_sky_(lights_.sky_radiance != glm::vec3(0.0f))
+      lamps_(list_lamps(rays)),
+      sky_(rays.scene()),
+      has_sky_(!sky_.is_black())
 {
+}
+
+glm::vec3 PathTracer::exact_direct(const VisiblePoint& visible, glm::vec3 outgoing) const
+{
+    glm::vec3 sum(0.0f);
+    const Bsdf bsdf = reflecting(visible.material.bsdf);
+    for (const PunctualLamp& light : lamps_.punctual) {
+        const PunctualSample lamp = sample_punctual(light, visible.surface.position);
+        const glm::vec3 reflected = lamp.irradiance * reflectance(bsdf, outgoing, lamp.to_light);
+        if (reflected != glm::vec3(0.0f))
+            sum += reflected * transmitted_along(rays_, ray_from(visible.surface, lamp.to_light, lamp.distance));
+    }
+    return sum;
+}
+
+void PathTracer::add_layer(const Hit& hit, const CameraRay& camera, Lamps which, glm::vec3 weight, Seen& seen) const
+{
+    if (seen.layers.size() == seen.count) seen.layers.emplace_back();
+    SeenLayer& layer = seen.layers[seen.count++];
+    layer.point = visible_point(rays_, hit.instance, hit.primitive, camera, camera_position_, texture_scale_);
+    layer.point.surface.shading_normal = layer.point.material.bsdf.normal;
+    layer.weight = weight * layer.point.material.alpha;
+    seen.emission += layer.weight * layer.point.emission;
+    weigh_lamps(lamps_, layer.point.surface, which, layer.lamps);
+    layer.exact_direct = which == Lamps::with_area ? exact_direct(layer.point, seen.outgoing) : glm::vec3(0.0f);
 }
 
 void PathTracer::look(double x, double y, Lamps which, Seen& seen) const
 {
-    seen.exact_irradiance = glm::vec3(0.0f);
-    seen.point = see(camera_ray(view_, x, y));
-    if (!seen.point) return;
-    weigh_lamps(lights_, seen.point->surface, which, seen.lamps);
-    if (which == Lamps::with_area)
-        seen.exact_irradiance = punctual_irradiance(rays_, lights_, seen.point->surface);
+    const CameraRay camera = camera_ray(view_, x, y);
+    seen.count = 0;
+    seen.emission = glm::vec3(0.0f);
+    seen.outgoing = -glm::vec3(glm::normalize(camera.direction));
+    glm::vec3 weight(1.0f);
+    std::optional<Hit> hit = find_visible(rays_, camera);
+    while (hit && seen.count < kMostLayers) {
+        add_layer(*hit, camera, which, weight, seen);
+        const VisiblePoint& point = seen.layers[seen.count - 1].point;
+        const Bsdf& bsdf = point.material.bsdf;
+        const glm::vec3 reflected = specular_albedo(bsdf, glm::dot(bsdf.normal, seen.outgoing));
+        const glm::vec3 through = bsdf.transmission * glm::max(1.0f - reflected, glm::vec3(0.0f));
+        weight *= (1.0f - point.material.alpha) + point.material.alpha * through;
+        if (weight == glm::vec3(0.0f)) break;
+        hit = find_visible(rays_, camera, hit->t);
+    }
+    if (!hit) seen.emission += weight * sky_.radiance(-seen.outgoing);
+
+    float total = 0.0f;
+    for (std::size_t i = 0; i < seen.count; ++i) total += largest(seen.layers[i].weight);
+    float below = 0.0f;
+    for (std::size_t i = 0; i < seen.count; ++i) {
+        seen.layers[i].chance_below = total > 0.0f ? below / total : 0.0f;
+        below += largest(seen.layers[i].weight);
+    }
 }
 
 PathResult PathTracer::trace(const Seen& seen, const PathPoints& points, LampsAtPoint& scratch) const
 {
-    if (!seen.point) return {.emission = lights_.sky_radiance};
-    const VisiblePoint& visible = *seen.point;
-    const glm::vec3 sampled = sample_lamp(rays_, lights_, visible.surface, seen.lamps, points, lamp_pair(0));
-    return {.emission = visible.emission,
-            .direct = visible.albedo * kInversePi * (seen.exact_irradiance + sampled),
-            .indirect = visible.albedo * gathered_radiance(visible.surface, points, scratch)};
-}
-
-std::optional<VisiblePoint> PathTracer::see(const CameraRay& camera) const
-{
-    const std::optional<Hit> hit = find_visible(rays_, camera);
-    if (!hit) return std::nullopt;
-    return visible_point(rays_, hit->instance, hit->primitive, camera, camera_position_, texture_scale_);
-}
-
-/// One-path estimate of E / pi from all but the lamps. Directions are cosine distributed: each one's
-/// radiance counts as it is.
-glm::vec3 PathTracer::gathered_radiance(SurfacePoint point, const PathPoints& points,
-                                        LampsAtPoint& lamps) const
-{
-    glm::vec3 radiance(0.0f);
-    glm::vec3 throughput(1.0f);
-    for (int bounce = 0;; ++bounce) {
-        const bool only_sky_counts = bounce == bounces_;
-        if (only_sky_counts && !has_sky_) return radiance;
-        const glm::vec2 u = points.pair(direction_pair(bounce));
-        const glm::vec3 direction = cosine_direction(point.shading_normal, u);
-        if (receiving_cosine(point, direction) <= 0.0f) return radiance;
-
-        const Ray ray = ray_from(point, direction);
-        const glm::vec3 with_sky = radiance + throughput * lights_.sky_radiance;
-        if (only_sky_counts) return occluded(rays_, ray) ? radiance : with_sky;
-        const auto hit = intersect(rays_, ray);
-        if (!hit) return with_sky;
-
-        point = surface_at(rays_, hit->instance, hit->primitive, hit->u, hit->v, direction);
-        weigh_lamps(lights_, point, Lamps::all, lamps);
-        const glm::vec3 irradiance = sample_lamp(rays_, lights_, point, lamps, points, lamp_pair(bounce + 1));
-        // A texel costs as much as a short ray, and most points at the end of a path lie in shadow.
-        const bool ends_here = bounce + 1 == bounces_ && !has_sky_;
-        if (ends_here && irradiance == glm::vec3(0.0f)) return radiance;
-        throughput *= material_at(rays_, *hit, point, -direction, {}).bsdf.diffuse;
-        if (throughput == glm::vec3(0.0f)) return radiance;
-        radiance += throughput * kInversePi * irradiance;
+    PathResult result{.emission = seen.emission};
+    if (seen.count == 0) return result;
+    std::size_t chosen = 0;
+    float chance = 1.0f;
+    if (seen.count > 1) {
+        const float u = points.pair(kLayerPair).x;
+        while (chosen + 1 < seen.count && seen.layers[chosen + 1].chance_below <= u) ++chosen;
+        const float end = chosen + 1 < seen.count ? seen.layers[chosen + 1].chance_below : 1.0f;
+        chance = end - seen.layers[chosen].chance_below;
     }
+    const SeenLayer& layer = seen.layers[chosen];
+    if (layer.weight == glm::vec3(0.0f)) return result;
+    Vertex vertex{.point = layer.point.surface, .bsdf = reflecting(layer.point.material.bsdf),
+                  .outgoing = seen.outgoing, .throughput = layer.weight / chance};
+    result.direct = vertex.throughput * (layer.exact_direct + lamp_light(vertex, layer.lamps, points));
+    add_sky(vertex, points, result);
+    if (is_glossy(vertex.bsdf)) scratch = layer.lamps;  // asked again where the path finds a lamp
+    while (extend(vertex, scratch, points, result)) {}
+    return result;
+}
+
+/// Light of one sampled lamp, reflected.
+glm::vec3 PathTracer::lamp_light(const Vertex& v, const LampsAtPoint& lamps, const PathPoints& points) const
+{
+    if (lamps.cumulative.empty()) return glm::vec3(0.0f);
+    const LampSample lamp = sample_lamp(rays_, lamps_, v.point, lamps, points.pair(lamp_pair(v.bounce)));
+    if (lamp.light == glm::vec3(0.0f)) return glm::vec3(0.0f);
+    glm::vec3 light = lamp.light * reflectance(v.bsdf, v.outgoing, lamp.direction);
+    if (lamp.density > 0.0f && is_glossy(v.bsdf))
+        light *= power_heuristic(lamp.density, density(v.bsdf, v.outgoing, lamp.direction));
+    return light;
+}
+
+/// Light of a place in the environment image. A constant sky is left to where paths go on.
+void PathTracer::add_sky(const Vertex& v, const PathPoints& points, PathResult& result) const
+{
+    if (!sky_.has_image()) return;
+    const auto s = sky_.sample(points.pair(sky_pair(v.bounce)));
+    if (!(s.density > 0.0f)) return;
+    const glm::vec3 reflected = v.throughput * reflectance(v.bsdf, v.outgoing, s.direction);
+    if (reflected == glm::vec3(0.0f)) return;
+    const float w = power_heuristic(s.density, density(v.bsdf, v.outgoing, s.direction)) / s.density;
+    const glm::vec3 arriving = w * reflected * transmitted_along(rays_, ray_from(v.point, s.direction));
+    const glm::vec3 peak = v.is_first() ? sky_.peak(s.direction) : glm::vec3(0.0f);
+    result.direct += arriving * peak;
+    result.indirect += arriving * (s.radiance - peak);
+}
+
+/// Follows the path to its next point. @return whether there is one
+bool PathTracer::extend(Vertex& v, LampsAtPoint& lamps, const PathPoints& points, PathResult& result) const
+{
+    const bool glossy = is_glossy(v.bsdf);
+    const bool finds_lamps = glossy && !lamps_.triangles.empty();
+    const bool is_last = v.bounce == bounces_;
+    if (is_last && !has_sky_ && !finds_lamps) return false;
+
+    const glm::vec2 choice = glossy || rays_.has_transparency() ? points.pair(choice_pair(v.bounce)) : glm::vec2(0.0f);
+    const glm::vec2 u = points.pair(direction_pair(v.bounce));
+    const BsdfSample s = glossy ? sample(v.bsdf, v.outgoing, choice.x, u)
+                                : sample_lambertian(v.point, v.bsdf.diffuse, u);
+    if (s.weight == glm::vec3(0.0f)) return false;
+    const glm::vec3 arriving = v.throughput * s.weight;
+    const Ray ray = ray_from(v.point, s.incoming);
+    const auto add_sky_light = [&](glm::vec3 weight) {
+        if (sky_.has_image()) weight *= power_heuristic(s.density, sky_.density(s.incoming));
+        const glm::vec3 peak = v.is_first() ? sky_.peak(s.incoming) : glm::vec3(0.0f);
+        result.direct += weight * peak;
+        result.indirect += weight * (sky_.radiance(s.incoming) - peak);
+    };
+    if (is_last && !finds_lamps) {
+        const glm::vec3 seen = transmitted_along(rays_, ray);
+        if (seen != glm::vec3(0.0f)) add_sky_light(arriving * seen);
+        return false;
+    }
+    const Meeting meeting = next_surface(rays_, ray, choice.y);
+    v.throughput = arriving * meeting.weight;
+    if (!meeting.hit) {
+        if (has_sky_) add_sky_light(v.throughput);
+        return false;
+    }
+    if (finds_lamps && !lamps_.triangle_of[meeting.hit->instance].empty()) {
+        const Hit& hit = *meeting.hit;
+        const SurfacePoint lamp = surface_at(rays_, hit.instance, hit.primitive, hit.u, hit.v, s.incoming);
+        const glm::vec3 emission = material_at(rays_, hit, lamp, -s.incoming, {}).emission;
+        const float other = lamp_density(lamps_, lamps, v.point, hit, s.incoming);
+        const glm::vec3 light = v.throughput * emission * power_heuristic(s.density, other);
+        (v.is_first() ? result.direct : result.indirect) += light;
+    }
+    return !is_last && arrive(v, *meeting.hit, s.incoming, lamps, points, result);
+}
+
+/// Moves the vertex to a hit and adds the light of lamps and sky that is reflected there.
+bool PathTracer::arrive(Vertex& v, const Hit& hit, glm::vec3 direction, LampsAtPoint& lamps, const PathPoints& points,
+                        PathResult& result) const
+{
+    ++v.bounce;
+    v.outgoing = -direction;
+    v.point = surface_at(rays_, hit.instance, hit.primitive, hit.u, hit.v, direction);
+    const Material& material = rays_.scene().materials[static_cast<std::size_t>(v.point.material)];
+    // A texel costs as much as a short ray, and most points at the end of a path lie in shadow: a plain surface is
+    // asked for its colour only if it is lit.
+    if (is_lambertian(material) && !material.normal_texture.used()) {
+        weigh_lamps(lamps_, v.point, Lamps::all, lamps);
+        LampSample lamp;
+        if (!lamps.cumulative.empty())
+            lamp = sample_lamp(rays_, lamps_, v.point, lamps, points.pair(lamp_pair(v.bounce)));
+        if (v.bounce == bounces_ && !has_sky_ && lamp.light == glm::vec3(0.0f)) return false;
+        v.bsdf = material_at(rays_, hit, v.point, v.outgoing, {}).bsdf;
+        result.indirect += v.throughput * v.bsdf.diffuse * kInversePi * lamp.light * receiving_cosine(v.point, lamp.direction);
+    } else {
+        v.bsdf = reflecting(material_at(rays_, hit, v.point, v.outgoing, {}).bsdf);
+        v.point.shading_normal = v.bsdf.normal;
+        weigh_lamps(lamps_, v.point, Lamps::all, lamps);
+        result.indirect += v.throughput * lamp_light(v, lamps, points);
+    }
+    add_sky(v, points, result);
+    return true;
 }
 
 }  // namespace rcs

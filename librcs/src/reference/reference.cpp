@@ -45,10 +45,11 @@ struct PixelSums {
 
     void add_geometry(const Seen& seen)
     {
-        if (!seen.point) return;
-        albedo += glm::dvec3(seen.point->albedo);
-        normal += glm::dvec3(seen.point->surface.shading_normal);
-        distance += seen.point->distance;
+        if (seen.count == 0) return;
+        const VisiblePoint& point = seen.layers.front().point;
+        albedo += glm::dvec3(point.albedo);
+        normal += glm::dvec3(point.surface.shading_normal);
+        distance += point.distance;
         ++covered;
     }
 };

@@ -77,7 +77,7 @@ tinygltf::FsCallbacks file_access(BufferAccess& user)
     return access;
 }
 
-tinygltf::Model read_model(const GltfFile& file, const LogFunction& log)
+tinygltf::Model read_model(const GltfFile& file)
 {
     std::vector<unsigned char> bytes = read_file(file.path, "scene file");
     if (bytes.size() > std::numeric_limits<std::uint32_t>::max()) {
@@ -100,8 +100,7 @@ tinygltf::Model read_model(const GltfFile& file, const LogFunction& log)
             : reader.LoadASCIIFromString(&model, &error, &warning, reinterpret_cast<const char*>(bytes.data()), size,
                                          ".");
     if (!read) bad_file(file, error.empty() ? "cannot be read" : on_one_line(error));
-    const std::string remarks = on_one_line(error + warning);
-    if (log && !remarks.empty()) log(LogLevel::warning, file.path + ": " + remarks);
+    // What it remarks on a file that it has read is known from check_gltf, or is no fault.
     unpack_views(file, source.packed_views, model);
     for (std::size_t i = 0; i < model.images.size(); ++i) model.images[i].uri = std::move(source.image_uris[i]);
     return model;
@@ -135,7 +134,7 @@ Scene load_gltf(const std::string& path, const LoadOptions& options, const LogFu
 {
     GltfNotes notes;
     const GltfFile file{path, std::filesystem::path(path).parent_path(), &notes};
-    const tinygltf::Model model = read_model(file, log);
+    const tinygltf::Model model = read_model(file);
     Scene scene = build_scene(file, model, options.time);
     const std::string name = std::filesystem::path(path).filename().string();
     notes.write(name, log);
