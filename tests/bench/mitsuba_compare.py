@@ -11,7 +11,8 @@ Materials: flat Lambertian surfaces use Mitsuba's own `diffuse`; for all others 
 `principled` and `roughconductor` mask and compensate differently), so Bsdf below states ours again, from the
 formulas: GGX with height-correlated masking, Schlick, compensation by albedo tables integrated here with numpy.
 What this converter does not read is an error: textures other than base colour, alpha, transmission, clear coat,
-double-sided lamps.
+double-sided lamps. Mitsuba compiles by LLVM, from version 17 on (older ones abort, "Cannot select: fminimum"):
+DRJIT_LIBLLVM_PATH names the library where it is not the system's.
 """
 
 import argparse
@@ -29,11 +30,7 @@ try:
 except ImportError:
     sys.exit("mitsuba_compare.py needs Mitsuba 3: pip install mitsuba")
 
-try:
-    mi.set_variant("llvm_ad_rgb")
-    mi.load_dict({"type": "sphere"})  # fails where no LLVM library is found
-except Exception:
-    mi.set_variant("scalar_rgb")
+mi.set_variant("llvm_ad_rgb")
 import drjit as dr
 
 COMPONENTS = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}

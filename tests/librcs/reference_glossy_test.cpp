@@ -306,6 +306,26 @@ TEST(ReferenceGlossy, ATexturedLampIsTheLampThatItsTexelsAre)
     }
 }
 
+TEST(ReferenceGlossy, ThousandsOfEmissiveTrianglesGiveTheSameLightAsTwo)
+{
+    for (const float metallic : {0.0f, 1.0f}) {
+        const Scene two = lamp_over_glossy_floor(0.4f, metallic);
+        Scene many = two;
+        Mesh tiles;
+        tiles.material = two.meshes[1].material;
+        constexpr int kSide = 40;
+        const float step = 1.0f / kSide;
+        for (int i = 0; i < kSide; ++i)
+            for (int j = 0; j < kSide; ++j)
+                test::merge(tiles, test::quad({-0.5f + step * static_cast<float>(i), 1.0f, -1.5f + step * static_cast<float>(j)},
+                                              {step, 0, 0}, {0, 0, step}, tiles.material));
+        many.meshes[1] = tiles;
+        const LayeredImage a = test::trace(two, 8, {.samples = 2048, .bounces = 1});
+        const LayeredImage b = test::trace(many, 8, {.samples = 2048, .bounces = 1});
+        EXPECT_NEAR(test::mean(b, "direct"), test::mean(a, "direct"), 0.01 * test::mean(a, "direct")) << metallic;
+    }
+}
+
 Scene under_image(const std::function<glm::vec3(double)>& radiance_at_height)
 {
     Scene scene;

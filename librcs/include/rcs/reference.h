@@ -20,8 +20,10 @@ struct ReferenceOptions {
     std::uint64_t seed = 1;
 };
 
-/// Path traces emission, direct light and `bounces` bounces of indirect light (next-event estimation,
-/// Owen-scrambled Sobol' points) at the view's pixels. Independent of the record code.
+/// Path traces emission, direct light and `bounces` bounces of indirect light (next-event estimation, with glossy
+/// surfaces and environment images also multiple importance sampling; Owen-scrambled Sobol' points) at the view's
+/// pixels. Independent of the record code. Layers of surfaces that let light through are composited; albedo, normal
+/// and depth are those of the nearest.
 ///
 /// With stride s > 1 the result has one pixel for each of (s/2 + i s, s/2 + j s) of the view, and
 /// metadata "rcs:stride" = s; compare_images() then takes the same pixels of the full image.

@@ -29,7 +29,7 @@ struct LampList {
     std::vector<std::vector<std::uint32_t>> triangle_of;  ///< by instance (empty: emits nothing) and primitive
 
     bool weighs_triangles() const { return triangles.size() <= kMostWeighed; }
-    static constexpr std::size_t kMostWeighed = 1024;
+    static constexpr std::size_t kMostWeighed = 256;  // 10 ns each, a ray some 500
     static constexpr std::uint32_t kNone = 0xffffffffu;
 };
 LampList list_lamps(const RayScene& rays);
