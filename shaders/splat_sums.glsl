@@ -33,7 +33,7 @@ float reflected(int color, int first_lobe)
     float sum = 0.0;
     for (int k = 0; k < 9; ++k)
         sum += dot(lobes[first_lobe + k], radiances[record_index].coefficients[9 * color + k]);
-    return max(0.0, sum);
+    return sum;
 }
 #endif
 
@@ -66,6 +66,8 @@ void main()
     count = 1.0;
 #ifdef RCS_SPLAT_GLOSSY
     int first_lobe = 9 * (pixel.y * image_size.x + pixel.x);
-    glossy = vec4(sums.rgb * vec3(reflected(0, first_lobe), reflected(1, first_lobe), reflected(2, first_lobe)), 0.0);
+    vec3 radiance = vec3(reflected(0, first_lobe), reflected(1, first_lobe), reflected(2, first_lobe));
+    float scale = rcs_radiance_scale(reflected(3, first_lobe));
+    glossy = vec4(sums.rgb * scale * max(vec3(0.0), radiance), 0.0);
 #endif
 }

@@ -19,11 +19,12 @@ struct GpuRecord {
 
 // The same record's incoming radiance, only where glossy surfaces are lit by records.
 struct GpuRadiance {
-    vec4 coefficients[27];  // 36 of red, of green, of blue, over the record's irradiance in that colour
+    vec4 coefficients[36];  // 36 of red, of green, of blue, over the record's irradiance in that colour; and those
+                            // of uniform radiance with irradiance 1
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(GpuRadiance) == 432);
+static_assert(sizeof(GpuRadiance) == 576);
 static_assert(sizeof(GpuRecord) == 160);
 }  // namespace gpu
 }  // namespace rcs

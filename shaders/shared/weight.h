@@ -39,6 +39,14 @@ RCS_SHARED_FUNCTION float rcs_extrapolate(float e, float dx, float dy, float dz,
     return max(0.0f, e + change);
 }
 
+// What a record's glossy light at a pixel is multiplied with. Its radiance is weighted by the cosine to the record's
+// normal, not the pixel's: uniform radiance, which has to be reflected as it is, tells by how much that is off.
+// @param uniform  the lobe's reflection of uniform radiance as the record would hold it, times pi / irradiance
+RCS_SHARED_FUNCTION float rcs_radiance_scale(float uniform_light)
+{
+    return 1.0f / max(0.25f * 0.318309886f, uniform_light) * 0.318309886f;
+}
+
 #ifdef __cplusplus
 }  // namespace gpu
 }  // namespace rcs

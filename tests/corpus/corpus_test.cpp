@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <random>
 #include <set>
 
 #include "rcs/gl_context.h"
@@ -98,6 +99,26 @@ TEST(Corpus, EveryValidFileRendersAndSaysWhatIsLeftOut)
             expect_picture(render(gl, rays, find_camera(scene, ""), small_options(), pool).image);
         } catch (const Error& e) {
             ADD_FAILURE() << e.what();
+        }
+    }
+}
+
+TEST(Corpus, DamagedAtRandomFilesLoadOrThrow)
+{
+    std::mt19937 random(7);
+    for (CorpusFile file : whole_corpus()) {
+        if (file.error) continue;
+        SCOPED_TRACE(file.name);
+        const std::string whole = file.files.front().second;
+        for (int round = 0; round < 4; ++round) {
+            std::string& bytes = file.files.front().second;
+            bytes = whole;
+            for (unsigned i = 0; i < 1 + random() % 3; ++i) bytes[random() % bytes.size()] = static_cast<char>(random());
+            Log log;
+            try {
+                validate(load(file, log));
+            } catch (const Error&) {
+            }
         }
     }
 }

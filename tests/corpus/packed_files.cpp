@@ -73,11 +73,11 @@ void filtered_normals(Draft& d)
     d.attributes()["NORMAL"] = accessor;
 }
 
-/// The quad's positions through the exponential filter.
+/// The quad's positions through the exponential filter: each number an exponent of 8 and a mantissa of 24 bits.
 void filtered_positions(Draft& d)
 {
-    std::vector<std::uint32_t> filtered(12);
-    meshopt_encodeFilterExp(filtered.data(), 4, 12, 15, kQuad.data());
+    std::vector<std::uint32_t> filtered;
+    for (const float value : kQuad) filtered.push_back(static_cast<std::uint32_t>(static_cast<int>(value)) & 0xffffffu);
     pack(d, 0, packed_vertices(filtered, 4), 4, 12, {{"mode", "ATTRIBUTES"}, {"filter", "EXPONENTIAL"}});
 }
 
@@ -141,6 +141,12 @@ void add_packed_files(Corpus& c)
         d.view(0)["buffer"] = 1;
         d.view(0)["byteOffset"] = 0;
         d.b.more_buffers = Json::array({{{"byteLength", 48}, {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}}});
+    });
+    c.fails("meshopt_image_in_fallback", "holds nothing", [](Draft& d) {
+        d.b.more_buffers = Json::array({{{"byteLength", 48}, {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}}});
+        d.root()["images"] = Json::array({{{"bufferView", d.b.add_view("none")}}});
+        d.view(3)["buffer"] = 1;
+        d.view(3)["byteOffset"] = 20;
     });
     c.fails("meshopt_damaged", "damaged", packed_positions(Json::object(), std::string(40, '\x55')));
     c.fails("meshopt_cut_short", "damaged", packed_positions(Json::object(), packed_vertices(kQuad, 4).substr(0, 20)));

@@ -22,17 +22,17 @@ struct Built {
     LightCacheStats stats;
     LightCache cache;
 
-    Built(const Scene& scene, int bounces, const std::vector<glm::vec2>& floor, int threads = 2)
-        : cache(build(scene, bounces, floor, threads))
+    Built(const Scene& scene, int bounces, const std::vector<glm::vec2>& floor, int threads = 2, int max_cells = 80'000)
+        : cache(build(scene, bounces, floor, threads, max_cells))
     {
     }
 
-    LightCache build(const Scene& scene, int bounces, const std::vector<glm::vec2>& floor, int threads)
+    LightCache build(const Scene& scene, int bounces, const std::vector<glm::vec2>& floor, int threads, int max_cells)
     {
         ThreadPool pool(threads);
         const RayScene rays = build_ray_scene(scene, pool);
         return build_light_cache(rays, test::points_on_floor(floor), test::view_of(scene.cameras[0], 100, 100),
-                                 {bounces, 1}, pool, stats);
+                                 {.bounces = bounces, .max_cells = max_cells}, pool, stats);
     }
 
     /// Mean over lookups near one place.
@@ -132,6 +132,17 @@ TEST(LightCache, OfACornerHasLambertsIrradianceOnTheFloor)
     }
 }
 
+TEST(LightCache, WithTooManyCellsTakesCoarserOnes)
+{
+    const double rho = 0.8, expected = 0.25 * (rho + rho * rho + rho * rho * rho);
+    for (const int most : {1, 100, 1000}) {
+        const Built built(test::lit_sphere(0.8f), 3, floor_grid(0.9f, 12), 2, most);
+        // The least there can be: the six sectors of normals in each cube of the coarsest level.
+        EXPECT_LE(built.stats.cells, static_cast<std::uint64_t>(std::max(2 * most, 6 * 8 * 2)));
+        EXPECT_NEAR(built.at({0.0f, -2.0f, 0.0f}, {0.0f, 1.0f, 0.0f}).g, expected, 0.01 * expected) << most;
+    }
+}
+
 TEST(LightCache, IsTheSameForAnyNumberOfThreads)
 {
     const Scene scene = test::furnished_room();
@@ -156,7 +167,7 @@ TEST(LightCache, IsEmptyWhereThereIsNothingToSee)
     const RayScene rays = build_ray_scene(empty, pool);
     LightCacheStats stats;
     const LightCache cache =
-        build_light_cache(rays, nothing, test::view_of(empty.cameras[0], 2, 1), {4, 1}, pool, stats);
+        build_light_cache(rays, nothing, test::view_of(empty.cameras[0], 2, 1), {.bounces = 4}, pool, stats);
     EXPECT_EQ(stats.cells, 0u);
     RandomStream random(1);
     EXPECT_EQ(cached_irradiance(cache, {1, 2, 3}, {0, 1, 0}, random), glm::vec3(0.0f));
@@ -181,7 +192,7 @@ TEST(LightCache, SaysWhichNumberOfBouncesItTakes)
 {
     for (const int bounces : {0, 65}) {
         try {
-            validate(LightCacheOptions{bounces, 1});
+            validate(LightCacheOptions{.bounces = bounces});
             FAIL() << bounces;
         } catch (const Error& e) {
             EXPECT_EQ(e.code(), ErrorCode::bad_argument);

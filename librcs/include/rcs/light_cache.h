@@ -28,6 +28,8 @@ private:
 
 struct LightCacheOptions {
     int bounces = 1;  ///< reflections on the way to a cell's surface, in [1, 64]
+    int max_cells = 80'000;  ///< that the visible points' rays may find, and again as many that those cells' rays find,
+                             ///< in [1, 2^24]; beyond, all of them are taken coarser
     std::uint64_t seed = 1;
 };
 

@@ -191,7 +191,7 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
         }
         if (options.bounces > 1 && !light_cache) {
             light_cache = clock.run("bounces", [&] {
-                return build_light_cache(rays, gbuffer, view, {options.bounces - 1, options.seed}, pool,
+                return build_light_cache(rays, gbuffer, view, {.bounces = options.bounces - 1, .seed = options.seed}, pool,
                                          stats.light_cache, progress);
             });
         }

@@ -145,7 +145,8 @@ void LobeTracer::shade_packet(const Lane* lanes, int count, RayRing& ring, Works
             };
         };
         if (light_.is_plain(w.packet.instance(lane))) {
-            albedo = light_.albedo(hit.point.material, hit.point.uv, hit.uv_per_length, cone_width);
+            albedo = light_.albedo(hit.point.material, hit.point.uv, hit.uv_per_length, cone_width,
+                                   -glm::dot(hit.point.shading_normal, direction));
             light_.direct(hit.point, random, add(weight * albedo));
         } else {
             const Bsdf there = light_.bsdf(w.packet, lane, hit, cone_width);

@@ -30,10 +30,24 @@ glm::vec3 cosine_direction(const SurfacePoint& point, RandomStream& random)
 
 namespace {
 
-bool is_plain(const Material& material, const Mesh& mesh)
+bool is_plain(const Material& m, const Mesh& mesh)
 {
-    return is_lambertian(material) && !material.unlit && !material.normal_texture.used() && mesh.colors.empty() &&
-           material.base_color_texture.uv_set == 0;
+    const bool wide = m.specular == 0.0f ||
+                      (m.roughness * m.roughness >= HitRadiance::kWideAlpha && !m.metallic_roughness_texture.used() &&
+                       !m.specular_texture.used() && !m.specular_color_texture.used());
+    return wide && m.metallic == 0.0f && m.transmission == 0.0f && m.clearcoat == 0.0f && !m.unlit &&
+           !m.normal_texture.used() && mesh.colors.empty() && m.base_color_texture.uv_set == 0;
+}
+
+/// The dielectric lobe of a plain material (KHR_materials_specular, KHR_materials_ior).
+Bsdf plain_lobe(const Material& m)
+{
+    Bsdf lobe;
+    const float f0 = (m.ior - 1.0f) / (m.ior + 1.0f);
+    lobe.f0 = m.specular * glm::min(f0 * f0 * m.specular_color, glm::vec3(1.0f));
+    lobe.f90 = m.specular;
+    lobe.alpha = std::max(m.roughness * m.roughness, Bsdf::kLeastAlpha);
+    return lobe;
 }
 
 }  // namespace
@@ -46,6 +60,8 @@ HitRadiance::HitRadiance(const RayScene& rays, const LightCache* cache, float le
         const Mesh& mesh = scene_.meshes[static_cast<std::size_t>(instance.mesh)];
         plain_.push_back(rcs::is_plain(scene_.materials[static_cast<std::size_t>(mesh.material)], mesh));
     }
+    for (const Material& material : scene_.materials)
+        lobe_.push_back(plain_lobe(material));
 }
 
 Bsdf HitRadiance::bsdf(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const
@@ -58,14 +74,20 @@ Bsdf HitRadiance::bsdf(const HitPacket& packet, int lane, const HitSurface& hit,
     return result;
 }
 
-glm::vec3 HitRadiance::albedo(int material_index, glm::vec2 uv, float uv_per_length, float cone_width) const
+glm::vec3 HitRadiance::albedo(int material_index, glm::vec2 uv, float uv_per_length, float cone_width, float cosine) const
 {
-    const Material& material = scene_.materials[static_cast<std::size_t>(material_index)];
-    if (!material.base_color_texture.used())
-        return material.base_color;
-    const Texture& texture = scene_.textures[static_cast<std::size_t>(material.base_color_texture.texture)];
-    const int level = mip_level(texture, uv_per_length, cone_width);
-    return material.base_color * glm::vec3(sample_slot_nearest(scene_, material.base_color_texture, uv, level));
+    const std::size_t m = static_cast<std::size_t>(material_index);
+    const Material& material = scene_.materials[m];
+    glm::vec3 color = material.base_color;
+    if (material.base_color_texture.used()) {
+        const Texture& texture = scene_.textures[static_cast<std::size_t>(material.base_color_texture.texture)];
+        const int level = mip_level(texture, uv_per_length, cone_width);
+        color *= glm::vec3(sample_slot_nearest(scene_, material.base_color_texture, uv, level));
+    }
+    if (!lobe_[m].has_specular())
+        return color;
+    const glm::vec3 reflected = specular_albedo(lobe_[m], cosine);
+    return color * (1.0f - reflected) + reflected;
 }
 
 }  // namespace rcs

@@ -49,10 +49,16 @@ public:
         return cache_ ? cached_irradiance(*cache_, point.position, point.shading_normal, random) : glm::vec3(0.0f);
     }
 
-    /// Whether this instance's surface is its base colour and nothing else: then albedo() says all, quickly.
+    /// A GGX lobe at least so wide, of a dielectric, counts as diffuse at hits: it has a twentieth of the light, and
+    /// where that goes, a gather does not tell from where the diffuse part goes.
+    static constexpr float kWideAlpha = 0.4f;
+
+    /// Whether this instance's surface is its base colour below at most a wide dielectric lobe: then albedo() says all,
+    /// quickly.
     bool is_plain(std::uint32_t instance) const { return plain_[instance] != 0; }
-    /// Albedo of a plain surface. @param cone_width  of the ray at the hit [m]
-    glm::vec3 albedo(int material, glm::vec2 uv, float uv_per_length, float cone_width) const;
+    /// Albedo of a plain surface, that of its lobe included. @param cone_width  of the ray at the hit [m]
+    /// @param cosine  of the ray to the shading normal
+    glm::vec3 albedo(int material, glm::vec2 uv, float uv_per_length, float cone_width, float cosine) const;
 
     /// How any other surface reflects towards the origin of a packet's ray. @param hit  complete
     Bsdf bsdf(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;
@@ -70,6 +76,7 @@ private:
     bool has_sky_;
     float least_alpha_;
     std::vector<std::uint8_t> plain_;  // per instance, 0 or 1
+    std::vector<Bsdf> lobe_;           // per material: the lobe of plain surfaces
 };
 
 /// Directional albedo of all that reflects: radiance towards `outgoing` times pi, per irradiance, if that is uniform.

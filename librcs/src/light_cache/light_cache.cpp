@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -85,6 +84,7 @@ private:
         return cache_->grid.leaf(s.position, s.normal, cache_->grid.level(s.position));
     }
     void note_finds(Worker& worker, std::uint64_t key) const;
+    std::vector<Find> take_finds();
     void add_cell(std::uint64_t cell, const std::array<SurfaceSample, kPlaces>& places);
 
     const RayScene& rays_;
@@ -110,7 +110,7 @@ void Builder::note_finds(Worker& worker, std::uint64_t key) const
             continue;
         std::uint64_t cell = leaf(hit.surface);
         bool known = known_.find(cell) != CellTable::kNone;
-        for (int up = 0; up < coarser_ && !known; ++up) {
+        for (int up = 0; up < coarser_ && !known && CellGrid::level_of(cell) + 1 < CellGrid::kLevels; ++up) {
             cell = CellGrid::parent(cell);
             known = known_.find(cell) != CellTable::kNone;
         }
@@ -132,14 +132,40 @@ void Builder::look_around(const GBuffer& gbuffer)
     });
 }
 
-/// Makes the cells of all finds so far, in the order of their keys.
-void Builder::find_cells()
+/// All finds of the workers, coarser where they would be too many.
+std::vector<Find> Builder::take_finds()
 {
     std::vector<Find> finds;
     for (Worker& worker : workers_) {
         finds.insert(finds.end(), worker.finds.begin(), worker.finds.end());
         worker.finds.clear();
     }
+    std::vector<std::uint64_t> cells;
+    for (;;) {
+        cells.clear();
+        for (const Find& find : finds)
+            cells.push_back(find.cell);
+        std::sort(cells.begin(), cells.end());
+        const auto end = std::unique(cells.begin(), cells.end());
+        if (end - cells.begin() <= options_.max_cells)
+            return finds;
+        bool coarser = false;
+        for (Find& find : finds) {
+            if (CellGrid::level_of(find.cell) + 1 == CellGrid::kLevels)
+                continue;
+            find.cell = CellGrid::parent(find.cell);
+            coarser = true;
+        }
+        if (!coarser)
+            return finds;
+        ++coarser_;
+    }
+}
+
+/// Makes the cells of all finds so far, in the order of their keys.
+void Builder::find_cells()
+{
+    const std::vector<Find> finds = take_finds();
     std::vector<std::uint32_t> order(finds.size());
     for (std::size_t i = 0; i < order.size(); ++i)
         order[i] = static_cast<std::uint32_t>(i);
@@ -158,7 +184,7 @@ void Builder::find_cells()
             places[k] = places[k % count];
         add_cell(cell, places);
     }
-    coarser_ = kCoarser;
+    coarser_ += kCoarser;
 }
 
 void Builder::add_cell(std::uint64_t cell, const std::array<SurfaceSample, kPlaces>& places)
@@ -254,6 +280,9 @@ void validate(const LightCacheOptions& o)
     if (o.bounces < 1 || o.bounces > 64)
         throw Error(ErrorCode::bad_argument,
                     "light_cache.bounces is " + std::to_string(o.bounces) + ", expected a value in [1, 64]");
+    if (o.max_cells < 1 || o.max_cells > 1 << 24)
+        throw Error(ErrorCode::bad_argument,
+                    "light_cache.max_cells is " + std::to_string(o.max_cells) + ", expected a value in [1, 16777216]");
 }
 
 LightCache build_light_cache(const RayScene& rays, const GBuffer& gbuffer, const View& view,

@@ -102,7 +102,12 @@ void check_images(const GltfDocument& document, GltfSource& source)
     std::size_t index = 0;
     for (const Json& image : array_of(document, "images")) {
         const std::string what = element_name("image", index++, "");
-        if (image.contains("bufferView")) element_of(document, "bufferViews", image, "bufferView", what);
+        if (image.contains("bufferView")) {
+            const Json& view = element_of(document, "bufferViews", image, "bufferView", what);
+            if (source.buffers[*whole_number(document, view, "buffer", what)].absent) {
+                bad_file(document.file, what + " lies in a buffer that holds nothing");
+            }
+        }
         if (image.contains("bufferView") == image.contains("uri")) {
             bad_file(document.file, what + " needs either a uri or a bufferView");
         }

@@ -22,6 +22,17 @@ gpu::GpuRadiance relative_radiance(const Record& record)
         const float e = record.irradiance[static_cast<int>(i / kHarmonics)];
         out.coefficients[i / 4][static_cast<int>(i % 4)] = e > 0.0f ? record.radiance[i] / e : 0.0f;
     }
+    // The clamped cosine about the normal has zonal coefficients (Ramamoorthi and Hanrahan 2001); over its irradiance pi.
+    constexpr float kCosine[kBands] = {1.0f, 2.0f / 3.0f, 0.25f, 0.0f, -1.0f / 24.0f, 0.0f};
+    float x[kHarmonicLanes], y[kHarmonicLanes], z[kHarmonicLanes];
+    std::fill(x, x + kHarmonicLanes, record.normal.x);
+    std::fill(y, y + kHarmonicLanes, record.normal.y);
+    std::fill(z, z + kHarmonicLanes, record.normal.z);
+    HarmonicLanes about_normal;
+    evaluate_harmonics(detail::harmonic_factors(), x, y, z, about_normal);
+    for (int l = 0; l < kBands; ++l)
+        for (int m = l * l; m < (l + 1) * (l + 1); ++m)
+            out.coefficients[(3 * kHarmonics + m) / 4][m % 4] = kCosine[l] * about_normal[m][0];
     return out;
 }
 

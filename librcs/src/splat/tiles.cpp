@@ -80,19 +80,22 @@ static_assert(kTile == kHarmonicLanes);
 RCS_ALWAYS_INLINE void splat_glossy_row(const float* weighted_r, const float* weighted_g, const float* weighted_b,
                                         const float* radiance, const HarmonicLanes& lobes, float* r, float* g, float* b)
 {
-    float dot_r[kTile] = {}, dot_g[kTile] = {}, dot_b[kTile] = {};
+    float dot_r[kTile] = {}, dot_g[kTile] = {}, dot_b[kTile] = {}, uniform[kTile] = {};
     for (int k = 0; k < kHarmonics; ++k) {
         const float lr = radiance[k], lg = radiance[kHarmonics + k], lb = radiance[2 * kHarmonics + k];
+        const float lu = radiance[3 * kHarmonics + k];
         for (int i = 0; i < kTile; ++i) {
             dot_r[i] += lobes[k][i] * lr;
             dot_g[i] += lobes[k][i] * lg;
             dot_b[i] += lobes[k][i] * lb;
+            uniform[i] += lobes[k][i] * lu;
         }
     }
     for (int i = 0; i < kTile; ++i) {
-        r[i] += weighted_r[i] * gpu::max(0.0f, dot_r[i]);
-        g[i] += weighted_g[i] * gpu::max(0.0f, dot_g[i]);
-        b[i] += weighted_b[i] * gpu::max(0.0f, dot_b[i]);
+        const float scale = gpu::rcs_radiance_scale(uniform[i]);
+        r[i] += weighted_r[i] * scale * gpu::max(0.0f, dot_r[i]);
+        g[i] += weighted_g[i] * scale * gpu::max(0.0f, dot_g[i]);
+        b[i] += weighted_b[i] * scale * gpu::max(0.0f, dot_b[i]);
     }
 }
 
