@@ -169,7 +169,7 @@ void DirectLight::shoot(const SurfacePoint& point, const Lobes& lobes, LampView&
         w.weight.push_back(weight);
         const glm::vec3 radiance = triangle.varied ? radiance_at(rays_, triangle, point.position + s.position) : triangle.radiance;
         if (triangle.varied)
-            w.radiance.push_back(radiance / glm::max(triangle.radiance, glm::vec3(1e-30f)));
+            w.radiance.push_back(radiance);
         if (!lobes.any)
             continue;
         glm::vec3 g = lamp.scale * s.inverse_density * radiance * glossy(lobes, to_light);
@@ -227,7 +227,10 @@ void DirectLight::add_triangles(const SurfacePoint& point, const Lobes& lobes, R
         shoot(point, lobes, lamp, std::max(candidates_.draws() ? 1 : kLeastSamples, count(options_.area_samples)), key, w);
         if (lamp.free > 0.0 && lamp.free < lamp.possible * (1.0 - 1e-6))
             shoot(point, lobes, lamp, count(options_.penumbra_samples), key, w);
-        if (lamp.possible > 0.0)
+        // A share of a known sum has next to no noise, but is biased where what it is a share of varies.
+        if (lights_.triangles[lamp.triangle].varied)
+            lit.irradiance += lamp.scale * glm::vec3(lamp.seen / static_cast<double>(lamp.samples));
+        else if (lamp.possible > 0.0)
             lit.irradiance += lamp.irradiance * glm::vec3(lamp.seen / lamp.possible);
         lit.glossy += glm::vec3(lamp.glossy / static_cast<double>(lamp.samples));
     }

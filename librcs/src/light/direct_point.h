@@ -54,7 +54,7 @@ public:
         float scale;           // how many lamps it stands for
         int samples = 0;
         double free = 0.0, possible = 0.0;  // sums of cosine-weighted samples: that arrive at all, and all there are
-        glm::dvec3 seen{0.0};               // what arrives of them, each channel
+        glm::dvec3 seen{0.0};               // what arrives of them, each channel; times the radiance if that varies
         glm::dvec3 glossy{0.0};             // sum over samples
     };
 
@@ -63,7 +63,7 @@ public:
         std::vector<LampView> lamps;
         ShadowBatch shadow;
         std::vector<float> weight;               // of each shadow ray
-        std::vector<glm::vec3> radiance, glossy;  // it brings: relative to the lamp's mean, and by the glossy lobes
+        std::vector<glm::vec3> radiance, glossy;  // it brings: if radiance varies, and by the glossy lobes
         HitPacket packet;
         std::uint64_t rays = 0;
 

@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t kCandidates = 32;
 
 // Candidates drawn from a tree know the point already: fewer do.
-constexpr std::size_t kTreeCandidates = 8;
+constexpr std::size_t kTreeCandidates = 4;
 
 // Nearer than this many times its own size a triangle is sampled by solid angle, farther away by area:
 // there the two differ by less than a tenth.
