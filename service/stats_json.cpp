@@ -32,7 +32,7 @@ std::uint64_t peak_memory()
 std::uint64_t all_rays(const RenderStats& stats)
 {
     return stats.records.hemisphere_rays + stats.records.shadow_rays + stats.direct_shadow_rays +
-           stats.light_cache.rays + stats.light_cache.shadow_rays;
+           stats.light_cache.rays + stats.light_cache.shadow_rays + stats.traced.rays + stats.traced.shadow_rays;
 }
 
 double seconds_of(const RunReport& report, const std::string& stage)
@@ -58,7 +58,9 @@ void add_render(Json& json, const RunReport& report)
     json["unserved_pixels"] = stats.unserved_pixels;
     json["rays"] = {{"hemisphere", stats.records.hemisphere_rays},
                     {"hemisphere_shadow", stats.records.shadow_rays},
-                    {"direct_shadow", stats.direct_shadow_rays}};
+                    {"direct_shadow", stats.direct_shadow_rays},
+                    {"lobe", stats.traced.rays},
+                    {"lobe_shadow", stats.traced.shadow_rays}};
     json["record_rays_per_second"] =
         per(static_cast<double>(stats.records.hemisphere_rays + stats.records.shadow_rays), record_seconds);
     if (stats.light_cache.cells > 0) {
@@ -119,6 +121,10 @@ void append_render(std::string& text, const RunReport& report)
         append(text, "bounces  %s cells, %s links from %s rays, their shadows %s\n",
                short_count(stats.light_cache.cells).c_str(), short_count(stats.light_cache.links).c_str(),
                short_count(stats.light_cache.rays).c_str(), short_count(stats.light_cache.shadow_rays).c_str());
+    }
+    if (stats.traced.rays > 0) {
+        append(text, "glossy   %s rays along narrow lobes, their shadows %s\n", short_count(stats.traced.rays).c_str(),
+               short_count(stats.traced.shadow_rays).c_str());
     }
     append(text, "splats   %s as %s, %s pixels each\n", short_count(stats.splats.splats).c_str(),
            stats.splat_method.c_str(), short_count(pixels).c_str());

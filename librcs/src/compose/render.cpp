@@ -51,10 +51,10 @@ bool look_behind(const Shading& shading, std::vector<glm::vec3>& weight)
     return any;
 }
 
-bool has_recorded_lobe(const GBuffer& gbuffer, const Shading& shading)
+bool has_lobe(const GBuffer& gbuffer, const Shading& shading, bool (*is_such)(const Bsdf&))
 {
     for (std::size_t i = 0; i < shading.bsdf.size(); ++i)
-        if (gbuffer.covered(i) && lit_by_records(shading.bsdf[i]))
+        if (gbuffer.covered(i) && is_such(shading.bsdf[i]))
             return true;
     return false;
 }
@@ -122,6 +122,7 @@ void describe(const RenderOptions& o, const Camera& camera, const RenderStats& s
     image.metadata["rcs:rays"] = number(o.records.rays);
     image.metadata["rcs:bounces"] = number(o.bounces);
     image.metadata["rcs:aa"] = number(o.aa);
+    image.metadata["rcs:lobe-rays"] = number(o.lobe_rays);
     image.metadata["rcs:overlap"] = number(o.overlap);
     image.metadata["rcs:seed"] = number(o.seed);
     image.metadata["rcs:records"] = number(stats.records.records);
@@ -207,16 +208,17 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
                 clock.run("records", [&] {
                     place_records(rays, gbuffer, view, record_options, pool, records, stats.records, progress, bounced);
                 });
-                const Shading* const glossy = has_recorded_lobe(gbuffer, shading) ? &shading : nullptr;
+                const Shading* const glossy = has_lobe(gbuffer, shading, lit_by_records) ? &shading : nullptr;
                 light.indirect = clock.run("splat", [&] {
                     return method == SplatMethod::quads
                                ? splat_quads(gl, records, gbuffer, view, wide, stats.splats, glossy)
                                : splat_tiles(records, gbuffer, view, wide, pool, stats.splats, glossy);
                 });
-                light.traced = clock.run("glossy", [&] {
-                    return trace_lobes(rays, {rays, bounced}, gbuffer, view, shading, lobe_rays, direct_options.seed, pool,
-                                       stats.traced);
-                });
+                if (has_lobe(gbuffer, shading, has_traced_part))
+                    light.traced = clock.run("glossy", [&] {
+                        return trace_lobes(rays, {rays, bounced}, gbuffer, view, shading, lobe_rays,
+                                           direct_options.seed, pool, stats.traced);
+                    });
             }
             clock.run("compose", [&] {
                 stats.unserved_pixels += accumulate_pass(gbuffer, view, shading, light, weight, result.image);

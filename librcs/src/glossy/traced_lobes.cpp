@@ -306,11 +306,6 @@ std::vector<glm::vec3> trace_lobes(const RayScene& rays, const HitRadiance& ligh
                                    ThreadPool& pool, GlossyStats& stats)
 {
     const auto is_traced = [&](std::size_t i) { return gbuffer.covered(i) && has_traced_part(shading.bsdf[i]); };
-    bool any = false;
-    for (std::size_t i = 0; i < shading.bsdf.size() && !any; ++i)
-        any = is_traced(i);
-    if (!any)
-        return {};
     const LobeTracer tracer(rays, light, gbuffer, view, shading, seed);
     RayRing ring(gbuffer.width, rays_per_pixel);
     std::vector<Workspace> workspaces(static_cast<std::size_t>(pool.size()));

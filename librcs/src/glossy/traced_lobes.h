@@ -30,7 +30,7 @@ inline bool has_traced_part(const Bsdf& bsdf)
 /// and divides by the sum of weights. Lobes much narrower than what neighbours see in common share nothing, so a
 /// mirror stays sharp.
 /// @param rays_per_pixel  > 0
-/// @return radiance per pixel [W m^-2 sr^-1]; empty if no pixel has such a lobe
+/// @return radiance per pixel [W m^-2 sr^-1]
 std::vector<glm::vec3> trace_lobes(const RayScene& rays, const HitRadiance& light, const GBuffer& gbuffer,
                                    const View& view, const Shading& shading, int rays_per_pixel, std::uint64_t seed,
                                    ThreadPool& pool, GlossyStats& stats);
