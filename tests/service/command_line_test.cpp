@@ -222,6 +222,18 @@ TEST(CommandLine, EnvironmentLightsAnEmptyView)
     EXPECT_EQ(shown.at("exposure"), 0.0);
 }
 
+TEST(CommandLine, SaysWhatItGivesToAFileWithoutLight)
+{
+    const TemporaryFolder folder;
+    write_bytes(folder / "t.glb", triangle_glb(0.0f));
+    const Outcome outcome =
+        rcsplat(small_render(folder / "t.glb", {"-o", folder / "a.png", "--log-level", "info", "--time", "1.5"}));
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_NE(outcome.err.find("t.glb: has no light; a neutral sky of radiance 1"), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("t.glb: has no animation"), std::string::npos) << outcome.err;
+    EXPECT_EQ(outcome.err.find("no camera"), std::string::npos) << outcome.err;
+}
+
 TEST(CommandLine, BadScenesFailWithOneLineThatNamesThem)
 {
     const TemporaryFolder folder;
@@ -286,7 +298,8 @@ TEST(CommandLine, BadValuesNameTheOptionAndTheValue)
         {"--aa", "65"},         {"--overlap", "0.5"},     {"--area-samples", "0"},    {"--threads", "-1"},
         {"--seed", "-1"},       {"--splat", "cubes"},     {"--exposure", "bright"},   {"--exposure", "inf"},
         {"--layers", "nope"},   {"--environment", "sky"}, {"--environment", "1,2"},   {"--environment", "1,2,-3"},
-        {"--log-level", "all"}, {"--pixel-format", "32"}, {"--environment", "1,2,3,4"}};
+        {"--log-level", "all"}, {"--pixel-format", "32"}, {"--environment", "1,2,3,4"},
+        {"--time", "soon"},     {"--time", "nan"}};
     for (const auto& [option, value] : cases) {
         const std::vector<std::string> arguments{"render", "demo:cornell", "-o", folder / "a.exr", option, value};
         expect_error(arguments, kBadUsage, option + ": " + value + " ", folder);
