@@ -55,8 +55,10 @@ void add_render(Json& json, const RunReport& report)
     const double record_seconds = seconds_of(report, "records");
     json["records"] = stats.records.records;
     json["waves"] = stats.records.waves;
+    json["refined_records"] = stats.records.refined;
     json["unserved_pixels"] = stats.unserved_pixels;
     json["rays"] = {{"hemisphere", stats.records.hemisphere_rays},
+                    {"refining", stats.records.refining_rays},
                     {"hemisphere_shadow", stats.records.shadow_rays},
                     {"direct_shadow", stats.direct_shadow_rays},
                     {"lobe", stats.traced.rays},
@@ -110,8 +112,9 @@ void append_render(std::string& text, const RunReport& report)
 {
     const RenderStats& stats = *report.render;
     const auto record_rays = static_cast<double>(stats.records.hemisphere_rays + stats.records.shadow_rays);
-    append(text, "records  %s in %s waves\n", short_count(stats.records.records).c_str(),
-           short_count(stats.records.waves).c_str());
+    append(text, "records  %s in %s waves; %s in noisy places took %s more rays\n",
+           short_count(stats.records.records).c_str(), short_count(stats.records.waves).c_str(),
+           short_count(stats.records.refined).c_str(), short_count(stats.records.refining_rays).c_str());
     append(text, "rays     %s: hemisphere %s, its shadows %s, direct shadows %s; records shoot %s a second\n",
            short_count(all_rays(stats)).c_str(), short_count(stats.records.hemisphere_rays).c_str(),
            short_count(stats.records.shadow_rays).c_str(), short_count(stats.direct_shadow_rays).c_str(),

@@ -16,7 +16,8 @@ namespace {
 
 /// Limits: the worst of what seeds 1 to 3 measured, times 1.3. The mean error of cornell's indirect light is that of
 /// a row of pixels: the dark slit between lamp and ceiling, 1/300 of its surroundings, narrower than the closest
-/// spacing of records in so small a picture. Median and 95th percentile tell of the rest.
+/// spacing of records in so small a picture. Median and 95th percentile tell of the rest. Its bias scatters by 0.7 %
+/// from seed to seed around 0.6 %.
 struct Case {
     const char* scene;
     double indirect_mre, indirect_median, indirect_p95, indirect_bias, whole_mre, whole_bias;
@@ -56,8 +57,8 @@ TEST_P(DemoImage, AtDefaultSettingsIsWithinItsLimitsOfTheReference)
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, DemoImage,
-                         testing::Values(Case{"demo:cornell", 0.56, 0.042, 0.23, 0.016, 0.132, 0.0025},
-                                         Case{"demo:atrium", 0.12, 0.036, 0.41, 0.009, 0.087, 0.0022}),
+                         testing::Values(Case{"demo:cornell", 0.56, 0.041, 0.18, 0.024, 0.129, 0.0036},
+                                         Case{"demo:atrium", 0.118, 0.036, 0.36, 0.0076, 0.082, 0.0018}),
                          [](const auto& c) { return std::string(c.param.scene + 5); });
 
 }  // namespace

@@ -136,7 +136,7 @@ TEST(LimitSpacing, ShrinksWhereTheGradientIsSteep)
         records[0].harmonic_mean_distance = kInfinity;
         records[0].footprint = 0.01f;
         records[0].irradiance = glm::vec3(1.0f);
-        records[0].translation_gradient.fill(steepness * glm::vec3(0.6f, 0.0f, 0.8f));
+        records[0].gradient_reach = 1.0f / steepness;
         const Record r = limited(records, options)[0];
         const float expected = std::clamp(options.gradient_limit / steepness, options.min_reach * 0.01f, reach);
         EXPECT_NEAR(r.spacing_radius, options.error_tolerance * expected, 1e-6f) << steepness;
@@ -150,7 +150,7 @@ TEST(LimitSpacing, OfBlackRecordsIsFinite)
     std::vector<Record> records = random_records(100, 6);
     for (std::size_t k = 0; k < records.size(); ++k) {
         records[k].irradiance = glm::vec3(0.0f);
-        if (k % 2 == 0) records[k].translation_gradient.fill(glm::vec3(1.0f));
+        if (k % 2 == 0) records[k].gradient_reach = 0.0f;
     }
     for (const Record& r : limited(records, RecordOptions())) {
         EXPECT_TRUE(std::isfinite(r.spacing_radius) && r.spacing_radius > 0.0f);
@@ -167,6 +167,7 @@ TEST(LimitSpacing, ScalesWithTheScene)
     for (Record& r : larger) {  // by a power of two: the same bits
         r.position *= 64.0f;
         r.harmonic_mean_distance *= 64.0f;
+        r.gradient_reach *= 64.0f;
         r.footprint *= 64.0f;
     }
     const std::vector<Record> a = limited(records, options), b = limited(larger, options);

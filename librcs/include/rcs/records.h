@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include <glm/glm.hpp>
@@ -26,6 +27,9 @@ struct Record {
     std::array<glm::vec3, 3> translation_gradient{};
     float harmonic_mean_distance = 0.0f;  ///< R_k before any limit [m]; may be +inf (nothing hit)
     float minimum_distance = 0.0f;        ///< to the nearest hit, grazing rays left out [m]; may be +inf
+    /// E_k over its translation gradient, on luminance, as first gathered [m]: that far away the expansion reaches
+    /// zero or twice its value; may be +inf
+    float gradient_reach = std::numeric_limits<float>::infinity();
     float footprint = 0.0f;               ///< side of a pixel on the surface where it was made [m]
     float noise = 0.0f;                   ///< standard error of E_k relative to it, on luminance
     float spacing_radius = 0.0f;          ///< a R_k after all limits [m]: within it no other record is needed
@@ -56,6 +60,8 @@ struct RecordStats {
     std::uint64_t hemisphere_rays = 0;
     std::uint64_t shadow_rays = 0;
     std::uint64_t waves = 0;
+    std::uint64_t refined = 0;        ///< records that got more rays because their neighbourhood was noisy
+    std::uint64_t refining_rays = 0;  ///< those rays, also part of hemisphere_rays
 };
 
 /// Gathers one record at each of the given visible points.

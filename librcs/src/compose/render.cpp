@@ -120,6 +120,7 @@ void describe(const RenderOptions& o, const Camera& camera, const RenderStats& s
     image.metadata["rcs:camera"] = camera.name;
     image.metadata["rcs:accuracy"] = number(o.records.error_tolerance);
     image.metadata["rcs:rays"] = number(o.records.rays);
+    image.metadata["rcs:noise"] = number(o.records.noise_target);
     image.metadata["rcs:bounces"] = number(o.bounces);
     image.metadata["rcs:aa"] = number(o.aa);
     image.metadata["rcs:lobe-rays"] = number(o.lobe_rays);

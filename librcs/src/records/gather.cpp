@@ -22,6 +22,7 @@ namespace rcs {
 namespace {
 
 constexpr int kWidth = RayPacket::kWidth;
+constexpr std::size_t kBatch = 2048;  // records between two reports of progress
 constexpr float kInversePi = std::numbers::inv_pi_v<float>;
 
 /// Where a record is born.
@@ -366,6 +367,15 @@ glm::vec3 to_scene(const Frame& frame, glm::vec3 local)
     return local.x * frame.x + local.y * frame.y + local.z * frame.z;
 }
 
+/// How far the record's first-order expansion stays sensible: where it would reach zero or twice its value.
+float gradient_reach(const Record& r)
+{
+    const glm::vec3 gradient = 0.2126f * r.translation_gradient[0] + 0.7152f * r.translation_gradient[1] +
+                               0.0722f * r.translation_gradient[2];
+    const float steepness = glm::length(gradient);
+    return steepness > 0.0f ? luminance(r.irradiance) / steepness : std::numeric_limits<float>::infinity();
+}
+
 Record Gatherer::gather(const Birth& birth, Workspace& w) const
 {
     const Frame frame = make_frame(birth.normal, to_unit_float(static_cast<std::uint32_t>(mix64(birth.key + 2))));
@@ -381,6 +391,7 @@ Record Gatherer::gather(const Birth& birth, Workspace& w) const
     }
     record.harmonic_mean_distance = integrals.harmonic_mean_distance;
     record.minimum_distance = integrals.minimum_distance;
+    record.gradient_reach = gradient_reach(record);
     record.footprint = birth.footprint;
     if (keeps_radiance_)
         record.radiance = radiance(w);
@@ -389,15 +400,16 @@ Record Gatherer::gather(const Birth& birth, Workspace& w) const
     return record;
 }
 
-/// The mean of n gathers at one place, of which `sum` holds the sums.
-void set_mean(Record& record, const std::vector<Record>& gathers)
+}  // namespace
+
+Record mean_of_gathers(std::span<const Record> gathers)
 {
     const float n = static_cast<float>(gathers.size());
-    Record mean = record;
+    Record mean = gathers.front();
     mean.irradiance = glm::vec3(0.0f);
     mean.rotation_gradient = mean.translation_gradient = {};
     std::fill(mean.radiance.begin(), mean.radiance.end(), 0.0f);
-    float inverse_distance = 0.0f, variance = 0.0f;
+    float variance = 0.0f;
     for (const Record& g : gathers) {
         mean.irradiance += g.irradiance / n;
         for (std::size_t color = 0; color < 3; ++color) {
@@ -406,18 +418,13 @@ void set_mean(Record& record, const std::vector<Record>& gathers)
         }
         for (std::size_t k = 0; k < g.radiance.size(); ++k)
             mean.radiance[k] += g.radiance[k] / n;
-        inverse_distance += 1.0f / (n * g.harmonic_mean_distance);
-        mean.minimum_distance = std::min(mean.minimum_distance, g.minimum_distance);
         const float error = g.noise * luminance(g.irradiance) / n;
         variance += error * error;
     }
-    mean.harmonic_mean_distance = 1.0f / inverse_distance;
     const float e = luminance(mean.irradiance);
     mean.noise = e > 0.0f ? std::min(1.0f, std::sqrt(variance) / e) : 0.0f;
-    record = mean;
+    return mean;
 }
-
-}  // namespace
 
 struct RecordGatherer::Impl {
     Gatherer gatherer;
@@ -433,6 +440,8 @@ RecordGatherer::RecordGatherer(const RayScene& rays, const RecordOptions& option
 }
 
 RecordGatherer::~RecordGatherer() = default;
+
+int RecordGatherer::rays() const { return impl_->gatherer.grid().cells; }
 
 std::vector<Record> RecordGatherer::gather(const GBuffer& gbuffer, const std::vector<std::uint32_t>& pixels,
                                            ThreadPool& pool, RecordStats& stats) const
@@ -455,27 +464,34 @@ std::vector<Record> RecordGatherer::gather(const GBuffer& gbuffer, const std::ve
 
 void RecordGatherer::gather_more(const GBuffer& gbuffer, std::span<const std::uint32_t> pixels,
                                  std::span<const int> extra, std::span<Record> records, ThreadPool& pool,
-                                 RecordStats& stats) const
+                                 RecordStats& stats, const std::function<void(float)>& report) const
 {
     const Gatherer& gatherer = impl_->gatherer;
+    std::vector<std::size_t> wanted;  // which records get more
+    for (std::size_t i = 0; i < pixels.size(); ++i)
+        if (extra[i] > 0)
+            wanted.push_back(i);
     std::vector<Workspace> workspaces(static_cast<std::size_t>(pool.size()), Workspace(gatherer.grid()));
-    pool.parallel_for(pixels.size(), 4, [&](std::size_t begin, std::size_t end, int thread) {
-        std::vector<Record> gathers;
-        for (std::size_t i = begin; i < end; ++i) {
-            if (extra[i] <= 0)
-                continue;
-            gathers.assign(1, records[i]);
-            for (int sample = 1; sample <= extra[i]; ++sample)
-                gathers.push_back(gatherer.gather(
-                    birth_at(gbuffer, pixels[i], impl_->seed, static_cast<std::uint64_t>(sample)),
-                    workspaces[static_cast<std::size_t>(thread)]));
-            set_mean(records[i], gathers);
-        }
-    });
+    const auto improve = [&](std::size_t i, Workspace& w) {
+        std::vector<Record> gathers{records[i]};
+        for (int sample = 1; sample <= extra[i]; ++sample)
+            gathers.push_back(
+                gatherer.gather(birth_at(gbuffer, pixels[i], impl_->seed, static_cast<std::uint64_t>(sample)), w));
+        records[i] = mean_of_gathers(gathers);
+    };
+    for (std::size_t done = 0; done < wanted.size(); done += kBatch) {
+        report(static_cast<float>(done) / static_cast<float>(wanted.size()));
+        pool.parallel_for(std::min(kBatch, wanted.size() - done), 4, [&](std::size_t begin, std::size_t end, int thread) {
+            for (std::size_t k = done + begin; k < done + end; ++k)
+                improve(wanted[k], workspaces[static_cast<std::size_t>(thread)]);
+        });
+    }
     for (const Workspace& w : workspaces) {
         stats.hemisphere_rays += w.hemisphere_rays;
         stats.shadow_rays += w.shadow_rays;
+        stats.refining_rays += w.hemisphere_rays;
     }
+    stats.refined += wanted.size();
 }
 
 std::vector<Record> gather_records(const RayScene& rays, const GBuffer& gbuffer,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -19,13 +20,23 @@ public:
     std::vector<Record> gather(const GBuffer& gbuffer, const std::vector<std::uint32_t>& pixels, ThreadPool& pool,
                                RecordStats& stats) const;
 
+    /// Hemisphere rays of one gather: options.rays, rounded to M x N strata.
+    int rays() const;
+
     /// Gathers again at record i's pixel, extra[i] times with other rays, and averages all into the record.
+    /// @param report  told the fraction done, on this thread; may throw
     void gather_more(const GBuffer& gbuffer, std::span<const std::uint32_t> pixels, std::span<const int> extra,
-                     std::span<Record> records, ThreadPool& pool, RecordStats& stats) const;
+                     std::span<Record> records, ThreadPool& pool, RecordStats& stats,
+                     const std::function<void(float)>& report) const;
 
 private:
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };
+
+/// Irradiance, gradients and noise of several gathers at one place, as if they were one. What the spacing rests on
+/// comes from the first: else records would claim other pixels than those that were filled around them.
+/// @param gathers  at least one, of equally many rays
+Record mean_of_gathers(std::span<const Record> gathers);
 
 }  // namespace rcs

@@ -18,6 +18,7 @@ namespace {
 
 // The coarsest grid of candidates [px]: about the widest spacing of default options.
 constexpr int kCoarsestStride = 32;
+constexpr float kShareOfWaves = 0.5f;  // of the progress shown; refining takes about as long
 
 /// One wave: in each cell of a grid, one pixel by rule.
 struct Wave {
@@ -102,6 +103,10 @@ void place_records(const RayScene& rays, const GBuffer& gbuffer, const View& vie
                    const ProgressFunction& progress, const LightCache* cache)
 {
     validate(options);
+    const auto report = [&](float fraction) {
+        if (progress && !progress("records", fraction))
+            throw Error(ErrorCode::cancelled, "cancelled while gathering records");
+    };
     const RecordGatherer gatherer(rays, options, cache);
     const SplatOptions reach{options.error_tolerance, 1.0f};
     const TiledSurfaces surfaces = make_tiled_surfaces(gbuffer, pool);
@@ -114,8 +119,7 @@ void place_records(const RayScene& rays, const GBuffer& gbuffer, const View& vie
     for (std::size_t w = 0;; ++w) {
         const bool planned = w < list.size();
         const Wave wave = planned ? list[w] : every_pixel;
-        if (progress && !progress("records", static_cast<float>(std::min(w, list.size())) / static_cast<float>(list.size())))
-            throw Error(ErrorCode::cancelled, "cancelled while gathering records");
+        report(kShareOfWaves * static_cast<float>(std::min(w, list.size())) / static_cast<float>(list.size()));
         if (w == 0 || (stale && wave.refresh)) {
             spacing.limit(records, 0, pool);
             weight.assign(gbuffer.size(), 0.0f);
@@ -138,7 +142,8 @@ void place_records(const RayScene& rays, const GBuffer& gbuffer, const View& vie
         stale = true;
         ++stats.waves;
     }
-    refine_noisy_records(gatherer, gbuffer, surfaces, view, options, pixels, pool, records, stats);
+    refine_noisy_records(gatherer, gbuffer, surfaces, view, options, pixels, pool, records, stats,
+                         [&](float fraction) { report(kShareOfWaves + (1.0f - kShareOfWaves) * fraction); });
 }
 
 }  // namespace rcs

@@ -13,14 +13,32 @@ constexpr int kMostRays = 2048;  // per record, unless the options ask for more
 constexpr float kNeighbourhood = 3.0f;
 // Below this part of the mean irradiance, noise is judged against the part: it is too dark to be seen.
 constexpr float kDark = 0.01f;
+// Neighbours that weigh less in all say nothing.
+constexpr float kLeastWeight = 0.1f;
 
-/// Irradiance and its variance in the place of two colours, so that a splat averages them.
-std::vector<Record> as_noise_records(std::span<const Record> records)
+double mean_irradiance(std::span<const Record> records)
+{
+    double sum = 0.0;
+    for (const Record& r : records)
+        sum += static_cast<double>(luminance(r.irradiance));
+    return sum / static_cast<double>(records.size());
+}
+
+float mean_variance(std::span<const Record> records)
+{
+    double sum = 0.0;
+    for (const Record& r : records)
+        sum += static_cast<double>(r.noise * r.noise);
+    return static_cast<float>(sum / static_cast<double>(records.size()));
+}
+
+/// Irradiance in units of `mean`, and its variance, in the place of two colours, so that a splat averages them.
+std::vector<Record> as_noise_records(std::span<const Record> records, double mean)
 {
     std::vector<Record> noise(records.size());
     for (std::size_t i = 0; i < records.size(); ++i) {
         const Record& r = records[i];
-        const float e = luminance(r.irradiance);
+        const float e = static_cast<float>(static_cast<double>(luminance(r.irradiance)) / mean);
         noise[i].position = r.position;
         noise[i].normal = r.normal;
         noise[i].irradiance = {e, r.noise * r.noise * e * e, 0.0f};
@@ -30,49 +48,44 @@ std::vector<Record> as_noise_records(std::span<const Record> records)
     return noise;
 }
 
-struct Around {
-    float irradiance;  // mean of the neighbours
-    float variance;    // of the weighted mean that the splat makes here
-};
-
-/// What the splat holds at the record's own pixel, without the record: there it counts with weight 1.
-Around without_self(const SplatBuffer& sums, std::uint32_t pixel, const Record& self)
+/// Variance, relative to the irradiance, of the weighted mean that the splat makes at a record's own pixel, by what
+/// it holds there without the record, which counts with weight 1.
+/// @param typical  what is taken for it where no other record reaches
+float variance_around(const SplatBuffer& sums, std::uint32_t pixel, const Record& self, float typical)
 {
     const float weight = sums.weight[pixel] - 1.0f;
-    if (!(weight > 0.1f))
-        return {self.irradiance.x, self.irradiance.y};
-    return {std::max(0.0f, sums.weighted_r[pixel] - self.irradiance.x) / weight,
-            std::max(0.0f, sums.weighted_g[pixel] - self.irradiance.y) / (weight * sums.weight[pixel])};
+    if (!(weight > kLeastWeight))
+        return typical;
+    // A weight is never more than 1, so where all others are dark nothing is left of the record by rounding.
+    const float e = std::max(0.0f, sums.weighted_r[pixel] - self.irradiance.x) / weight + kDark;
+    const float variance = std::max(0.0f, sums.weighted_g[pixel] - self.irradiance.y) / weight;
+    return variance / (sums.weight[pixel] * e * e);
 }
 
 }  // namespace
 
 void refine_noisy_records(const RecordGatherer& gatherer, const GBuffer& gbuffer, const TiledSurfaces& surfaces,
                           const View& view, const RecordOptions& options, std::span<const std::uint32_t> pixels,
-                          ThreadPool& pool, std::vector<Record>& records, RecordStats& stats)
+                          ThreadPool& pool, std::span<Record> records, RecordStats& stats,
+                          const std::function<void(float)>& report)
 {
-    if (pixels.empty())
+    const double mean = pixels.empty() ? 0.0 : mean_irradiance(records);
+    if (!(mean > 0.0))
         return;
-    const std::vector<Record> noise = as_noise_records(records);
+    const std::vector<Record> noise = as_noise_records(records, mean);
     SplatStats uncounted;
     const SplatBuffer sums =
         splat_tiles(noise, surfaces, view, {options.error_tolerance, kNeighbourhood}, pool, uncounted);
     const std::size_t first = records.size() - pixels.size();
-    std::vector<Around> around(pixels.size());
-    double mean = 0.0;
-    for (std::size_t i = 0; i < pixels.size(); ++i) {
-        around[i] = without_self(sums, pixels[i], noise[first + i]);
-        mean += static_cast<double>(around[i].irradiance) / static_cast<double>(pixels.size());
-    }
+    const float most = static_cast<float>(std::max(1, kMostRays / gatherer.rays()));
+    const float typical = mean_variance(records);
     std::vector<int> extra(pixels.size());
-    const float most = static_cast<float>(std::max(1, kMostRays / options.rays));
-    const float target2 = options.noise_target * options.noise_target;
     for (std::size_t i = 0; i < pixels.size(); ++i) {
-        const float e = around[i].irradiance + kDark * static_cast<float>(mean);
-        const float gathers = e > 0.0f ? std::ceil(around[i].variance / (target2 * e * e)) : 1.0f;
-        extra[i] = static_cast<int>(std::clamp(gathers, 1.0f, most)) - 1;
+        const float error = std::sqrt(variance_around(sums, pixels[i], noise[first + i], typical));
+        const float excess = error / options.noise_target;  // squared only now: it could underflow to 0 / 0
+        extra[i] = static_cast<int>(std::clamp(std::ceil(excess * excess), 1.0f, most)) - 1;
     }
-    gatherer.gather_more(gbuffer, pixels, extra, std::span(records).subspan(first), pool, stats);
+    gatherer.gather_more(gbuffer, pixels, extra, records.subspan(first), pool, stats, report);
 }
 
 }  // namespace rcs

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "records/spacing.h"
-#include "util/color.h"
 
 namespace rcs {
 namespace {
@@ -108,23 +107,13 @@ private:
     std::vector<Node> nodes_;
 };
 
-/// How far the record's first-order expansion stays sensible: where it would reach zero or twice its value.
-float gradient_reach(const Record& r)
-{
-    const glm::vec3 gradient = 0.2126f * r.translation_gradient[0] + 0.7152f * r.translation_gradient[1] +
-                               0.0722f * r.translation_gradient[2];
-    const float steepness = glm::length(gradient);
-    return steepness > 0.0f ? luminance(r.irradiance) / steepness : std::numeric_limits<float>::infinity();
-}
-
 /// All limits but the neighbours', which `near` already holds.
 void set_spacing(Record& r, float near, const RecordOptions& options)
 {
-    const float steep = gradient_reach(r);
-    const float reach = std::clamp(std::min(near, options.gradient_limit * steep), options.min_reach * r.footprint,
-                                   options.max_reach * r.footprint);
+    const float reach = std::clamp(std::min(near, options.gradient_limit * r.gradient_reach),
+                                   options.min_reach * r.footprint, options.max_reach * r.footprint);
     r.spacing_radius = options.error_tolerance * reach;
-    r.gradient_scale = std::min(1.0f, std::min(near, steep) / reach);
+    r.gradient_scale = std::min(1.0f, std::min(near, r.gradient_reach) / reach);
 }
 
 }  // namespace
