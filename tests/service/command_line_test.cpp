@@ -295,7 +295,7 @@ TEST(CommandLine, BadValuesNameTheOptionAndTheValue)
         {"--size", "64x64x64"}, {"--size", "16385x1"},    {"--accuracy", "-1"},       {"--accuracy", "0"},
         {"--accuracy", "1.5"},  {"--accuracy", "nan"},    {"--accuracy", "fine"},     {"--rays", "15"},
         {"--rays", "64.5"},     {"--noise", "0"},         {"--noise", "1.1"},       {"--lobe-rays", "0"},
-        {"--bounces", "65"},      {"--bounces", "65"},      {"--bounces", "-1"},        {"--aa", "0"},
+        {"--bounces", "65"},         {"--bounces", "-1"},        {"--aa", "0"},
         {"--aa", "65"},         {"--overlap", "0.5"},     {"--area-samples", "0"},    {"--threads", "-1"},
         {"--seed", "-1"},       {"--splat", "cubes"},     {"--exposure", "bright"},   {"--exposure", "inf"},
         {"--layers", "nope"},   {"--environment", "sky"}, {"--environment", "1,2"},   {"--environment", "1,2,-3"},
