@@ -167,6 +167,19 @@ void add_radiance(const detail::HarmonicFactors& factors, const RayPacket& ray, 
     }
 }
 
+/// Sums over the lanes, by halves: short chains, and the same order for every vector width.
+RCS_MULTIVERSION
+void sum_lanes(const HarmonicLanes& lanes, float weight, float* sums)
+{
+    for (int k = 0; k < kHarmonics; ++k) {
+        float half[kWidth / 2];
+        for (int i = 0; i < kWidth / 2; ++i)
+            half[i] = lanes[k][i] + lanes[k][i + kWidth / 2];
+        const float a = half[0] + half[4], b = half[1] + half[5], c = half[2] + half[6], d = half[3] + half[7];
+        sums[k] = weight * ((a + c) + (b + d));
+    }
+}
+
 class Gatherer {
 public:
     Gatherer(const RayScene& rays, const RecordOptions& options, const LightCache* cache)
@@ -349,16 +362,9 @@ std::vector<float> Gatherer::radiance(Workspace& w) const
                          cells[1], cells[2], w.radiance);
     }
     const float weight = std::numbers::pi_v<float> / static_cast<float>(grid_.cells);
-    std::vector<float> coefficients;
-    coefficients.reserve(3 * kHarmonics);
-    for (const HarmonicLanes& sums : w.radiance) {
-        for (const auto& lanes : sums) {
-            float sum = 0.0f;
-            for (const float lane : lanes)
-                sum += lane;
-            coefficients.push_back(weight * sum);
-        }
-    }
+    std::vector<float> coefficients(3 * kHarmonics);
+    for (std::size_t color = 0; color < 3; ++color)
+        sum_lanes(w.radiance[color], weight, coefficients.data() + color * kHarmonics);
     return coefficients;
 }
 
