@@ -74,7 +74,8 @@ Bsdf HitRadiance::bsdf(const HitPacket& packet, int lane, const HitSurface& hit,
     return result;
 }
 
-glm::vec3 HitRadiance::albedo(int material_index, glm::vec2 uv, float uv_per_length, float cone_width, float cosine) const
+glm::vec3 HitRadiance::albedo(int material_index, glm::vec2 uv, float uv_per_length, float cone_width,
+                              float cosine_out, float cosine_in) const
 {
     const std::size_t m = static_cast<std::size_t>(material_index);
     const Material& material = scene_.materials[m];
@@ -86,8 +87,7 @@ glm::vec3 HitRadiance::albedo(int material_index, glm::vec2 uv, float uv_per_len
     }
     if (!lobe_[m].has_specular())
         return color;
-    const glm::vec3 reflected = specular_albedo(lobe_[m], cosine);
-    return color * (1.0f - reflected) + reflected;
+    return color * (1.0f - specular_albedo(lobe_[m], cosine_out)) + specular_albedo(lobe_[m], cosine_in);
 }
 
 }  // namespace rcs

@@ -56,9 +56,11 @@ public:
     /// Whether this instance's surface is its base colour below at most a wide dielectric lobe: then albedo() says all,
     /// quickly.
     bool is_plain(std::uint32_t instance) const { return plain_[instance] != 0; }
-    /// Albedo of a plain surface, that of its lobe included. @param cone_width  of the ray at the hit [m]
-    /// @param cosine  of the ray to the shading normal
-    glm::vec3 albedo(int material, glm::vec2 uv, float uv_per_length, float cone_width, float cosine) const;
+    /// Albedo of a plain surface, that of its lobe included: of the light that the lobe gets, it reflects its directional
+    /// albedo at the angle where the light comes from. @param cone_width  of the ray at the hit [m]
+    /// @param cosine_out, cosine_in  of ray and light to the shading normal; where light comes from everywhere, both are the ray's
+    glm::vec3 albedo(int material, glm::vec2 uv, float uv_per_length, float cone_width, float cosine_out,
+                     float cosine_in) const;
 
     /// How any other surface reflects towards the origin of a packet's ray. @param hit  complete
     Bsdf bsdf(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;

@@ -62,9 +62,14 @@ void CellRays::shade(const HitSurface& hit, int lane, std::uint64_t key, CellHit
         lit_.push_back(radiance);
     };
     if (radiance_.is_plain(packet_.instance(lane))) {
-        result.reflectance = weight * radiance_.albedo(hit.point.material, hit.point.uv, hit.uv_per_length, cone_width,
-                                                       -glm::dot(hit.point.shading_normal, ray_direction(packet_.ray, lane)));
-        radiance_.direct(hit.point, random, [&](const Ray& ray, glm::vec3 white) { add(ray, white * result.reflectance); });
+        const float cosine = -glm::dot(hit.point.shading_normal, ray_direction(packet_.ray, lane));
+        const auto albedo = [&](float cosine_in) {
+            return radiance_.albedo(hit.point.material, hit.point.uv, hit.uv_per_length, cone_width, cosine, cosine_in);
+        };
+        result.reflectance = weight * albedo(cosine);
+        radiance_.direct(hit.point, random, [&](const Ray& ray, glm::vec3 white) {
+            add(ray, white * weight * albedo(glm::dot(hit.point.shading_normal, ray.direction)));
+        });
         return;
     }
     const Bsdf bsdf = radiance_.bsdf(packet_, lane, hit, cone_width);

@@ -59,7 +59,7 @@ struct ShadowedLight {
     glm::vec3 radiance;     // towards the record; of a white surface unless kReflected
     glm::vec2 uv;
     float uv_per_length;
-    float cosine;  // of the ray to the hit's shading normal
+    float cosine_out, cosine_in;  // of ray and light to the hit's shading normal
 };
 
 /// One thread's working memory for a record at a time.
@@ -235,7 +235,7 @@ void Gatherer::shade_hit(const HitPacket& packet, int lane, const HitSurface& hi
         const glm::vec3 outgoing = -ray_direction(packet.ray, lane);
         radiance_.direct(hit.point, bsdf, outgoing, random, [&](const Ray& ray, glm::vec3 radiance) {
             w.shadow.add(ray);
-            w.lights.push_back({cell, ShadowedLight::kReflected, radiance, {}, 0.0f, 0.0f});
+            w.lights.push_back({cell, ShadowedLight::kReflected, radiance, {}, 0.0f, 0.0f, 0.0f});
         });
         if (radiance_.has_cache())
             add(w.samples, cell,
@@ -245,11 +245,13 @@ void Gatherer::shade_hit(const HitPacket& packet, int lane, const HitSurface& hi
     const float cosine = -glm::dot(hit.point.shading_normal, ray_direction(packet.ray, lane));
     radiance_.direct(hit.point, random, [&](const Ray& ray, glm::vec3 white) {
         w.shadow.add(ray);
-        w.lights.push_back({cell, hit.point.material, white, hit.point.uv, hit.uv_per_length, cosine});
+        w.lights.push_back({cell, hit.point.material, white, hit.point.uv, hit.uv_per_length, cosine,
+                            glm::dot(hit.point.shading_normal, ray.direction)});
     });
     if (radiance_.has_cache())
         add(w.samples, cell,
-            kInversePi * radiance_.albedo(hit.point.material, hit.point.uv, hit.uv_per_length, cone_width(cell, w), cosine) *
+            kInversePi * radiance_.albedo(hit.point.material, hit.point.uv, hit.uv_per_length, cone_width(cell, w), cosine,
+                                             cosine) *
                 radiance_.indirect_irradiance(hit.point, random));
 }
 
@@ -299,7 +301,8 @@ void Gatherer::shoot_shadow_rays(Workspace& w) const
         const ShadowedLight& light = w.lights[i];
         glm::vec3 radiance = light.radiance * w.shadow.transmittance(i);
         if (light.material != ShadowedLight::kReflected)
-            radiance *= radiance_.albedo(light.material, light.uv, light.uv_per_length, cone_width(light.cell, w), light.cosine);
+            radiance *= radiance_.albedo(light.material, light.uv, light.uv_per_length, cone_width(light.cell, w),
+                                         light.cosine_out, light.cosine_in);
         add(w.samples, light.cell, radiance);
     }
     w.shadow_rays += w.shadow.size();
