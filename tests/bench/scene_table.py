@@ -63,7 +63,7 @@ def measure(args, scene, camera, bounces):
         kept.write_text(json.dumps(stats))
     stats = json.loads(kept.read_text())
     image, image_png = args.output / f"{stem}.exr", args.output / f"{stem}.png"
-    rendered = run([args.rcsplat, "render", *common, *args.options, "--pixel-format", "float", "--exposure",
+    rendered = run([args.rcsplat, "render", *common, *args.render.split(), "--pixel-format", "float", "--exposure",
                     str(stats["tone_map"]["exposure"]), "-o", image, "-o", image_png])
     compared = run([args.rcsplat, "compare", image, reference, "--json"])
     error = flip(reference_png, image_png)
@@ -83,10 +83,10 @@ def main():
     parser.add_argument("--spp", type=int, default=4096)
     parser.add_argument("--bounces", type=int, nargs="+", default=[1, 4])
     parser.add_argument("--only", default="", help="part of a view's scene or camera name")
-    parser.add_argument("options", nargs="*", help="after --: options of rcsplat render")
+    parser.add_argument("--render", default="", help="options of rcsplat render, as one word: '--accuracy 0.1 --rays 512'")
     args = parser.parse_args()
     args.output.mkdir(parents=True, exist_ok=True)
-    print(f"{args.size} pixels, reference {args.spp} paths a pixel, render options: {' '.join(args.options) or 'defaults'}\n")
+    print(f"{args.size} pixels, reference {args.spp} paths a pixel, render options: {args.render or 'defaults'}\n")
     print("| view | bounces | MRE | bias | FLIP | render [s] | reference [s] |")
     print("| --- | --- | --- | --- | --- | --- | --- |")
     worst = {"mre": 0.0, "bias": 0.0, "flip": 0.0}
