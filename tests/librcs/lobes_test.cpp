@@ -36,6 +36,20 @@ void over_hemisphere(const Axes& axes, const std::function<void(glm::vec3, doubl
         }
 }
 
+std::array<double, kHarmonics> harmonics_in(glm::vec3 w)
+{
+    float x[kHarmonicLanes], y[kHarmonicLanes], z[kHarmonicLanes];
+    std::fill(x, x + kHarmonicLanes, w.x);
+    std::fill(y, y + kHarmonicLanes, w.y);
+    std::fill(z, z + kHarmonicLanes, w.z);
+    HarmonicLanes lanes;
+    evaluate_harmonics(detail::harmonic_factors(), x, y, z, lanes);
+    std::array<double, kHarmonics> values;
+    for (std::size_t k = 0; k < kHarmonics; ++k)
+        values[k] = static_cast<double>(lanes[k][3]);
+    return values;
+}
+
 using Light = std::function<double(glm::vec3)>;
 
 /// What the record would hold of that light.
@@ -43,15 +57,10 @@ std::array<double, kHarmonics> project(const Axes& axes, const Light& light)
 {
     std::array<double, kHarmonics> sums{};
     over_hemisphere(axes, [&](glm::vec3 w, double solid_angle) {
-        float x[kHarmonicLanes], y[kHarmonicLanes], z[kHarmonicLanes];
-        std::fill(x, x + kHarmonicLanes, w.x);
-        std::fill(y, y + kHarmonicLanes, w.y);
-        std::fill(z, z + kHarmonicLanes, w.z);
-        HarmonicLanes values;
-        evaluate_harmonics(detail::harmonic_factors(), x, y, z, values);
+        const auto values = harmonics_in(w);
         const double weight = light(w) * static_cast<double>(glm::dot(w, axes.z)) * solid_angle;
         for (std::size_t k = 0; k < kHarmonics; ++k)
-            sums[k] += weight * static_cast<double>(values[k][3]);
+            sums[k] += weight * values[k];
     });
     return sums;
 }
@@ -107,14 +116,9 @@ TEST(Harmonics, AreOrthonormal)
         std::array<double, kHarmonics> sums{};
         for (const Axes& half : {up, down})
             over_hemisphere(half, [&](glm::vec3 w, double solid_angle) {
-                float x[kHarmonicLanes], y[kHarmonicLanes], z[kHarmonicLanes];
-                std::fill(x, x + kHarmonicLanes, w.x);
-                std::fill(y, y + kHarmonicLanes, w.y);
-                std::fill(z, z + kHarmonicLanes, w.z);
-                HarmonicLanes values;
-                evaluate_harmonics(detail::harmonic_factors(), x, y, z, values);
+                const auto values = harmonics_in(w);
                 for (std::size_t n = 0; n < kHarmonics; ++n)
-                    sums[n] += static_cast<double>(values[k][0] * values[n][0]) * solid_angle;
+                    sums[n] += values[static_cast<std::size_t>(k)] * values[n] * solid_angle;
             });
         for (int n = 0; n < kHarmonics; ++n)
             EXPECT_NEAR(sums[static_cast<std::size_t>(n)], n == k ? 1.0 : 0.0, 2e-3) << k << " and " << n;

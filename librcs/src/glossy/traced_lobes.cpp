@@ -107,10 +107,7 @@ void LobeTracer::shade_packet(const Lane* lanes, int count, RayRing& ring, Works
 {
     const std::uint32_t active = (1u << count) - 1u;
     LaneWeights passed;
-    if (rays_.has_transparency())
-        intersect(rays_, active, w.packet, passed);
-    else
-        intersect(rays_, active, w.packet);
+    intersect(rays_, active, w.packet, passed);
     w.rays += static_cast<std::uint64_t>(count);
     FacePacket faces;
     find_faces(rays_, w.packet, faces);
@@ -122,9 +119,7 @@ void LobeTracer::shade_packet(const Lane* lanes, int count, RayRing& ring, Works
         if (w.packet.geometry[lane] == RayPacket::kMiss) {
             ray.target = direction;
             ray.distance = std::numeric_limits<float>::infinity();
-            ray.radiance = light_.environment().has_image() ? light_.environment().soft(direction) : light_.sky_radiance();
-            if (rays_.has_transparency())
-                ray.radiance *= passed.weight[lane];
+            ray.radiance = passed.weight[lane] * light_.environment().soft(direction);
             continue;
         }
         HitSurface hit = begin_hit(rays_, w.packet, faces, lane);
@@ -135,7 +130,7 @@ void LobeTracer::shade_packet(const Lane* lanes, int count, RayRing& ring, Works
         // The cone of directions that one of the rays stands for.
         const float cone = ray.distance / std::sqrt(std::max(ray.density, 1e-4f) * static_cast<float>(ring.count()));
         const float cone_width = bsdf.alpha > 2.0f * Bsdf::kLeastAlpha ? cone : 0.0f;
-        const glm::vec3 weight = rays_.has_transparency() ? passed.weight[lane] : glm::vec3(1.0f);
+        const glm::vec3 weight = passed.weight[lane];
         RandomStream random(mix64(key(pixel) + 2 * lanes[lane].number + 1));
         glm::vec3 albedo;
         const auto add = [&](glm::vec3 factor) {

@@ -374,15 +374,18 @@ void trace(const RayScene& rays, std::uint32_t active, RayPacket& packet, Passag
                      rays.impl().embree->top);
 }
 
-}  // namespace
-
-void intersect(const RayScene& rays, std::uint32_t active, HitPacket& packet)
+template <typename Packet>
+void trace_by_chance(const RayScene& rays, std::uint32_t active, Packet& packet)
 {
     if (!rays.has_transparency())
         return trace(rays, active, packet, nullptr);
     Passage passage(rays, Passage::Rule::by_chance);
     trace(rays, active, packet, &passage);
 }
+
+}  // namespace
+
+void intersect(const RayScene& rays, std::uint32_t active, HitPacket& packet) { trace_by_chance(rays, active, packet); }
 
 void intersect(const RayScene& rays, std::uint32_t active, HitPacket& packet, LaneWeights& weights)
 {
@@ -402,13 +405,7 @@ void intersect(const RayScene& rays, std::uint32_t active, HitPacket& packet, La
     }
 }
 
-void occluded(const RayScene& rays, std::uint32_t active, RayPacket& packet)
-{
-    if (!rays.has_transparency())
-        return trace(rays, active, packet, nullptr);
-    Passage passage(rays, Passage::Rule::by_chance);
-    trace(rays, active, packet, &passage);
-}
+void occluded(const RayScene& rays, std::uint32_t active, RayPacket& packet) { trace_by_chance(rays, active, packet); }
 
 void transmittance(const RayScene& rays, std::uint32_t active, RayPacket& packet, LaneWeights& transmitted)
 {

@@ -6,13 +6,13 @@
 #include <vector>
 
 #include "light/hit_radiance.h"
+#include "radiance/radiance_sums.h"
 #include "rays/hit_surface.h"
 #include "rays/packet.h"
 #include "rays/shadow_batch.h"
 #include "rcs/error.h"
 #include "rcs/records.h"
 #include "records/gather.h"
-#include "radiance/harmonics.h"
 #include "records/hemisphere.h"
 #include "util/color.h"
 #include "util/multiversion.h"
@@ -70,7 +70,7 @@ struct Workspace {
     ShadowBatch shadow;
     std::vector<ShadowedLight> lights;  // what each shadow ray brings if it is free
     HemisphereSamples samples;
-    HarmonicLanes radiance[3];  // sums over the packets, lane by lane
+    RadianceSums radiance;
     std::uint64_t hemisphere_rays = 0;
     std::uint64_t shadow_rays = 0;
 
@@ -148,35 +148,6 @@ void note_cells(const Frame& frame, const HitPacket& packet, const FacePacket& f
         s.plane_x[c] = hit ? qx * frame.x.x + qy * frame.x.y + qz * frame.x.z : 0.0f;
         s.plane_y[c] = hit ? qx * frame.y.x + qy * frame.y.y + qz * frame.y.z : 0.0f;
         s.plane_z[c] = hit ? qx * frame.z.x + qy * frame.z.y + qz * frame.z.z : 0.0f;
-    }
-}
-
-/// Adds one packet's radiance times its harmonics.
-RCS_MULTIVERSION
-void add_radiance(const detail::HarmonicFactors& factors, const RayPacket& ray, const float* red, const float* green,
-                  const float* blue, HarmonicLanes* sums)
-{
-    HarmonicLanes y;
-    evaluate_harmonics(factors, ray.direction_x, ray.direction_y, ray.direction_z, y);
-    for (int k = 0; k < kHarmonics; ++k) {
-        for (int i = 0; i < kWidth; ++i) {
-            sums[0][k][i] += red[i] * y[k][i];
-            sums[1][k][i] += green[i] * y[k][i];
-            sums[2][k][i] += blue[i] * y[k][i];
-        }
-    }
-}
-
-/// Sums over the lanes, by halves: short chains, and the same order for every vector width.
-RCS_MULTIVERSION
-void sum_lanes(const HarmonicLanes& lanes, float weight, float* sums)
-{
-    for (int k = 0; k < kHarmonics; ++k) {
-        float half[kWidth / 2];
-        for (int i = 0; i < kWidth / 2; ++i)
-            half[i] = lanes[k][i] + lanes[k][i + kWidth / 2];
-        const float a = half[0] + half[4], b = half[1] + half[5], c = half[2] + half[6], d = half[3] + half[7];
-        sums[k] = weight * ((a + c) + (b + d));
     }
 }
 
@@ -331,10 +302,7 @@ void Gatherer::trace(const Birth& birth, const Frame& frame, Workspace& w) const
     for (int first = 0; first < grid_.cells; first += kWidth) {
         const std::uint32_t active = fill_packet(frame, birth, w, first, grid_.cells);
         const std::size_t packet = static_cast<std::size_t>(first / kWidth);
-        if (rays_.has_transparency())
-            intersect(rays_, active, w.packets[packet], w.weights[packet]);
-        else
-            intersect(rays_, active, w.packets[packet]);
+        intersect(rays_, active, w.packets[packet], w.weights[packet]);
         w.hemisphere_rays += static_cast<std::uint64_t>(std::popcount(active));
         shade(frame, first, active, light_key, w);
     }
@@ -346,9 +314,7 @@ void Gatherer::trace(const Birth& birth, const Frame& frame, Workspace& w) const
 /// Cells have equal weights under the cosine: pi over their number.
 std::vector<float> Gatherer::radiance(Workspace& w) const
 {
-    for (HarmonicLanes& sums : w.radiance)
-        for (auto& lanes : sums)
-            std::fill(lanes, lanes + kWidth, 0.0f);
+    w.radiance.clear();
     for (int first = 0; first < grid_.cells; first += kWidth) {
         // Lanes past the last cell, and rays below the surface, bring nothing.
         float cells[3][kWidth] = {};
@@ -361,14 +327,9 @@ std::vector<float> Gatherer::radiance(Workspace& w) const
             any = any || cells[0][i] + cells[1][i] + cells[2][i] > 0.0f;
         }
         if (any)
-            add_radiance(detail::harmonic_factors(), w.packets[static_cast<std::size_t>(first / kWidth)].ray, cells[0],
-                         cells[1], cells[2], w.radiance);
+            w.radiance.add(w.packets[static_cast<std::size_t>(first / kWidth)].ray, cells[0], cells[1], cells[2]);
     }
-    const float weight = std::numbers::pi_v<float> / static_cast<float>(grid_.cells);
-    std::vector<float> coefficients(3 * kHarmonics);
-    for (std::size_t color = 0; color < 3; ++color)
-        sum_lanes(w.radiance[color], weight, coefficients.data() + color * kHarmonics);
-    return coefficients;
+    return w.radiance.coefficients(std::numbers::pi_v<float> / static_cast<float>(grid_.cells));
 }
 
 glm::vec3 to_scene(const Frame& frame, glm::vec3 local)
