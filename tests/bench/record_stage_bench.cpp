@@ -3,12 +3,14 @@
 ///
 ///     record_stage_bench SCENE [CAMERA] [SIZE]
 ///
-/// The packets are caught on their way from the library to Embree: this program defines the two packet
+/// The packets are caught on their way from the library to Embree: this program defines the packet
 /// functions itself, notes what passes through, and calls the library's.
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <dlfcn.h>
@@ -69,11 +71,18 @@ Function* library_function(const char* mangled)
 }
 
 using IntersectFunction = void(const rcs::RayScene&, std::uint32_t, rcs::HitPacket&);
+using WeighedFunction = void(const rcs::RayScene&, std::uint32_t, rcs::HitPacket&, rcs::LaneWeights&);
 using OccludedFunction = void(const rcs::RayScene&, std::uint32_t, rcs::RayPacket&);
 
 IntersectFunction* library_intersect()
 {
     static auto* function = library_function<IntersectFunction>("_ZN3rcs9intersectERKNS_8RaySceneEjRNS_9HitPacketE");
+    return function;
+}
+WeighedFunction* library_weighed()
+{
+    static auto* function = library_function<WeighedFunction>(
+        "_ZN3rcs9intersectERKNS_8RaySceneEjRNS_9HitPacketERNS_11LaneWeightsE");
     return function;
 }
 OccludedFunction* library_occluded()
@@ -101,6 +110,13 @@ void intersect(const RayScene& rays, std::uint32_t active, HitPacket& packet)
     if (catching.load(std::memory_order_relaxed))
         my_caught().push_back({packet.ray, active, false});
     timed([&] { library_intersect()(rays, active, packet); });
+}
+
+void intersect(const RayScene& rays, std::uint32_t active, HitPacket& packet, LaneWeights& weights)
+{
+    if (catching.load(std::memory_order_relaxed))
+        my_caught().push_back({packet.ray, active, false});
+    timed([&] { library_weighed()(rays, active, packet, weights); });
 }
 
 void occluded(const RayScene& rays, std::uint32_t active, RayPacket& packet)
@@ -192,8 +208,15 @@ try {
         caught.insert(caught.end(), list->begin(), list->end());
     all_caught().clear();
     const double million_rays = static_cast<double>(stats.hemisphere_rays + stats.shadow_rays) * 1e-6;
+    double caught_rays = 0.0;
+    for (const Caught& c : caught)
+        caught_rays += std::popcount(c.active);
     std::printf("%s: %llu records, %.1f M rays in %zu packets\n", argv[1], static_cast<unsigned long long>(stats.records),
                 million_rays, caught.size());
+    if (std::abs(caught_rays * 1e-6 - million_rays) > 0.01 * million_rays) {
+        std::fprintf(stderr, "record_stage_bench: caught %.1f M rays only: a way to Embree is not watched\n", caught_rays * 1e-6);
+        return 1;
+    }
 
     // Stage and bare loop in turn, so that a slow moment of the machine meets both.
     constexpr int kRounds = 3;

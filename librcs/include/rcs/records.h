@@ -30,6 +30,7 @@ struct Record {
     /// E_k over its translation gradient, on luminance, as first gathered [m]: that far away the expansion reaches
     /// zero or twice its value; may be +inf
     float gradient_reach = std::numeric_limits<float>::infinity();
+    int rays = 0;                         ///< hemisphere rays that it was gathered with
     float footprint = 0.0f;               ///< side of a pixel on the surface where it was made [m]
     float noise = 0.0f;                   ///< standard error of E_k relative to it, on luminance
     float spacing_radius = 0.0f;          ///< a R_k after all limits [m]: within it no other record is needed

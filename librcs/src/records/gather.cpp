@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -34,7 +35,7 @@ struct Birth {
     std::uint64_t key;
 };
 
-/// @param sample  which of the gathers at this place: each has its own rays
+/// @param sample  sets the gathers at this place apart: each has its own rays
 Birth birth_at(const GBuffer& g, std::uint32_t pixel, std::uint64_t seed, std::uint64_t sample = 0)
 {
     Birth b;
@@ -71,12 +72,14 @@ struct Workspace {
     std::vector<ShadowedLight> lights;  // what each shadow ray brings if it is free
     HemisphereSamples samples;
     RadianceSums radiance;
+    float cell_width = 0.0f;    // side of a cell's solid angle where the cosine is 1 [sqrt(sr)]
     std::uint64_t hemisphere_rays = 0;
     std::uint64_t shadow_rays = 0;
 
-    explicit Workspace(const HemisphereGrid& grid) : samples(grid.cells)
+    /// @param cells  of the largest grid to come
+    explicit Workspace(int cells) : samples(cells)
     {
-        const std::size_t packets_needed = static_cast<std::size_t>((grid.cells + kWidth - 1) / kWidth);
+        const std::size_t packets_needed = static_cast<std::size_t>((cells + kWidth - 1) / kWidth);
         x.resize(packets_needed * kWidth);
         y.resize(x.size());
         z.resize(x.size());
@@ -86,6 +89,12 @@ struct Workspace {
             reset(packet.ray);
     }
 };
+
+/// Of one cell's ray where it ends [m].
+float cone_width(std::uint32_t cell, const Workspace& w)
+{
+    return w.cell_width / (std::sqrt(w.samples.cosine[cell]) * w.samples.inverse_distance[cell]);
+}
 
 void add(HemisphereSamples& samples, std::uint32_t cell, glm::vec3 radiance)
 {
@@ -154,27 +163,22 @@ void note_cells(const Frame& frame, const HitPacket& packet, const FacePacket& f
 class Gatherer {
 public:
     Gatherer(const RayScene& rays, const RecordOptions& options, const LightCache* cache)
-        : rays_(rays), grid_(make_hemisphere_grid(options.rays)), radiance_(rays, cache),
-          has_bounce_(options.bounces > 0), keeps_radiance_(options.radiance)
+        : rays_(rays), radiance_(rays, cache), has_bounce_(options.bounces > 0), keeps_radiance_(options.radiance)
     {
     }
 
-    const HemisphereGrid& grid() const { return grid_; }
-    Record gather(const Birth& birth, Workspace& w) const;
+    Record gather(const Birth& birth, const HemisphereGrid& grid, Workspace& w) const;
 
 private:
-    void trace(const Birth& birth, const Frame& frame, Workspace& w) const;
-    void shade(const Frame& frame, int first, std::uint32_t active, std::uint64_t key, Workspace& w) const;
+    void trace(const Birth& birth, const HemisphereGrid& grid, const Frame& frame, Workspace& w) const;
+    void shade(const Frame& frame, int cells, int first, std::uint32_t active, std::uint64_t key, Workspace& w) const;
     void note_sky(const HitPacket& packet, std::uint32_t active, std::size_t first, int lanes, HemisphereSamples& s) const;
     void shade_hit(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell, std::uint64_t key,
                    Workspace& w) const;
-    float cone_width(std::uint32_t cell, const Workspace& w) const;
-    void tint(Workspace& w) const;
-    std::vector<float> radiance(Workspace& w) const;
+    std::vector<float> radiance(int cells, Workspace& w) const;
     void shoot_shadow_rays(Workspace& w) const;
 
     const RayScene& rays_;
-    HemisphereGrid grid_;
     HitRadiance radiance_;
     bool has_bounce_;
     bool keeps_radiance_;
@@ -206,7 +210,10 @@ void Gatherer::shade_hit(const HitPacket& packet, int lane, const HitSurface& hi
         const glm::vec3 outgoing = -ray_direction(packet.ray, lane);
         radiance_.direct(hit.point, bsdf, outgoing, random, [&](const Ray& ray, glm::vec3 radiance) {
             w.shadow.add(ray);
-            w.lights.push_back({cell, ShadowedLight::kReflected, radiance, {}, 0.0f, 0.0f, 0.0f});
+            ShadowedLight& light = w.lights.emplace_back();
+            light.cell = cell;
+            light.material = ShadowedLight::kReflected;
+            light.radiance = radiance;
         });
         if (radiance_.has_cache())
             add(w.samples, cell,
@@ -216,8 +223,15 @@ void Gatherer::shade_hit(const HitPacket& packet, int lane, const HitSurface& hi
     const float cosine = -glm::dot(hit.point.shading_normal, ray_direction(packet.ray, lane));
     radiance_.direct(hit.point, random, [&](const Ray& ray, glm::vec3 white) {
         w.shadow.add(ray);
-        w.lights.push_back({cell, hit.point.material, white, hit.point.uv, hit.uv_per_length, cosine,
-                            glm::dot(hit.point.shading_normal, ray.direction)});
+        // Filled in place: a copy would read back in one piece what has just been written in several, and wait for it.
+        ShadowedLight& light = w.lights.emplace_back();
+        light.cell = cell;
+        light.material = hit.point.material;
+        light.radiance = white;
+        light.uv = hit.point.uv;
+        light.uv_per_length = hit.uv_per_length;
+        light.cosine_out = cosine;
+        light.cosine_in = glm::dot(hit.point.shading_normal, ray.direction);
     });
     if (radiance_.has_cache())
         add(w.samples, cell,
@@ -226,10 +240,10 @@ void Gatherer::shade_hit(const HitPacket& packet, int lane, const HitSurface& hi
                 radiance_.indirect_irradiance(hit.point, random));
 }
 
-void Gatherer::shade(const Frame& frame, int first, std::uint32_t active, std::uint64_t key, Workspace& w) const
+void Gatherer::shade(const Frame& frame, int cells, int first, std::uint32_t active, std::uint64_t key, Workspace& w) const
 {
     const HitPacket& packet = w.packets[static_cast<std::size_t>(first / kWidth)];
-    const int lanes = std::min(kWidth, grid_.cells - first);
+    const int lanes = std::min(kWidth, cells - first);
     FacePacket faces;
     find_faces(rays_, packet, faces);
     note_cells(frame, packet, faces, active, radiance_.sky_radiance(), static_cast<std::size_t>(first), lanes, w.z.data(), w.samples);
@@ -255,14 +269,6 @@ void Gatherer::shade(const Frame& frame, int first, std::uint32_t active, std::u
     }
 }
 
-/// Of one cell's ray where it ends [m].
-float Gatherer::cone_width(std::uint32_t cell, const Workspace& w) const
-{
-    // A cell spans pi / (M N cos theta) of solid angle.
-    const float solid_angle = std::numbers::pi_v<float> / (static_cast<float>(grid_.cells) * w.samples.cosine[cell]);
-    return std::sqrt(solid_angle) / w.samples.inverse_distance[cell];
-}
-
 void Gatherer::shoot_shadow_rays(Workspace& w) const
 {
     w.shadow.trace(rays_);
@@ -280,9 +286,9 @@ void Gatherer::shoot_shadow_rays(Workspace& w) const
 }
 
 /// What the rays went through on their way.
-void Gatherer::tint(Workspace& w) const
+void tint(int cells, Workspace& w)
 {
-    for (int c = 0; c < grid_.cells; ++c) {
+    for (int c = 0; c < cells; ++c) {
         const glm::vec3 weight = w.weights[static_cast<std::size_t>(c / kWidth)].weight[c % kWidth];
         const std::size_t cell = static_cast<std::size_t>(c);
         w.samples.red[cell] *= weight.r;
@@ -291,45 +297,47 @@ void Gatherer::tint(Workspace& w) const
     }
 }
 
-void Gatherer::trace(const Birth& birth, const Frame& frame, Workspace& w) const
+void Gatherer::trace(const Birth& birth, const HemisphereGrid& grid, const Frame& frame, Workspace& w) const
 {
     RandomStream random(birth.key);
     const glm::vec2 shift(random.next(), random.next());
-    hemisphere_directions(grid_, shift, w.x.data(), w.y.data(), w.z.data());
+    // A cell spans pi / (M N cos theta) of solid angle.
+    w.cell_width = std::sqrt(std::numbers::pi_v<float> / static_cast<float>(grid.cells));
+    hemisphere_directions(grid, shift, w.x.data(), w.y.data(), w.z.data());
     w.shadow.clear();
     w.lights.clear();
     const std::uint64_t light_key = mix64(birth.key + 1);
-    for (int first = 0; first < grid_.cells; first += kWidth) {
-        const std::uint32_t active = fill_packet(frame, birth, w, first, grid_.cells);
+    for (int first = 0; first < grid.cells; first += kWidth) {
+        const std::uint32_t active = fill_packet(frame, birth, w, first, grid.cells);
         const std::size_t packet = static_cast<std::size_t>(first / kWidth);
         intersect(rays_, active, w.packets[packet], w.weights[packet]);
         w.hemisphere_rays += static_cast<std::uint64_t>(std::popcount(active));
-        shade(frame, first, active, light_key, w);
+        shade(frame, grid.cells, first, active, light_key, w);
     }
     shoot_shadow_rays(w);
     if (rays_.has_transparency())
-        tint(w);
+        tint(grid.cells, w);
 }
 
 /// Cells have equal weights under the cosine: pi over their number.
-std::vector<float> Gatherer::radiance(Workspace& w) const
+std::vector<float> Gatherer::radiance(int cells, Workspace& w) const
 {
     w.radiance.clear();
-    for (int first = 0; first < grid_.cells; first += kWidth) {
+    for (int first = 0; first < cells; first += kWidth) {
         // Lanes past the last cell, and rays below the surface, bring nothing.
-        float cells[3][kWidth] = {};
+        float colors[3][kWidth] = {};
         bool any = false;
-        for (int i = 0; i < std::min(kWidth, grid_.cells - first); ++i) {
+        for (int i = 0; i < std::min(kWidth, cells - first); ++i) {
             const std::size_t c = static_cast<std::size_t>(first + i);
-            cells[0][i] = w.samples.red[c];
-            cells[1][i] = w.samples.green[c];
-            cells[2][i] = w.samples.blue[c];
-            any = any || cells[0][i] + cells[1][i] + cells[2][i] > 0.0f;
+            colors[0][i] = w.samples.red[c];
+            colors[1][i] = w.samples.green[c];
+            colors[2][i] = w.samples.blue[c];
+            any = any || colors[0][i] + colors[1][i] + colors[2][i] > 0.0f;
         }
         if (any)
-            w.radiance.add(w.packets[static_cast<std::size_t>(first / kWidth)].ray, cells[0], cells[1], cells[2]);
+            w.radiance.add(w.packets[static_cast<std::size_t>(first / kWidth)].ray, colors[0], colors[1], colors[2]);
     }
-    return w.radiance.coefficients(std::numbers::pi_v<float> / static_cast<float>(grid_.cells));
+    return w.radiance.coefficients(std::numbers::pi_v<float> / static_cast<float>(cells));
 }
 
 glm::vec3 to_scene(const Frame& frame, glm::vec3 local)
@@ -346,11 +354,11 @@ float gradient_reach(const Record& r)
     return steepness > 0.0f ? luminance(r.irradiance) / steepness : std::numeric_limits<float>::infinity();
 }
 
-Record Gatherer::gather(const Birth& birth, Workspace& w) const
+Record Gatherer::gather(const Birth& birth, const HemisphereGrid& grid, Workspace& w) const
 {
     const Frame frame = make_frame(birth.normal, to_unit_float(static_cast<std::uint32_t>(mix64(birth.key + 2))));
-    trace(birth, frame, w);
-    const HemisphereIntegrals integrals = integrate(grid_, w.samples);
+    trace(birth, grid, frame, w);
+    const HemisphereIntegrals integrals = integrate(grid, w.samples);
     Record record;
     record.position = birth.position;
     record.normal = birth.normal;
@@ -363,8 +371,9 @@ Record Gatherer::gather(const Birth& birth, Workspace& w) const
     record.minimum_distance = integrals.minimum_distance;
     record.gradient_reach = gradient_reach(record);
     record.footprint = birth.footprint;
+    record.rays = grid.cells;
     if (keeps_radiance_)
-        record.radiance = radiance(w);
+        record.radiance = radiance(grid.cells, w);
     const float e = luminance(integrals.irradiance);
     record.noise = e > 0.0f ? std::min(1.0f, integrals.standard_error / e) : 0.0f;
     return record;
@@ -372,37 +381,33 @@ Record Gatherer::gather(const Birth& birth, Workspace& w) const
 
 }  // namespace
 
-Record mean_of_gathers(std::span<const Record> gathers)
+void add_gather(Record& record, const Record& more)
 {
-    const float n = static_cast<float>(gathers.size());
-    Record mean = gathers.front();
-    mean.irradiance = glm::vec3(0.0f);
-    mean.rotation_gradient = mean.translation_gradient = {};
-    std::fill(mean.radiance.begin(), mean.radiance.end(), 0.0f);
-    float variance = 0.0f;
-    for (const Record& g : gathers) {
-        mean.irradiance += g.irradiance / n;
-        for (std::size_t color = 0; color < 3; ++color) {
-            mean.rotation_gradient[color] += g.rotation_gradient[color] / n;
-            mean.translation_gradient[color] += g.translation_gradient[color] / n;
-        }
-        for (std::size_t k = 0; k < g.radiance.size(); ++k)
-            mean.radiance[k] += g.radiance[k] / n;
-        const float error = g.noise * luminance(g.irradiance) / n;
-        variance += error * error;
+    const float share = static_cast<float>(more.rays) / static_cast<float>(record.rays + more.rays);
+    const float before = record.noise * luminance(record.irradiance);
+    record.irradiance = glm::mix(record.irradiance, more.irradiance, share);
+    for (std::size_t color = 0; color < 3; ++color) {
+        record.rotation_gradient[color] = glm::mix(record.rotation_gradient[color], more.rotation_gradient[color], share);
+        record.translation_gradient[color] =
+            glm::mix(record.translation_gradient[color], more.translation_gradient[color], share);
     }
-    const float e = luminance(mean.irradiance);
-    mean.noise = e > 0.0f ? std::min(1.0f, std::sqrt(variance) / e) : 0.0f;
-    return mean;
+    for (std::size_t k = 0; k < record.radiance.size(); ++k)
+        record.radiance[k] = glm::mix(record.radiance[k], more.radiance[k], share);
+    const float error = std::hypot((1.0f - share) * before, share * more.noise * luminance(more.irradiance));
+    const float e = luminance(record.irradiance);
+    record.noise = e > 0.0f ? std::min(1.0f, error / e) : 0.0f;
+    record.rays += more.rays;
 }
 
 struct RecordGatherer::Impl {
     Gatherer gatherer;
+    HemisphereGrid grid;
     std::uint64_t seed;
 };
 
 RecordGatherer::RecordGatherer(const RayScene& rays, const RecordOptions& options, const LightCache* cache)
-    : impl_(new Impl{Gatherer(rays, options, options.bounces > 1 ? cache : nullptr), options.seed})
+    : impl_(new Impl{Gatherer(rays, options, options.bounces > 1 ? cache : nullptr), make_hemisphere_grid(options.rays),
+                     options.seed})
 {
     if (options.bounces > 1 && !cache)
         throw Error(ErrorCode::bad_argument, "records.bounces is " + std::to_string(options.bounces) +
@@ -411,23 +416,32 @@ RecordGatherer::RecordGatherer(const RayScene& rays, const RecordOptions& option
 
 RecordGatherer::~RecordGatherer() = default;
 
-int RecordGatherer::rays() const { return impl_->gatherer.grid().cells; }
+int RecordGatherer::rays() const { return impl_->grid.cells; }
 
-std::vector<Record> RecordGatherer::gather(const GBuffer& gbuffer, const std::vector<std::uint32_t>& pixels,
-                                           ThreadPool& pool, RecordStats& stats) const
+namespace {
+
+void count(const std::vector<Workspace>& workspaces, RecordStats& stats)
 {
-    const Gatherer& gatherer = impl_->gatherer;
-    std::vector<Record> records(pixels.size());
-    std::vector<Workspace> workspaces(static_cast<std::size_t>(pool.size()), Workspace(gatherer.grid()));
-    pool.parallel_for(pixels.size(), 4, [&](std::size_t begin, std::size_t end, int thread) {
-        for (std::size_t i = begin; i < end; ++i)
-            records[i] = gatherer.gather(birth_at(gbuffer, pixels[i], impl_->seed),
-                                         workspaces[static_cast<std::size_t>(thread)]);
-    });
     for (const Workspace& w : workspaces) {
         stats.hemisphere_rays += w.hemisphere_rays;
         stats.shadow_rays += w.shadow_rays;
     }
+}
+
+}  // namespace
+
+std::vector<Record> RecordGatherer::gather(const GBuffer& gbuffer, const std::vector<std::uint32_t>& pixels,
+                                           ThreadPool& pool, RecordStats& stats) const
+{
+    const HemisphereGrid& grid = impl_->grid;
+    std::vector<Record> records(pixels.size());
+    std::vector<Workspace> workspaces(static_cast<std::size_t>(pool.size()), Workspace(grid.cells));
+    pool.parallel_for(pixels.size(), 4, [&](std::size_t begin, std::size_t end, int thread) {
+        for (std::size_t i = begin; i < end; ++i)
+            records[i] = impl_->gatherer.gather(birth_at(gbuffer, pixels[i], impl_->seed), grid,
+                                                workspaces[static_cast<std::size_t>(thread)]);
+    });
+    count(workspaces, stats);
     stats.records += records.size();
     return records;
 }
@@ -436,31 +450,37 @@ void RecordGatherer::gather_more(const GBuffer& gbuffer, std::span<const std::ui
                                  std::span<const int> extra, std::span<Record> records, ThreadPool& pool,
                                  RecordStats& stats, const std::function<void(float)>& report) const
 {
-    const Gatherer& gatherer = impl_->gatherer;
     std::vector<std::size_t> wanted;  // which records get more
-    for (std::size_t i = 0; i < pixels.size(); ++i)
-        if (extra[i] > 0)
-            wanted.push_back(i);
-    std::vector<Workspace> workspaces(static_cast<std::size_t>(pool.size()), Workspace(gatherer.grid()));
-    const auto improve = [&](std::size_t i, Workspace& w) {
-        std::vector<Record> gathers{records[i]};
-        for (int sample = 1; sample <= extra[i]; ++sample)
-            gathers.push_back(
-                gatherer.gather(birth_at(gbuffer, pixels[i], impl_->seed, static_cast<std::uint64_t>(sample)), w));
-        records[i] = mean_of_gathers(gathers);
-    };
+    std::map<int, HemisphereGrid> grids;
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+        if (extra[i] <= 0)
+            continue;
+        wanted.push_back(i);
+        if (!grids.contains(extra[i]))
+            grids[extra[i]] = make_hemisphere_grid(extra[i] * rays());
+    }
+    if (wanted.empty())
+        return;
+    int most_cells = 0;
+    for (const auto& [times, grid] : grids)
+        most_cells = std::max(most_cells, grid.cells);
+    std::vector<Workspace> workspaces(static_cast<std::size_t>(pool.size()), Workspace(most_cells));
     for (std::size_t done = 0; done < wanted.size(); done += kBatch) {
         report(static_cast<float>(done) / static_cast<float>(wanted.size()));
         pool.parallel_for(std::min(kBatch, wanted.size() - done), 4, [&](std::size_t begin, std::size_t end, int thread) {
-            for (std::size_t k = done + begin; k < done + end; ++k)
-                improve(wanted[k], workspaces[static_cast<std::size_t>(thread)]);
+            for (std::size_t k = done + begin; k < done + end; ++k) {
+                Record& record = records[wanted[k]];
+                const Birth birth = birth_at(gbuffer, pixels[wanted[k]], impl_->seed, static_cast<std::uint64_t>(record.rays));
+                add_gather(record, impl_->gatherer.gather(birth, grids.at(extra[wanted[k]]),
+                                                          workspaces[static_cast<std::size_t>(thread)]));
+            }
         });
     }
-    for (const Workspace& w : workspaces) {
-        stats.hemisphere_rays += w.hemisphere_rays;
-        stats.shadow_rays += w.shadow_rays;
-        stats.refining_rays += w.hemisphere_rays;
-    }
+    RecordStats more;
+    count(workspaces, more);
+    stats.hemisphere_rays += more.hemisphere_rays;
+    stats.shadow_rays += more.shadow_rays;
+    stats.refining_rays += more.hemisphere_rays;
     stats.refined += wanted.size();
 }
 

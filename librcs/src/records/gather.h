@@ -23,7 +23,8 @@ public:
     /// Hemisphere rays of one gather: options.rays, rounded to M x N strata.
     int rays() const;
 
-    /// Gathers again at record i's pixel, extra[i] times with other rays, and averages all into the record.
+    /// Gathers again at record i's pixel, with extra[i] times as many rays as rays(), other ones, and averages them
+    /// into the record.
     /// @param report  told the fraction done, on this thread; may throw
     void gather_more(const GBuffer& gbuffer, std::span<const std::uint32_t> pixels, std::span<const int> extra,
                      std::span<Record> records, ThreadPool& pool, RecordStats& stats,
@@ -34,9 +35,8 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
-/// Irradiance, gradients and noise of several gathers at one place, as if they were one. What the spacing rests on
-/// comes from the first: else records would claim other pixels than those that were filled around them.
-/// @param gathers  at least one, of equally many rays
-Record mean_of_gathers(std::span<const Record> gathers);
+/// Averages a further gather at the record's place into its irradiance, gradients, radiance and noise, by numbers of
+/// rays. What the spacing rests on stays: else records would claim other pixels than those filled around them.
+void add_gather(Record& record, const Record& more);
 
 }  // namespace rcs

@@ -115,6 +115,7 @@ RCS_ALWAYS_INLINE void splat_rows(const TiledSurfaces::Tile& t, TileSums& sums, 
     for (int y = y0; y < y1; ++y) {
         const int row = y * kTile;
         float weighted_r[kTile], weighted_g[kTile], weighted_b[kTile];
+        int reached = 0;
         for (int i = row; i < row + kTile; ++i) {
             const float dx = t.px[i] - kx, dy = t.py[i] - ky, dz = t.pz[i] - kz;
             const float nx = t.nx[i], ny = t.ny[i], nz = t.nz[i];
@@ -137,9 +138,10 @@ RCS_ALWAYS_INLINE void splat_rows(const TiledSurfaces::Tile& t, TileSums& sums, 
                 weighted_g[i - row] = g;
                 weighted_b[i - row] = b;
                 sums.count[i] += raw > 0.0f ? 1.0f : 0.0f;
+                reached |= raw > 0.0f;
             }
         }
-        if (!kWeightsOnly && glossy && glossy->lit[y])
+        if (!kWeightsOnly && glossy && glossy->lit[y] && reached != 0)
             splat_glossy_row(weighted_r, weighted_g, weighted_b, &radiance->coefficients[0].x, glossy->lobes[y],
                              glossy->r + row, glossy->g + row, glossy->b + row);
     }
