@@ -23,7 +23,35 @@ struct RenderArguments {
     ReportArguments report;
     RenderOptions options;
     std::string splat = "auto";
+    std::string target_error, budget;
 };
+
+// What a forecast without a target of its own aims at.
+constexpr double kDryRunError = 0.05;
+
+/// About what writing the pictures takes, for a budget to leave [s]: measured on two cores (docs/accuracy.md).
+double writing_seconds(const std::vector<std::string>& files, const RenderOptions& options)
+{
+    const double megapixels = 1e-6 * options.width * options.height;
+    double seconds = 0.0;
+    for (const std::string& file : files) {
+        seconds += megapixels * (file.ends_with(".exr") ? 0.75 : 0.25);
+    }
+    return seconds;
+}
+
+std::string to_text(const Forecast& forecast)
+{
+    std::string text = "\nerror of indirect light   seconds in all\n";
+    char line[128];
+    for (const Forecast::Point& point : forecast.points) {
+        std::snprintf(line, sizeof line, "%20.0f %%   %14.1f\n", 100.0 * point.error, point.seconds);
+        text += line;
+    }
+    std::snprintf(line, sizeof line, "aims at %.1f %%, which takes %.1f s with %d sample%s a pixel\n\n",
+                  100.0 * forecast.goal_error, forecast.goal_seconds, forecast.passes, forecast.passes == 1 ? "" : "s");
+    return text + line;
+}
 
 /// The options as the library takes them: texts parsed, fields that follow from others set.
 RenderOptions final_options(const RenderArguments& arguments)
@@ -33,6 +61,15 @@ RenderOptions final_options(const RenderArguments& arguments)
     options.width = size.width;
     options.height = size.height;
     options.splat = parse_splat_method(arguments.splat);
+    if (!arguments.target_error.empty()) {
+        options.target_error = parse_error_target(arguments.target_error);
+    }
+    if (!arguments.budget.empty()) {
+        options.budget_seconds = parse_budget(arguments.budget);
+    }
+    if (options.dry_run && options.target_error == 0.0 && options.budget_seconds == 0.0) {
+        options.target_error = kDryRunError;
+    }
     options.direct.penumbra_samples = std::max(options.direct.penumbra_samples, options.direct.area_samples);
     validate(options);
     return options;
@@ -45,7 +82,7 @@ void render_scene(const RenderArguments& arguments, const CLI::App& command)
 {
     const auto begin = std::chrono::steady_clock::now();
     ProgressBar bar(parse_log_level(arguments.report.log_level), arguments.report.quiet);
-    const RenderOptions options = final_options(arguments);
+    RenderOptions options = final_options(arguments);
     const OutputFiles outputs(arguments.output, PixelFormat::half_float, bar.log());
     check_text_path(arguments.report.stats_file);
 
@@ -59,9 +96,35 @@ void render_scene(const RenderArguments& arguments, const CLI::App& command)
     const std::unique_ptr<GlContext> gl =
         timed(report, "gl", [&] { return std::make_unique<GlContext>(bar.log()); });
 
-    RenderResult result = render(*gl, rays, camera, options, pool, {}, bar.log(), bar.progress());
+    // What comes before and after render() counts as well.
+    const double before = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    const double around = before + writing_seconds(arguments.output.files, options);
+    if (options.budget_seconds > 0.0) {
+        options.budget_seconds = std::max(1e-3, options.budget_seconds - around);
+    }
+    const auto tell_forecast = [&](Forecast forecast) {
+        for (Forecast::Point& point : forecast.points) {
+            point.seconds += around;
+        }
+        forecast.goal_seconds += around;
+        report.forecast = forecast;
+        if (!arguments.report.quiet && !arguments.report.json) {
+            bar.finish();
+            std::fputs(to_text(forecast).c_str(), stdout);
+            std::fflush(stdout);
+        }
+    };
+    RenderResult result = render(*gl, rays, camera, options, pool, {}, bar.log(), bar.progress(), tell_forecast);
     for (const auto& [stage, seconds] : result.stats.stage_seconds) {
         report.add(stage, seconds);
+    }
+    if (options.dry_run) {
+        bar.finish();
+        report.render = std::move(result.stats);
+        if (!arguments.report.stats_file.empty() || arguments.report.json) {
+            deliver(report, arguments.report, begin);
+        }
+        return;
     }
     result.image.metadata["rcs:scene"] = arguments.scene.scene;
     result.image.metadata["rcs:environment"] = arguments.scene.environment;
@@ -79,6 +142,13 @@ void add_render_command(CLI::App& app, Action& action)
     const auto arguments = std::make_shared<RenderArguments>();
     RenderOptions& options = arguments->options;
     add_scene_arguments(command, arguments->scene, {options.width, options.height});
+    command.add_option("--target-error", arguments->target_error,
+                       "Mean relative error of indirect light to stop at, such as 5%: records and rays go where it takes them")
+        ->type_name("E")->check([](const std::string& text) { return check_text(parse_error_target, text); }, "");
+    command.add_option("--budget", arguments->budget,
+                       "Wall time to spend, such as 20s: records and rays go where they lower the error most")
+        ->type_name("T")->check([](const std::string& text) { return check_text(parse_budget, text); }, "");
+    command.add_flag("--dry-run", options.dry_run, "Print what which error would cost, and stop");
     add_number(command, "--accuracy", options.records.error_tolerance, {0, 1, true},
                "Ward's a, the error that records may be off by; smaller is finer");
     add_number(command, "--rays", options.records.rays, {16, 65536}, "Hemisphere rays for each record at first");
@@ -99,12 +169,16 @@ void add_render_command(CLI::App& app, Action& action)
                "Rays a pixel along reflections too sharp for records");
     add_number(command, "--seed", options.seed, {0, kLargestSeed}, "Seed of all random numbers");
     add_output_arguments(command, arguments->output,
-                         {"beauty", "emission", "direct", "indirect", "irradiance", "albedo", "normal", "depth",
+                         {"beauty", "emission", "direct", "indirect", "indirect_error", "irradiance", "albedo", "normal", "depth",
                           "records"});
     add_report_arguments(command, arguments->report);
     command.footer(
         "Example: rcsplat render sponza.glb --camera atrium --size 1000x1000 -o sponza.png -o sponza.exr");
+    command.get_option("--output")->required(false);
     command.callback([arguments, &command, &action] {
+        if (arguments->output.files.empty() && !arguments->options.dry_run) {
+            throw CLI::RequiredError("--output");
+        }
         action = [arguments, &command] { render_scene(*arguments, command); };
     });
 }

@@ -178,6 +178,32 @@ double parse_time(const std::string& text)
     return value;
 }
 
+double parse_error_target(const std::string& text)
+{
+    const char* cursor = text.c_str();
+    double value = 0.0;
+    const bool number = take_number(cursor, value);
+    const bool percent = number && *cursor == '%';
+    value *= percent ? 0.01 : 1.0;
+    if (!number || cursor[percent ? 1 : 0] != '\0' || !(value > 0.0 && value <= 1.0)) {
+        throw Error(ErrorCode::bad_argument, text + " is no relative error in (0, 1], such as 5% or 0.05");
+    }
+    return value;
+}
+
+double parse_budget(const std::string& text)
+{
+    const char* cursor = text.c_str();
+    double value = 0.0;
+    const bool number = take_number(cursor, value);
+    const std::string unit = cursor;
+    value *= unit == "m" ? 60.0 : 1.0;
+    if (!number || !(unit.empty() || unit == "s" || unit == "m") || !(value > 0.0 && value <= 1e6)) {
+        throw Error(ErrorCode::bad_argument, text + " is no time in (0, 1e6] seconds, such as 20s or 2m");
+    }
+    return value;
+}
+
 EnvironmentChoice parse_environment(const std::string& text)
 {
     if (text == "scene") {

@@ -69,6 +69,10 @@ void add_report_arguments(CLI::App& app, ReportArguments& arguments);
 // that a command line that parsed cannot fail here, and CLI11 puts the option's name before the message.
 Size parse_size(const std::string& text);
 double parse_time(const std::string& text);
+/// "5%" or "0.05". @return in (0, 1]
+double parse_error_target(const std::string& text);
+/// "20s", "2m" or "20", in seconds. @return [s], in (0, 1e6]
+double parse_budget(const std::string& text);
 /// What --environment says: nothing, a constant, or the name of a file.
 struct EnvironmentChoice {
     std::optional<glm::vec3> radiance;

@@ -73,6 +73,9 @@ void add_render(Json& json, const RunReport& report)
                                {"bytes", stats.light_cache.bytes},
                                {"seconds", seconds_of(report, "bounces")}};
     }
+    json["error_estimate"] = {{"mean_relative", stats.error.mean_relative},
+                              {"median_relative", stats.error.median_relative},
+                              {"p95_relative", stats.error.p95_relative}};
     json["splats"] = stats.splats.splats;
     json["pixels_per_splat"] =
         per(static_cast<double>(stats.splats.samples), static_cast<double>(stats.splats.splats));
@@ -131,6 +134,8 @@ void append_render(std::string& text, const RunReport& report)
     }
     append(text, "splats   %s as %s, %s pixels each\n", short_count(stats.splats.splats).c_str(),
            stats.splat_method.c_str(), short_count(pixels).c_str());
+    append(text, "error    indirect light is off by about %.1f %% in the mean, %.1f %% in the median, %.1f %% at the 95th percentile\n",
+           100.0 * stats.error.mean_relative, 100.0 * stats.error.median_relative, 100.0 * stats.error.p95_relative);
     append(text, "OpenGL   %s (%s)\n", stats.gl_renderer.c_str(), stats.gl_platform.c_str());
     if (stats.unserved_pixels > 0) {
         append(text, "warning  %s visible pixels have no record\n", short_count(stats.unserved_pixels).c_str());
@@ -174,6 +179,13 @@ Json to_json(const RunReport& report)
     } else {
         json["paths"] = report.paths;
     }
+    if (report.forecast) {
+        json["forecast"] = {{"error", report.forecast->goal_error}, {"seconds", report.forecast->goal_seconds},
+                            {"passes", report.forecast->passes}, {"points", Json::array()}};
+        for (const Forecast::Point& point : report.forecast->points) {
+            json["forecast"]["points"].push_back({{"error", point.error}, {"seconds", finite_or_null(point.seconds)}});
+        }
+    }
     if (report.shown_with) {
         json["tone_map"] = {{"config", report.shown_with->config}, {"display", report.shown_with->display},
                             {"view", report.shown_with->view}, {"exposure", report.shown_with->exposure}};
@@ -210,6 +222,10 @@ std::string to_text(const RunReport& report)
         append_render(text, report);
     } else {
         append(text, "paths    %s\n", short_count(report.paths).c_str());
+    }
+    if (report.forecast) {
+        append(text, "forecast %.1f s for %.1f %%; it took %.1f s\n", report.forecast->goal_seconds,
+               100.0 * report.forecast->goal_error, report.seconds);
     }
     append(text, "memory   %.0f MB at the most\n", static_cast<double>(peak_memory()) * 1e-6);
     if (report.shown_with) {

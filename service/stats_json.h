@@ -30,6 +30,7 @@ struct RunReport {
     double seconds = 0.0;                                            ///< wall time of the whole command
     std::optional<RenderStats> render;                               ///< of the render command
     std::uint64_t paths = 0;                                         ///< of the reference command
+    std::optional<Forecast> forecast;                                ///< with a target or budget
     std::optional<ShownWith> shown_with;
     std::vector<std::string> written;
 

@@ -14,6 +14,7 @@ flat in int record_index;
 
 layout(location = RCS_SPLAT_TARGET_SUMS) out vec4 sums;    // blend: add
 layout(location = RCS_SPLAT_TARGET_COUNT) out float count; // blend: add
+layout(location = RCS_SPLAT_TARGET_ERROR) out vec4 error;  // blend: add
 
 #ifdef RCS_SPLAT_GLOSSY
 layout(std430, binding = RCS_SPLAT_BUFFER_RADIANCE) readonly buffer Radiances
@@ -62,8 +63,12 @@ void main()
     weight *= records[record_index].irradiance.w;
 
     vec3 r = cross(kn, n);
-    sums = vec4(weight * vec3(extrapolate(0, d, r), extrapolate(1, d, r), extrapolate(2, d, r)), weight);
+    vec3 e = vec3(extrapolate(0, d, r), extrapolate(1, d, r), extrapolate(2, d, r));
+    sums = vec4(weight * e, weight);
     count = 1.0;
+    float l = records[record_index].rotation_gradient[0].w * rcs_luminance(e.r, e.g, e.b);
+    float variance = weight * records[record_index].rotation_gradient[1].w;
+    error = vec4(weight * l * l, variance, weight * variance, 0.0);
 #ifdef RCS_SPLAT_GLOSSY
     int first_lobe = 9 * (pixel.y * image_size.x + pixel.x);
     vec3 radiance = vec3(reflected(0, first_lobe), reflected(1, first_lobe), reflected(2, first_lobe));

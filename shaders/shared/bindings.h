@@ -16,7 +16,8 @@
 #define RCS_SPLAT_UNIFORM_IMAGE_SIZE 0           // ivec2 [px]
 #define RCS_SPLAT_TARGET_SUMS 0                  // RGBA32F: rgb sum w E, a sum w
 #define RCS_SPLAT_TARGET_COUNT 1                 // R32F: records with w > 0
+#define RCS_SPLAT_TARGET_ERROR 2                 // RGBA32F: r sum w L^2, g sum w v, b sum w^2 v; a unused
 // ... and with glossy light
 #define RCS_SPLAT_BUFFER_RADIANCE 1              // std430, GpuRadiance[]
 #define RCS_SPLAT_BUFFER_LOBES 2                 // std430, vec4[9] per pixel of the band
-#define RCS_SPLAT_TARGET_GLOSSY 2                // RGBA32F: rgb sum w L; a unused
+#define RCS_SPLAT_TARGET_GLOSSY 3                // RGBA32F: rgb sum w L; a unused

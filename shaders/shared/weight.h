@@ -39,6 +39,11 @@ RCS_SHARED_FUNCTION float rcs_extrapolate(float e, float dx, float dy, float dz,
     return max(0.0f, e + change);
 }
 
+RCS_SHARED_FUNCTION float rcs_luminance(float r, float g, float b)
+{
+    return 0.2126f * r + 0.7152f * g + 0.0722f * b;
+}
+
 // What a record's glossy light at a pixel is multiplied with. Its radiance is weighted by the cosine to the record's
 // normal, not the pixel's: uniform radiance, which has to be reflected as it is, tells by how much that is off.
 // @param uniform  the lobe's reflection of uniform radiance as the record would hold it, times pi / irradiance

@@ -11,6 +11,7 @@
 #include "rcs/gbuffer.h"
 #include "rcs/gl_context.h"
 #include "rcs/records.h"
+#include "support/same_bits.h"
 #include "support/scenes.h"
 
 namespace rcs {
@@ -56,10 +57,7 @@ protected:
     }
 };
 
-bool same_bits(const std::vector<Record>& a, const std::vector<Record>& b)
-{
-    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Record)) == 0;
-}
+using test::same_bits;
 
 TEST_F(PlaceRecords, LeavesNoVisiblePointUnserved)
 {

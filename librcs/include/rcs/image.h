@@ -38,6 +38,7 @@ struct Image {
 /// | emission        | 3        | radiance emitted towards the camera, background included         |
 /// | direct          | 3        | reflected direct light of lamps                                  |
 /// | indirect        | 3        | reflected indirect light, irradiance times albedo over pi        |
+/// | indirect_error  | 1        | standard error of indirect's luminance, estimated (error_estimate.h) |
 /// | irradiance      | 3        | indirect irradiance [W m^-2]                                     |
 /// | albedo          | 3        | diffuse reflectance                                              |
 /// | normal          | 3        | shading normal, world space                                      |

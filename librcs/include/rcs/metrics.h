@@ -7,8 +7,11 @@
 
 namespace rcs {
 
+/// Part of the mean that relative errors add to what they divide by, so that black pixels have one too.
+inline constexpr double kRelativeErrorFloor = 0.01;
+
 /// Errors of image I against reference R, on luminance (Rec. 709: 0.2126, 0.7152, 0.0722), with
-/// eps = 0.01 mean(R). Pixels where either is not finite are counted, not averaged.
+/// eps = kRelativeErrorFloor mean(R). Pixels where either is not finite are counted, not averaged.
 struct ErrorMetrics {
     std::size_t pixels = 0;
     std::size_t not_finite = 0;

@@ -4,6 +4,7 @@
 #include "rcs/camera.h"
 #include "rcs/direct_light.h"
 #include "rcs/error.h"
+#include "rcs/error_estimate.h"
 #include "rcs/gbuffer.h"
 #include "rcs/gl_context.h"
 #include "rcs/image.h"

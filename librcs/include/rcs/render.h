@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "rcs/direct_light.h"
+#include "rcs/error_estimate.h"
 #include "rcs/image.h"
 #include "rcs/light_cache.h"
 #include "rcs/log.h"
@@ -24,11 +26,31 @@ struct RenderOptions {
     int lobe_rays = 16;    ///< rays a pixel along lobes too narrow for records, shared between neighbours, in [1, 1024]
     float overlap = 3.0f;  ///< influence radius of the last splat, in spacing radii, in [1, 16]
     SplatMethod splat = SplatMethod::automatic;
+    /// Mean relative error of indirect light to reach (ErrorEstimate), in (0, 1]; 0: what `records` says is done. With it,
+    /// or with a budget, records are placed and rays chosen by the estimated error, from coarser settings than `records`.
+    double target_error = 0.0;
+    /// Wall time of render() to spend [s], in [0, 1e6]; 0: no limit. Takes fewer passes where the time asks for it. What is
+    /// rendered then depends on the machine.
+    double budget_seconds = 0.0;
+    bool dry_run = false;  ///< stop after the forecast
     std::uint64_t seed = 1;  ///< of every random stream
 };
 
 /// @throws Error bad_argument: the field, its value and its range
 void validate(const RenderOptions& options);
+
+/// What render() takes in all for a mean relative error of indirect light, said before the main work.
+struct Forecast {
+    struct Point {
+        double error;    ///< as RenderOptions::target_error
+        double seconds;  ///< wall time of render()
+    };
+    std::vector<Point> points;  ///< from large errors to small ones
+    double goal_error = 0.0;    ///< what is aimed at
+    double goal_seconds = 0.0;
+    int passes = 1;             ///< samples a pixel
+};
+using ForecastFunction = std::function<void(const Forecast&)>;
 
 /// Rays along lobes that are too narrow for records.
 struct GlossyStats {
@@ -36,12 +58,14 @@ struct GlossyStats {
 };
 
 struct RenderStats {
+    Forecast forecast;  ///< empty without a target or budget
     std::vector<std::pair<std::string, double>> stage_seconds;  ///< in order of execution; wall time
     RecordStats records;
     SplatStats splats;
     LightCacheStats light_cache;  ///< of the bounces beyond the first
     std::uint64_t direct_shadow_rays = 0;
     GlossyStats traced;                 ///< narrow lobes, ray traced per pixel
+    ErrorEstimate error;                ///< of the picture's indirect light
     std::uint64_t unserved_pixels = 0;  ///< visible pixels that no record reaches: 0 unless something is wrong
     std::string splat_method;           ///< "quads" or "tiles"
     std::string gl_renderer, gl_version, gl_platform;
@@ -58,9 +82,10 @@ struct RenderResult {
 
 /// Renders one view of the scene: emission, direct light, and indirect light by radiance cache
 /// splatting (Gautron et al. 2005).
+/// @param forecast  told once, with a target or budget
 /// @param cache  records of earlier frames of the same scene to start from; may be empty
 RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, const RenderOptions& options,
                     ThreadPool& pool, std::vector<Record> cache = {}, const LogFunction& log = {},
-                    const ProgressFunction& progress = {});
+                    const ProgressFunction& progress = {}, const ForecastFunction& forecast = {});
 
 }  // namespace rcs

@@ -29,6 +29,10 @@ struct SplatBuffer {
     std::vector<float> weighted_r, weighted_g, weighted_b;  ///< sum w_k E_k(p, n) [W m^-2]
     std::vector<float> weight;                              ///< sum w_k
     std::vector<float> count;                               ///< records with w_k > 0
+    /// What the error estimate takes (sum w_k l_k(p)^2, sum w_k v_k, sum w_k^2 v_k), of each record's luminance l_k as it
+    /// is extrapolated and its variance v_k, in units of `luminance_unit` [W m^-2] and its square.
+    std::vector<float> squares, variance, variance_of_sum;
+    float luminance_unit = 1.0f;
     /// sum w_k L_k(p, lobe): radiance that the pixel's specular lobe reflects, over the lobe's directional albedo
     /// [W m^-2 sr^-1]. Empty unless lobes were asked for; 0 where the pixel has none.
     std::vector<float> glossy_r, glossy_g, glossy_b;

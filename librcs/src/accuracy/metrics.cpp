@@ -157,7 +157,7 @@ ErrorMetrics compare_images(const LayeredImage& image, const LayeredImage& refer
         return metrics;
     }
     const double mean_reference = mean(samples.reference);
-    const double eps = 0.01 * std::abs(mean_reference);
+    const double eps = kRelativeErrorFloor * std::abs(mean_reference);
     std::vector<double> relative(metrics.pixels);
     double square = 0.0, relative_square = 0.0;
     for (std::size_t i = 0; i < metrics.pixels; ++i) {

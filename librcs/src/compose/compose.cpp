@@ -37,6 +37,23 @@ glm::vec3 glossy_radiance(const Shading& shading, const SplatBuffer& sums, std::
            (glm::vec3(sums.glossy_r[i], sums.glossy_g[i], sums.glossy_b[i]) / sums.weight[i]);
 }
 
+// While passes are summed up, the error has two parts: that of records, which all passes share, adds up; that of traced
+// lobes, each pass by itself, adds up squared.
+constexpr const char* kErrorLayer = "indirect_error";
+constexpr int kErrorParts = 2;
+constexpr std::size_t kOfRecords = 0, kOfTraced = 1;
+
+/// One standard error from the two parts. @param image  sums of `passes`; becomes their mean
+void finish_error(int passes, Image& image)
+{
+    Image error(image.width, image.height, 1);
+    for (std::size_t i = 0; i < error.pixels.size(); ++i) {
+        const float records = image.pixels[kErrorParts * i + kOfRecords], traced = image.pixels[kErrorParts * i + kOfTraced];
+        error.pixels[i] = std::sqrt(records * records + traced) / static_cast<float>(passes);
+    }
+    image = std::move(error);
+}
+
 }  // namespace
 
 std::size_t accumulate_pass(const GBuffer& g, const View& view, const Shading& shading, const PassLight& light,
@@ -47,6 +64,7 @@ std::size_t accumulate_pass(const GBuffer& g, const View& view, const Shading& s
     Image& emission = layer(sums, "emission", g, 3);
     Image& direct_layer = layer(sums, "direct", g, 3);
     Image& indirect_layer = layer(sums, "indirect", g, 3);
+    Image& error_layer = layer(sums, kErrorLayer, g, kErrorParts);
     Image& irradiance_layer = layer(sums, "irradiance", g, 3);
     Image& albedo = layer(sums, "albedo", g, 3);
     Image& normal = layer(sums, "normal", g, 3);
@@ -71,8 +89,11 @@ std::size_t accumulate_pass(const GBuffer& g, const View& view, const Shading& s
         if (!light.direct.glossy.empty())
             direct += share * light.direct.glossy[i];
         add(direct_layer, i, direct);
-        if (!light.traced.empty())
-            add(indirect_layer, i, share * light.traced[i]);
+        if (!light.traced.radiance.empty()) {
+            add(indirect_layer, i, share * light.traced.radiance[i]);
+            const float error = luminance(share) * light.traced.error[i];
+            error_layer.pixels[kErrorParts * i + kOfTraced] += error * error;
+        }
         beauty.pixels[4 * i + 3] += luminance(share);
         if (first) {
             const glm::vec3 p = g.position(i);
@@ -88,9 +109,11 @@ std::size_t accumulate_pass(const GBuffer& g, const View& view, const Shading& s
             continue;
         }
         const glm::vec3 e = glm::vec3(indirect.weighted_r[i], indirect.weighted_g[i], indirect.weighted_b[i]) / sum;
-        add(indirect_layer, i, reflectance * e);
+        glm::vec3 radiance = reflectance * e;
         if (!shading.bsdf.empty())
-            add(indirect_layer, i, share * glossy_radiance(shading, indirect, i, glm::dot(g.normal(i), outgoing_at(g, view.camera, i))));
+            radiance += share * glossy_radiance(shading, indirect, i, glm::dot(g.normal(i), outgoing_at(g, view.camera, i)));
+        add(indirect_layer, i, radiance);
+        error_layer.pixels[kErrorParts * i + kOfRecords] += light.indirect_error.total(i) * luminance(radiance);
         if (first) {
             add(irradiance_layer, i, e);
             records.pixels[i] += indirect.count[i];
@@ -102,9 +125,14 @@ std::size_t accumulate_pass(const GBuffer& g, const View& view, const Shading& s
 void finish_passes(int passes, LayeredImage& sums)
 {
     const float scale = 1.0f / static_cast<float>(passes);
-    for (auto& [name, image] : sums.layers)
+    for (auto& [name, image] : sums.layers) {
+        if (name == kErrorLayer) {
+            finish_error(passes, image);
+            continue;
+        }
         for (float& value : image.pixels)
             value *= scale;
+    }
     Image& beauty = sums.layers["beauty"];
     const Image& emission = sums.layers["emission"];
     const Image& direct = sums.layers["direct"];

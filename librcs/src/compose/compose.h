@@ -4,8 +4,10 @@
 
 #include <glm/glm.hpp>
 
+#include "accuracy/error_estimate.h"
 #include "gbuffer/shading.h"
 #include "light/direct.h"
+#include "glossy/traced_lobes.h"
 #include "rcs/gbuffer.h"
 #include "rcs/image.h"
 #include "rcs/splat.h"
@@ -15,8 +17,9 @@ namespace rcs {
 /// Light at the visible points of one pass; what is empty does not take part.
 struct PassLight {
     DirectLightResult direct;
-    SplatBuffer indirect;           ///< the records' sums; width 0: none
-    std::vector<glm::vec3> traced;  ///< indirect light of lobes that are ray traced [W m^-2 sr^-1]
+    SplatBuffer indirect;               ///< the records' sums; width 0: none
+    ErrorMap indirect_error;            ///< of it
+    TracedLight traced;                 ///< indirect light of lobes that are ray traced
 };
 
 /// Adds one pass to the sums of a picture: every pass counts the same. Layers as LayeredImage names them.

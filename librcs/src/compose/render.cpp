@@ -6,10 +6,12 @@
 #include <optional>
 #include <string>
 
+#include "accuracy/error_estimate.h"
 #include "compose/compose.h"
 #include "gbuffer/shading.h"
 #include "glossy/traced_lobes.h"
 #include "radiance/lobes.h"
+#include "compose/goal.h"
 #include "rays/ray_scene_impl.h"
 #include "rcs/error.h"
 #include "rcs/version.h"
@@ -123,11 +125,18 @@ void describe(const RenderOptions& o, const Camera& camera, const RenderStats& s
     image.metadata["rcs:noise"] = number(o.records.noise_target);
     image.metadata["rcs:bounces"] = number(o.bounces);
     image.metadata["rcs:aa"] = number(o.aa);
+    if (o.target_error > 0.0)
+        image.metadata["rcs:target-error"] = number(o.target_error);
+    if (o.budget_seconds > 0.0)
+        image.metadata["rcs:budget"] = number(o.budget_seconds);
     image.metadata["rcs:lobe-rays"] = number(o.lobe_rays);
     image.metadata["rcs:overlap"] = number(o.overlap);
     image.metadata["rcs:seed"] = number(o.seed);
     image.metadata["rcs:records"] = number(stats.records.records);
     image.metadata["rcs:splat"] = stats.splat_method;
+    image.metadata["rcs:error-mean"] = number(stats.error.mean_relative);
+    image.metadata["rcs:error-median"] = number(stats.error.median_relative);
+    image.metadata["rcs:error-p95"] = number(stats.error.p95_relative);
     image.metadata["rcs:renderer"] = stats.gl_renderer;
 }
 
@@ -141,6 +150,8 @@ void validate(const RenderOptions& o)
     require(o.bounces >= 0 && o.bounces <= 64, "bounces", o.bounces, "a value in [0, 64]");
     require(o.lobe_rays >= 1 && o.lobe_rays <= 1024, "lobe_rays", o.lobe_rays, "a value in [1, 1024]");
     require(o.overlap >= 1.0f && o.overlap <= 16.0f, "overlap", o.overlap, "a value in [1, 16]");
+    require(o.target_error >= 0.0 && o.target_error <= 1.0, "target_error", o.target_error, "a value in [0, 1]");
+    require(o.budget_seconds >= 0.0 && o.budget_seconds <= 1e6, "budget_seconds", o.budget_seconds, "a value in [0, 1e6]");
     validate(o.records);
     validate(o.direct);
 }
@@ -157,9 +168,10 @@ void RenderStats::add(const std::string& stage, double seconds)
 
 RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, const RenderOptions& options,
                     ThreadPool& pool, std::vector<Record> cache, const LogFunction& log,
-                    const ProgressFunction& progress)
+                    const ProgressFunction& progress, const ForecastFunction& forecast)
 {
     validate(options);
+    Goal goal(options);
     RenderResult result;
     RenderStats& stats = result.stats;
     stats.threads = pool.size();
@@ -173,8 +185,8 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
     record_options.bounces = options.bounces;
     DirectOptions direct_options = options.direct;
     direct_options.seed = options.seed;
-    const int lobe_rays = (options.lobe_rays + options.aa - 1) / options.aa;
-    const SplatOptions wide{options.records.error_tolerance, options.overlap};
+    const int lobe_rays = goal.rays_of_round((options.lobe_rays + options.aa - 1) / options.aa);
+    SplatOptions wide{options.records.error_tolerance, options.overlap};
     // Without a bounce, records still bring the light of the sky.
     const bool has_indirect = options.bounces > 0 || !environment_of(rays).is_black();
     StageClock clock(stats, progress);
@@ -183,7 +195,9 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
     const float texture_scale = 1.0f / std::sqrt(static_cast<float>(options.aa));
     std::vector<Record> records = std::move(cache);
     std::optional<LightCache> light_cache;
-    for (const View& view : views) {
+    int lobe_rounds = 1;  // of tracing, in each pass
+    for (int pass = 0; pass < goal.passes(); ++pass) {
+        const View& view = views[static_cast<std::size_t>(pass)];
         Shading shading;
         GBuffer gbuffer =
             clock.run("gbuffer", [&] { return render_gbuffer(gl, rays, view, texture_scale, pool, shading); });
@@ -205,21 +219,44 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
                 return direct_light(rays, gbuffer, view, shading, direct_options, pool, stats.direct_shadow_rays);
             });
             if (has_indirect) {
+                const bool has_lobes = has_lobe(gbuffer, shading, lit_by_records);
+                const auto trace = [&](int round) {
+                    return clock.run("glossy", [&] {
+                        return trace_lobes(rays, {rays, bounced}, gbuffer, view, shading, lobe_rays,
+                                           stream_key(direct_options.seed, Stream::glossy, static_cast<std::uint64_t>(round)),
+                                           pool, stats.traced);
+                    });
+                };
+                if (has_lobe(gbuffer, shading, has_traced_part))
+                    light.traced = trace(0);
                 // Records of earlier passes are shared; this one adds where it sees what they did not.
                 clock.run("records", [&] {
-                    place_records(rays, gbuffer, view, record_options, pool, records, stats.records, progress, bounced);
+                    if (goal.is_set() && pass == 0 && layer == 0)
+                        goal.place(rays, gbuffer, view, shading, light, has_lobes, pool, bounced, record_options, records, stats, progress, forecast);
+                    else
+                        place_records(rays, gbuffer, view, record_options, pool, records, stats.records, progress, bounced);
                 });
-                const Shading* const glossy = has_lobe(gbuffer, shading, lit_by_records) ? &shading : nullptr;
+                if (goal.stopped())
+                    return result;
+                wide.error_tolerance = record_options.error_tolerance;
+                const Shading* const glossy = has_lobes ? &shading : nullptr;
+                SplatStats splats;
                 light.indirect = clock.run("splat", [&] {
                     return method == SplatMethod::quads
-                               ? splat_quads(gl, records, gbuffer, view, wide, stats.splats, glossy)
-                               : splat_tiles(records, gbuffer, view, wide, pool, stats.splats, glossy);
+                               ? splat_quads(gl, records, gbuffer, view, wide, splats, glossy)
+                               : splat_tiles(records, gbuffer, view, wide, pool, splats, glossy);
                 });
-                if (has_lobe(gbuffer, shading, has_traced_part))
-                    light.traced = clock.run("glossy", [&] {
-                        return trace_lobes(rays, {rays, bounced}, gbuffer, view, shading, lobe_rays,
-                                           direct_options.seed, pool, stats.traced);
-                    });
+                stats.splats.splats += splats.splats;
+                stats.splats.samples += splats.samples;
+                light.indirect_error = clock.run("error", [&] { return error_map(light.indirect, splats, options.overlap); });
+                lobe_rounds = std::max(lobe_rounds, goal.lobe_rounds());
+                const bool may_add = pass == 0 && layer == 0 && !light.traced.radiance.empty();
+                for (int round = 1; !light.traced.radiance.empty() &&
+                                    (round < lobe_rounds || (may_add && goal.wants_more_lobes(gbuffer, view, shading, light, round)));
+                     ++round) {
+                    add_round(light.traced, trace(round), round);
+                    lobe_rounds = std::max(lobe_rounds, round + 1);
+                }
             }
             clock.run("compose", [&] {
                 stats.unserved_pixels += accumulate_pass(gbuffer, view, shading, light, weight, result.image);
@@ -230,7 +267,8 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
         }
         ++direct_options.seed;
     }
-    clock.run("compose", [&] { finish_passes(options.aa, result.image); });
+    clock.run("compose", [&] { finish_passes(goal.passes(), result.image); });
+    stats.error = clock.run("error", [&] { return estimate_error(result.image); });
     describe(options, camera, stats, result.image);
     if (stats.unserved_pixels > 0 && log)
         log(LogLevel::warning, std::to_string(stats.unserved_pixels) + " visible pixels are served by no record");

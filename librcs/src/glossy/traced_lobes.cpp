@@ -76,6 +76,42 @@ struct Workspace {
     Workspace() { reset(packet.ray); }
 };
 
+/// What one pixel's lobe reflects, and the standard error of its luminance.
+struct PixelLight {
+    glm::vec3 radiance{0.0f};
+    float error = 0.0f;
+};
+
+/// Rays' light weighted by a lobe: the weighted mean, and how uncertain that is.
+struct WeightedLight {
+    glm::vec3 sum{0.0f}, total{0.0f};  // of weight times radiance, and of weights
+    float squares = 0.0f, products = 0.0f, square_weights = 0.0f;  // on luminance: (w L)^2, w L w, w^2
+
+    void add(glm::vec3 weight, glm::vec3 radiance)
+    {
+        const float w = luminance(weight), l = luminance(weight * radiance);
+        sum += weight * radiance;
+        total += weight;
+        squares += l * l;
+        products += l * w;
+        square_weights += w * w;
+    }
+    /// Of sum over total, a ratio of two means.
+    float error_of_ratio() const
+    {
+        const float w = luminance(total);
+        if (!(w > 0.0f))
+            return 0.0f;
+        const float ratio = luminance(sum) / w;
+        return std::sqrt(std::max(0.0f, squares - 2.0f * ratio * products + ratio * ratio * square_weights)) / w;
+    }
+    float error_of_mean(float count) const
+    {
+        const float mean = luminance(sum) / count;
+        return std::sqrt(std::max(0.0f, squares / count - mean * mean) / count);
+    }
+};
+
 class LobeTracer {
 public:
     LobeTracer(const RayScene& rays, const HitRadiance& light, const GBuffer& g, const View& view,
@@ -85,7 +121,7 @@ public:
     }
 
     void trace(std::size_t begin, std::size_t end, RayRing& ring, Workspace& w) const;
-    glm::vec3 share(std::size_t pixel, const RayRing& ring) const;
+    PixelLight share(std::size_t pixel, const RayRing& ring) const;
 
 private:
     bool is_traced(std::size_t i) const { return g_.covered(i) && has_traced_part(shading_.bsdf[i]); }
@@ -231,12 +267,12 @@ bool LobeTracer::may_share(std::size_t pixel, std::size_t neighbour) const
            there.alpha < 2.0f * here.alpha && here.alpha < 2.0f * there.alpha;
 }
 
-glm::vec3 LobeTracer::share(std::size_t pixel, const RayRing& ring) const
+PixelLight LobeTracer::share(std::size_t pixel, const RayRing& ring) const
 {
     const Bsdf part = traced_part(shading_.bsdf[pixel]);
     const glm::vec3 outgoing = outgoing_at(g_, camera_, pixel);
     const glm::vec3 position = g_.position(pixel);
-    glm::vec3 sum(0.0f), total(0.0f);
+    WeightedLight light;
     const auto add = [&](std::size_t from) {
         const LobeRay* const rays = ring.of(from);
         for (std::size_t n = 0; n < ring.count(); ++n) {
@@ -253,8 +289,7 @@ glm::vec3 LobeTracer::share(std::size_t pixel, const RayRing& ring) const
             }
             const glm::vec3 weight =
                 evaluate_glossy(part, outgoing, incoming) * (std::abs(glm::dot(part.normal, incoming)) / density);
-            sum += weight * ray.radiance;
-            total += weight;
+            light.add(weight, ray.radiance);
         }
     };
     add(pixel);
@@ -279,13 +314,15 @@ glm::vec3 LobeTracer::share(std::size_t pixel, const RayRing& ring) const
                 add(neighbour);
         }
     }
-    if (part.transmits())
-        return sum / static_cast<float>(ring.count());
+    if (part.transmits()) {
+        const float count = static_cast<float>(ring.count());
+        return {light.sum / count, light.error_of_mean(count)};
+    }
     const glm::vec3 albedo = specular_albedo(part, glm::dot(part.normal, outgoing));
-    glm::vec3 radiance(0.0f);
+    PixelLight reflected{glm::vec3(0.0f), luminance(albedo) * light.error_of_ratio()};
     for (int c = 0; c < 3; ++c)
-        radiance[c] = total[c] > 0.0f ? albedo[c] * sum[c] / total[c] : 0.0f;
-    return radiance;
+        reflected.radiance[c] = light.total[c] > 0.0f ? albedo[c] * light.sum[c] / light.total[c] : 0.0f;
+    return reflected;
 }
 
 }  // namespace
@@ -301,36 +338,40 @@ Bsdf traced_part(const Bsdf& bsdf)
     return part;
 }
 
-std::vector<glm::vec3> trace_lobes(const RayScene& rays, const HitRadiance& light, const GBuffer& gbuffer,
-                                   const View& view, const Shading& shading, int rays_per_pixel, std::uint64_t seed,
-                                   ThreadPool& pool, GlossyStats& stats)
+TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GBuffer& gbuffer, const View& view,
+                        const Shading& shading, int rays_per_pixel, std::uint64_t seed, ThreadPool& pool,
+                        GlossyStats& stats)
 {
     const auto is_traced = [&](std::size_t i) { return gbuffer.covered(i) && has_traced_part(shading.bsdf[i]); };
     const LobeTracer tracer(rays, light, gbuffer, view, shading, seed);
     RayRing ring(gbuffer.width, rays_per_pixel);
     std::vector<Workspace> workspaces(static_cast<std::size_t>(pool.size()));
-    std::vector<glm::vec3> radiance(gbuffer.size(), glm::vec3(0.0f));
+    TracedLight traced{std::vector<glm::vec3>(gbuffer.size(), glm::vec3(0.0f)), std::vector<float>(gbuffer.size(), 0.0f)};
     const auto first_pixel = [&](int row) { return static_cast<std::size_t>(row) * static_cast<std::size_t>(gbuffer.width); };
-    int traced = 0;  // rows
+    int rows_done = 0;
     for (int row = 0; row < gbuffer.height; row += kBand) {
         const int last = std::min(row + kBand, gbuffer.height), needed = std::min(last + kMostReach, gbuffer.height);
-        const std::size_t from = first_pixel(traced);
+        const std::size_t from = first_pixel(rows_done);
         pool.parallel_for(first_pixel(needed) - from, 64, [&](std::size_t begin, std::size_t end, int thread) {
             tracer.trace(from + begin, from + end, ring, workspaces[static_cast<std::size_t>(thread)]);
         });
-        traced = needed;
+        rows_done = needed;
         const std::size_t start = first_pixel(row);
         pool.parallel_for(first_pixel(last) - start, 256, [&](std::size_t begin, std::size_t end, int) {
-            for (std::size_t i = start + begin; i < start + end; ++i)
-                if (is_traced(i))
-                    radiance[i] = tracer.share(i, ring);
+            for (std::size_t i = start + begin; i < start + end; ++i) {
+                if (!is_traced(i))
+                    continue;
+                const PixelLight light_here = tracer.share(i, ring);
+                traced.radiance[i] = light_here.radiance;
+                traced.error[i] = light_here.error;
+            }
         });
     }
     for (const Workspace& w : workspaces) {
         stats.rays += w.rays;
         stats.shadow_rays += w.shadow_rays;
     }
-    return radiance;
+    return traced;
 }
 
 }  // namespace rcs

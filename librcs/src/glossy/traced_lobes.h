@@ -21,6 +21,11 @@ inline bool has_traced_part(const Bsdf& bsdf)
     return (bsdf.has_specular() && !lit_by_records(bsdf)) || bsdf.has_coat() || bsdf.transmits();
 }
 
+struct TracedLight {
+    std::vector<glm::vec3> radiance;  ///< per pixel [W m^-2 sr^-1]; empty: none
+    std::vector<float> error;         ///< standard error of its luminance, from how the rays differ
+};
+
 /// Indirect light that narrow lobes reflect at every visible point: a few rays a pixel along the lobe, each hit lit
 /// by lamps and, beyond one bounce, by the light cache. Emission of what the rays meet does not count: the direct
 /// light has it.
@@ -30,9 +35,8 @@ inline bool has_traced_part(const Bsdf& bsdf)
 /// and divides by the sum of weights. Lobes much narrower than what neighbours see in common share nothing, so a
 /// mirror stays sharp.
 /// @param rays_per_pixel  > 0
-/// @return radiance per pixel [W m^-2 sr^-1]
-std::vector<glm::vec3> trace_lobes(const RayScene& rays, const HitRadiance& light, const GBuffer& gbuffer,
-                                   const View& view, const Shading& shading, int rays_per_pixel, std::uint64_t seed,
-                                   ThreadPool& pool, GlossyStats& stats);
+TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GBuffer& gbuffer, const View& view,
+                        const Shading& shading, int rays_per_pixel, std::uint64_t seed, ThreadPool& pool,
+                        GlossyStats& stats);
 
 }  // namespace rcs

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 #include <span>
 #include <string>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "rcs/error.h"
 #include "rcs/records.h"
 #include "records/gather.h"
+#include "records/placement.h"
 #include "records/refine.h"
 #include "records/spacing.h"
 #include "splat/tiles.h"
@@ -18,7 +20,7 @@ namespace {
 
 // The coarsest grid of candidates [px]: about the widest spacing of default options.
 constexpr int kCoarsestStride = 32;
-constexpr float kShareOfWaves = 0.5f;  // of the progress shown; refining takes about as long
+constexpr int kMostRays = 2048;        // per record, unless the options ask for more
 
 /// One wave: in each cell of a grid, one pixel by rule.
 struct Wave {
@@ -98,52 +100,80 @@ void validate(const RecordOptions& o)
     require(o.gradient_limit > 0.0f, "records.gradient_limit", o.gradient_limit, "a positive value");
 }
 
-void place_records(const RayScene& rays, const GBuffer& gbuffer, const View& view, const RecordOptions& options,
-                   ThreadPool& pool, std::vector<Record>& records, RecordStats& stats,
-                   const ProgressFunction& progress, const LightCache* cache)
+Placement::Placement(const RayScene& rays, const GBuffer& gbuffer, const View& view, const RecordOptions& options,
+                     ThreadPool& pool, std::vector<Record>& records, RecordStats& stats, const LightCache* cache,
+                     std::function<void(float)> report)
+    : gbuffer_(gbuffer), view_(view), options_(options), pool_(pool), records_(records), stats_(stats),
+      report_(std::move(report)), gatherer_(rays, options, cache), surfaces_(make_tiled_surfaces(gbuffer, pool))
 {
     validate(options);
-    const auto report = [&](float fraction) {
-        if (progress && !progress("records", fraction))
-            throw Error(ErrorCode::cancelled, "cancelled while gathering records");
-    };
-    const RecordGatherer gatherer(rays, options, cache);
-    const SplatOptions reach{options.error_tolerance, 1.0f};
-    const TiledSurfaces surfaces = make_tiled_surfaces(gbuffer, pool);
-    SpacingLimiter spacing(options);
+}
+
+void Placement::fill()
+{
+    const SplatOptions reach{options_.error_tolerance, 1.0f};
+    SpacingLimiter spacing(options_);
     const std::vector<Wave> list = waves();
     const Wave every_pixel{1, -1, true};
     std::vector<float> weight;
-    std::vector<std::uint32_t> pixels;  // of the records made here
     bool stale = true;
     for (std::size_t w = 0;; ++w) {
         const bool planned = w < list.size();
         const Wave wave = planned ? list[w] : every_pixel;
-        report(kShareOfWaves * static_cast<float>(std::min(w, list.size())) / static_cast<float>(list.size()));
+        report_(static_cast<float>(std::min(w, list.size())) / static_cast<float>(list.size()));
         if (w == 0 || (stale && wave.refresh)) {
-            spacing.limit(records, 0, pool);
-            weight.assign(gbuffer.size(), 0.0f);
-            add_weights(records, surfaces, view, reach, pool, weight);
+            spacing.limit(records_, 0, pool_);
+            weight.assign(gbuffer_.size(), 0.0f);
+            add_weights(records_, surfaces_, view_, reach, pool_, weight);
             stale = false;
         }
-        const std::vector<std::uint32_t> holes = find_holes(gbuffer, weight, wave, options.seed, pool);
+        const std::vector<std::uint32_t> holes = find_holes(gbuffer_, weight, wave, options_.seed, pool_);
         // A late record may clamp a neighbour so that a pixel already passed is a hole again. Each such pixel
         // gets a record of its own, which always serves it: the loop ends.
         if (holes.empty() && !planned)
             break;
         if (holes.empty())
             continue;
-        const std::size_t known = records.size();
-        const std::vector<Record> fresh = gatherer.gather(gbuffer, holes, pool, stats);
-        records.insert(records.end(), fresh.begin(), fresh.end());
-        pixels.insert(pixels.end(), holes.begin(), holes.end());
-        spacing.limit(records, known, pool);
-        add_weights(std::span(records).subspan(known), surfaces, view, reach, pool, weight);
+        const std::size_t known = records_.size();
+        const std::vector<Record> fresh = gatherer_.gather(gbuffer_, holes, pool_, stats_);
+        records_.insert(records_.end(), fresh.begin(), fresh.end());
+        pixels_.insert(pixels_.end(), holes.begin(), holes.end());
+        spacing.limit(records_, known, pool_);
+        add_weights(std::span(records_).subspan(known), surfaces_, view_, reach, pool_, weight);
         stale = true;
-        ++stats.waves;
+        ++stats_.waves;
     }
-    refine_noisy_records(gatherer, gbuffer, surfaces, view, options, pixels, pool, records, stats,
-                         [&](float fraction) { report(kShareOfWaves + (1.0f - kShareOfWaves) * fraction); });
+}
+
+std::vector<float> Placement::noise() const
+{
+    return noise_around(gatherer_.rays(), surfaces_, view_, options_.error_tolerance, pixels_, pool_, records_);
+}
+
+void Placement::refine(std::span<const float> noise, float noise_target, int most_rays)
+{
+    const std::vector<int> extra = extra_gathers(records(), noise, gatherer_.rays(), noise_target, most_rays);
+    gatherer_.gather_more(gbuffer_, pixels_, extra, records(), pool_, stats_, report_);
+}
+
+std::uint64_t Placement::refining_rays(std::span<const float> noise, float noise_target, int most_rays) const
+{
+    const std::vector<int> extra = extra_gathers(records(), noise, gatherer_.rays(), noise_target, most_rays);
+    return static_cast<std::uint64_t>(gatherer_.rays()) * std::accumulate(extra.begin(), extra.end(), std::uint64_t{0});
+}
+
+void place_records(const RayScene& rays, const GBuffer& gbuffer, const View& view, const RecordOptions& options,
+                   ThreadPool& pool, std::vector<Record>& records, RecordStats& stats,
+                   const ProgressFunction& progress, const LightCache* cache)
+{
+    float done = 0.0f;
+    Placement placement(rays, gbuffer, view, options, pool, records, stats, cache, [&](float fraction) {
+        if (progress && !progress("records", done + 0.5f * fraction))
+            throw Error(ErrorCode::cancelled, "cancelled while gathering records");
+    });
+    placement.fill();
+    done = 0.5f;  // refining takes about as long
+    placement.refine(placement.noise(), options.noise_target, kMostRays);
 }
 
 }  // namespace rcs

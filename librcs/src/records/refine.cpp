@@ -8,7 +8,6 @@
 namespace rcs {
 namespace {
 
-constexpr int kMostRays = 2048;  // per record, unless the options ask for more
 // A neighbourhood is what the final splat averages over.
 constexpr float kNeighbourhood = 3.0f;
 // Below this part of the mean irradiance, noise is judged against the part: it is too dark to be seen.
@@ -24,16 +23,22 @@ double mean_irradiance(std::span<const Record> records)
     return sum / static_cast<double>(records.size());
 }
 
-float mean_variance(std::span<const Record> records)
+/// A record's variance relative to its irradiance, had it been gathered with so many rays.
+float variance_with(const Record& r, int rays)
+{
+    return r.noise * r.noise * (static_cast<float>(r.rays) / static_cast<float>(rays));
+}
+
+float mean_variance(std::span<const Record> records, int rays)
 {
     double sum = 0.0;
     for (const Record& r : records)
-        sum += static_cast<double>(r.noise * r.noise);
+        sum += static_cast<double>(variance_with(r, rays));
     return static_cast<float>(sum / static_cast<double>(records.size()));
 }
 
 /// Irradiance in units of `mean`, and its variance, in the place of two colours, so that a splat averages them.
-std::vector<Record> as_noise_records(std::span<const Record> records, double mean)
+std::vector<Record> as_noise_records(std::span<const Record> records, int rays, double mean)
 {
     std::vector<Record> noise(records.size());
     for (std::size_t i = 0; i < records.size(); ++i) {
@@ -41,7 +46,7 @@ std::vector<Record> as_noise_records(std::span<const Record> records, double mea
         const float e = static_cast<float>(static_cast<double>(luminance(r.irradiance)) / mean);
         noise[i].position = r.position;
         noise[i].normal = r.normal;
-        noise[i].irradiance = {e, r.noise * r.noise * e * e, 0.0f};
+        noise[i].irradiance = {e, variance_with(r, rays) * e * e, 0.0f};
         noise[i].spacing_radius = r.spacing_radius;
         noise[i].gradient_scale = r.gradient_scale;
     }
@@ -64,28 +69,34 @@ float variance_around(const SplatBuffer& sums, std::uint32_t pixel, const Record
 
 }  // namespace
 
-void refine_noisy_records(const RecordGatherer& gatherer, const GBuffer& gbuffer, const TiledSurfaces& surfaces,
-                          const View& view, const RecordOptions& options, std::span<const std::uint32_t> pixels,
-                          ThreadPool& pool, std::span<Record> records, RecordStats& stats,
-                          const std::function<void(float)>& report)
+std::vector<float> noise_around(int rays, const TiledSurfaces& surfaces, const View& view, float error_tolerance,
+                                std::span<const std::uint32_t> pixels, ThreadPool& pool, std::span<const Record> records)
 {
+    std::vector<float> around(pixels.size(), 0.0f);
     const double mean = pixels.empty() ? 0.0 : mean_irradiance(records);
     if (!(mean > 0.0))
-        return;
-    const std::vector<Record> noise = as_noise_records(records, mean);
+        return around;
+    const std::vector<Record> noise = as_noise_records(records, rays, mean);
     SplatStats uncounted;
-    const SplatBuffer sums =
-        splat_tiles(noise, surfaces, view, {options.error_tolerance, kNeighbourhood}, pool, uncounted);
+    const SplatBuffer sums = splat_tiles(noise, surfaces, view, {error_tolerance, kNeighbourhood}, pool, uncounted);
     const std::size_t first = records.size() - pixels.size();
-    const float most = static_cast<float>(std::max(1, kMostRays / gatherer.rays()));
-    const float typical = mean_variance(records);
-    std::vector<int> extra(pixels.size());
-    for (std::size_t i = 0; i < pixels.size(); ++i) {
-        const float error = std::sqrt(variance_around(sums, pixels[i], noise[first + i], typical));
-        const float excess = error / options.noise_target;  // squared only now: it could underflow to 0 / 0
-        extra[i] = static_cast<int>(std::clamp(std::ceil(excess * excess), 1.0f, most)) - 1;
+    const float typical = mean_variance(records, rays);
+    for (std::size_t i = 0; i < pixels.size(); ++i)
+        around[i] = std::sqrt(variance_around(sums, pixels[i], noise[first + i], typical));
+    return around;
+}
+
+std::vector<int> extra_gathers(std::span<const Record> records, std::span<const float> noise, int rays,
+                               float noise_target, int most_rays)
+{
+    std::vector<int> extra(records.size());
+    for (std::size_t i = 0; i < records.size(); ++i) {
+        const float excess = noise[i] / noise_target;  // squared only now: it could underflow to 0 / 0
+        const float gathers = static_cast<float>(records[i].rays) / static_cast<float>(rays);
+        const float most = std::max(0.0f, static_cast<float>(most_rays) / static_cast<float>(rays) - gathers);
+        extra[i] = static_cast<int>(std::clamp(std::ceil(excess * excess) - gathers, 0.0f, most));
     }
-    gatherer.gather_more(gbuffer, pixels, extra, records.subspan(first), pool, stats, report);
+    return extra;
 }
 
 }  // namespace rcs

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "radiance/harmonics.h"
+#include "util/color.h"
 
 namespace rcs {
 namespace {
@@ -39,8 +40,9 @@ gpu::GpuRadiance relative_radiance(const Record& record)
 }  // namespace
 
 void append_gpu_records(std::span<const Record> records, glm::dvec3 camera_position, const View& view,
-                        const SplatOptions& options, bool with_radiance, GpuRecords& gpu_records)
+                        const SplatOptions& options, bool with_radiance, float luminance_unit, GpuRecords& gpu_records)
 {
+    const float per_unit = 1.0f / luminance_unit;
     const float inv_normal_tolerance = 1.0f / (options.error_tolerance * options.overlap);
     for (const Record& record : records) {
         const float radius = record.spacing_radius * std::max(std::min(2.0f, options.overlap), options.overlap * record.gradient_scale);
@@ -57,11 +59,23 @@ void append_gpu_records(std::span<const Record> records, glm::dvec3 camera_posit
             out.rotation_gradient[color] = glm::vec4(record.rotation_gradient[color], 0.0f);
             out.translation_gradient[color] = glm::vec4(record.gradient_scale * record.translation_gradient[color], 0.0f);
         }
+        const float deviation = record.noise * luminance(record.irradiance) * per_unit;
+        out.rotation_gradient[0].w = per_unit;
+        out.rotation_gradient[1].w = deviation * deviation;
         out.pixels = {bounds.x0, bounds.y0, bounds.x1, bounds.y1};
         gpu_records.records.push_back(out);
         if (with_radiance)
             gpu_records.radiance.push_back(relative_radiance(record));
     }
+}
+
+float luminance_unit(std::span<const Record> records)
+{
+    double sum = 0.0;
+    for (const Record& r : records)
+        sum += static_cast<double>(luminance(r.irradiance));
+    const float mean = records.empty() ? 0.0f : static_cast<float>(sum / static_cast<double>(records.size()));
+    return mean > 0.0f && std::isfinite(1.0f / mean) ? mean : 1.0f;
 }
 
 }  // namespace rcs

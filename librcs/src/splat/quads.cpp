@@ -20,7 +20,7 @@ constexpr int kLobeVectors = kHarmonics / 4;  // vec4 a pixel
 
 /// Buffers of the width of the image and the height of a band of it.
 struct BandBuffers {
-    GlTexture positions, normals, sums, counts;
+    GlTexture positions, normals, sums, counts, errors;
     GlTexture glossy;  // only with glossy light, like the next
     GlBuffer lobes;
     GlFramebuffer framebuffer;
@@ -33,14 +33,17 @@ BandBuffers make_band_buffers(int width, int rows, bool glossy)
     buffers.normals = make_texture(GL_RGBA32F, width, rows);
     buffers.sums = make_texture(GL_RGBA32F, width, rows);
     buffers.counts = make_texture(GL_R32F, width, rows);
-    static_assert(RCS_SPLAT_TARGET_SUMS == 0 && RCS_SPLAT_TARGET_COUNT == 1 && RCS_SPLAT_TARGET_GLOSSY == 2);
+    buffers.errors = make_texture(GL_RGBA32F, width, rows);
+    static_assert(RCS_SPLAT_TARGET_SUMS == 0 && RCS_SPLAT_TARGET_COUNT == 1 && RCS_SPLAT_TARGET_ERROR == 2 &&
+                  RCS_SPLAT_TARGET_GLOSSY == 3);
     if (!glossy) {
-        buffers.framebuffer = make_framebuffer(kStage, {buffers.sums.id(), buffers.counts.id()}, 0);
+        buffers.framebuffer = make_framebuffer(kStage, {buffers.sums.id(), buffers.counts.id(), buffers.errors.id()}, 0);
         return buffers;
     }
     buffers.glossy = make_texture(GL_RGBA32F, width, rows);
     buffers.lobes = make_buffer(static_cast<GLsizeiptr>(sizeof(glm::vec4)) * kLobeVectors * width * rows);
-    buffers.framebuffer = make_framebuffer(kStage, {buffers.sums.id(), buffers.counts.id(), buffers.glossy.id()}, 0);
+    buffers.framebuffer = make_framebuffer(
+        kStage, {buffers.sums.id(), buffers.counts.id(), buffers.errors.id(), buffers.glossy.id()}, 0);
     return buffers;
 }
 
@@ -132,6 +135,13 @@ void read_back(int first_row, int rows, SplatBuffer& splats)
         splats.weighted_b[begin + i] = sums[i].b;
         splats.weight[begin + i] = sums[i].a;
     }
+    glReadBuffer(GL_COLOR_ATTACHMENT0 + RCS_SPLAT_TARGET_ERROR);
+    glReadPixels(0, 0, splats.width, rows, GL_RGBA, GL_FLOAT, sums.data());
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+        splats.squares[begin + i] = sums[i].r;
+        splats.variance[begin + i] = sums[i].g;
+        splats.variance_of_sum[begin + i] = sums[i].b;
+    }
     if (!splats.glossy_r.empty()) {
         glReadBuffer(GL_COLOR_ATTACHMENT0 + RCS_SPLAT_TARGET_GLOSSY);
         glReadPixels(0, 0, splats.width, rows, GL_RGBA, GL_FLOAT, sums.data());
@@ -151,7 +161,8 @@ SplatBuffer make_splat_buffer(const GBuffer& gbuffer, bool glossy)
     splats.width = gbuffer.width;
     splats.height = gbuffer.height;
     for (auto* plane :
-         {&splats.weighted_r, &splats.weighted_g, &splats.weighted_b, &splats.weight, &splats.count})
+         {&splats.weighted_r, &splats.weighted_g, &splats.weighted_b, &splats.weight, &splats.count, &splats.squares,
+          &splats.variance, &splats.variance_of_sum})
         plane->resize(gbuffer.size());
     if (glossy)
         for (auto* plane : {&splats.glossy_r, &splats.glossy_g, &splats.glossy_b})
@@ -165,14 +176,15 @@ SplatBuffer splat_quads(GlContext& gl, const std::vector<Record>& records, const
                         const View& view, const SplatOptions& options, SplatStats& stats, const Shading* glossy)
 {
     const bool has_lobes = glossy != nullptr;
+    SplatBuffer splats = make_splat_buffer(gbuffer, has_lobes);
+    splats.luminance_unit = luminance_unit(records);
     GpuRecords from;
-    append_gpu_records(records, gbuffer.camera_position, view, options, has_lobes, from);
+    append_gpu_records(records, gbuffer.camera_position, view, options, has_lobes, splats.luminance_unit, from);
     for (const gpu::GpuRecord& record : from.records)
         stats.samples += static_cast<std::uint64_t>(record.pixels[2] - record.pixels[0]) *
                          static_cast<std::uint64_t>(record.pixels[3] - record.pixels[1]);
     stats.splats += from.records.size();
 
-    SplatBuffer splats = make_splat_buffer(gbuffer, has_lobes);
     if (gbuffer.size() == 0 || from.records.empty()) return splats;
 
     gl.impl().make_current();
@@ -205,6 +217,7 @@ SplatBuffer splat_quads(GlContext& gl, const std::vector<Record>& records, const
         glViewport(0, -first_row, gbuffer.width, gbuffer.height);
         glClearBufferfv(GL_COLOR, RCS_SPLAT_TARGET_SUMS, zero);
         glClearBufferfv(GL_COLOR, RCS_SPLAT_TARGET_COUNT, zero);
+        glClearBufferfv(GL_COLOR, RCS_SPLAT_TARGET_ERROR, zero);
         if (has_lobes)
             glClearBufferfv(GL_COLOR, RCS_SPLAT_TARGET_GLOSSY, zero);
         draw_records(from, block, radiance_block, block_records);

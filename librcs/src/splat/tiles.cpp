@@ -47,12 +47,12 @@ Bins bin_records(const std::vector<gpu::GpuRecord>& records, const TiledSurfaces
 }
 
 GpuRecords make_gpu_records(std::span<const Record> records, glm::dvec3 camera, const View& view,
-                            const SplatOptions& options, bool with_radiance, ThreadPool& pool)
+                            const SplatOptions& options, bool with_radiance, float unit, ThreadPool& pool)
 {
     constexpr std::size_t kChunk = 2048;
     std::vector<GpuRecords> chunks((records.size() + kChunk - 1) / kChunk);
     pool.parallel_for(records.size(), kChunk, [&](std::size_t begin, std::size_t end, int) {
-        append_gpu_records(records.subspan(begin, end - begin), camera, view, options, with_radiance,
+        append_gpu_records(records.subspan(begin, end - begin), camera, view, options, with_radiance, unit,
                            chunks[begin / kChunk]);
     });
     GpuRecords all;
@@ -66,6 +66,7 @@ GpuRecords make_gpu_records(std::span<const Record> records, glm::dvec3 camera, 
 
 struct alignas(64) TileSums {
     float r[kTilePixels], g[kTilePixels], b[kTilePixels], weight[kTilePixels], count[kTilePixels];
+    float squares[kTilePixels], variance[kTilePixels], variance_of_sum[kTilePixels];
 };
 
 /// What glossy pixels add to a tile: their lobes as harmonics, row by row of 16, and the sums.
@@ -112,6 +113,7 @@ RCS_ALWAYS_INLINE void splat_rows(const TiledSurfaces::Tile& t, TileSums& sums, 
     const glm::vec3 gr[3] = {record.rotation_gradient[0], record.rotation_gradient[1], record.rotation_gradient[2]};
     const glm::vec3 gt[3] = {record.translation_gradient[0], record.translation_gradient[1],
                              record.translation_gradient[2]};
+    const float per_unit = record.rotation_gradient[0].w, variance = record.rotation_gradient[1].w;
     for (int y = y0; y < y1; ++y) {
         const int row = y * kTile;
         float weighted_r[kTile], weighted_g[kTile], weighted_b[kTile];
@@ -125,18 +127,22 @@ RCS_ALWAYS_INLINE void splat_rows(const TiledSurfaces::Tile& t, TileSums& sums, 
             sums.weight[i] += w;
             if constexpr (!kWeightsOnly) {
                 const float rx = kny * nz - knz * ny, ry = knz * nx - knx * nz, rz = knx * ny - kny * nx;
-                const float r = w * gpu::rcs_extrapolate(e.r, dx, dy, dz, rx, ry, rz, gt[0].x, gt[0].y, gt[0].z,
-                                                         gr[0].x, gr[0].y, gr[0].z);
-                const float g = w * gpu::rcs_extrapolate(e.g, dx, dy, dz, rx, ry, rz, gt[1].x, gt[1].y, gt[1].z,
-                                                         gr[1].x, gr[1].y, gr[1].z);
-                const float b = w * gpu::rcs_extrapolate(e.b, dx, dy, dz, rx, ry, rz, gt[2].x, gt[2].y, gt[2].z,
-                                                         gr[2].x, gr[2].y, gr[2].z);
-                sums.r[i] += r;
-                sums.g[i] += g;
-                sums.b[i] += b;
-                weighted_r[i - row] = r;
-                weighted_g[i - row] = g;
-                weighted_b[i - row] = b;
+                const float r = gpu::rcs_extrapolate(e.r, dx, dy, dz, rx, ry, rz, gt[0].x, gt[0].y, gt[0].z, gr[0].x,
+                                                     gr[0].y, gr[0].z);
+                const float g = gpu::rcs_extrapolate(e.g, dx, dy, dz, rx, ry, rz, gt[1].x, gt[1].y, gt[1].z, gr[1].x,
+                                                     gr[1].y, gr[1].z);
+                const float b = gpu::rcs_extrapolate(e.b, dx, dy, dz, rx, ry, rz, gt[2].x, gt[2].y, gt[2].z, gr[2].x,
+                                                     gr[2].y, gr[2].z);
+                weighted_r[i - row] = w * r;
+                weighted_g[i - row] = w * g;
+                weighted_b[i - row] = w * b;
+                sums.r[i] += weighted_r[i - row];
+                sums.g[i] += weighted_g[i - row];
+                sums.b[i] += weighted_b[i - row];
+                const float l = per_unit * gpu::rcs_luminance(r, g, b);
+                sums.squares[i] += w * l * l;
+                sums.variance[i] += w * variance;
+                sums.variance_of_sum[i] += w * (w * variance);
                 sums.count[i] += raw > 0.0f ? 1.0f : 0.0f;
                 reached |= raw > 0.0f;
             }
@@ -265,7 +271,7 @@ TiledSurfaces make_tiled_surfaces(const GBuffer& g, ThreadPool& pool)
 void add_weights(std::span<const Record> records, const TiledSurfaces& surfaces, const View& view,
                  const SplatOptions& options, ThreadPool& pool, std::vector<float>& weight)
 {
-    const GpuRecords from = make_gpu_records(records, surfaces.camera_position, view, options, false, pool);
+    const GpuRecords from = make_gpu_records(records, surfaces.camera_position, view, options, false, 1.0f, pool);
     for_each_busy_tile(surfaces, from, pool, [&](std::size_t t, const TileRecords& in_tile) {
         TileSums sums{};
         splat_tile_weights(surfaces.tiles[t], sums, in_tile);
@@ -280,13 +286,15 @@ SplatBuffer splat_tiles(std::span<const Record> records, const TiledSurfaces& su
     out.width = surfaces.width;
     out.height = surfaces.height;
     const std::size_t pixels = static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height);
-    for (auto* plane : {&out.weighted_r, &out.weighted_g, &out.weighted_b, &out.weight, &out.count})
+    for (auto* plane : {&out.weighted_r, &out.weighted_g, &out.weighted_b, &out.weight, &out.count, &out.squares,
+                        &out.variance, &out.variance_of_sum})
         plane->assign(pixels, 0.0f);
+    out.luminance_unit = luminance_unit(records);
     if (glossy)
         for (auto* plane : {&out.glossy_r, &out.glossy_g, &out.glossy_b})
             plane->assign(pixels, 0.0f);
     const GpuRecords from =
-        make_gpu_records(records, surfaces.camera_position, view, options, glossy != nullptr, pool);
+        make_gpu_records(records, surfaces.camera_position, view, options, glossy != nullptr, out.luminance_unit, pool);
     stats.splats += from.records.size();
     for (const gpu::GpuRecord& r : from.records)
         stats.samples += static_cast<std::uint64_t>(r.pixels.z - r.pixels.x) *
@@ -302,6 +310,9 @@ SplatBuffer splat_tiles(std::span<const Record> records, const TiledSurfaces& su
             out.weighted_b[to] = sums.b[at];
             out.weight[to] = sums.weight[at];
             out.count[to] = sums.count[at];
+            out.squares[to] = sums.squares[at];
+            out.variance[to] = sums.variance[at];
+            out.variance_of_sum[to] = sums.variance_of_sum[at];
             if (lit) {
                 out.glossy_r[to] = lobes->r[at];
                 out.glossy_g[to] = lobes->g[at];

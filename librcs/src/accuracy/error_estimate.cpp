@@ -1,0 +1,200 @@
+#include "accuracy/error_estimate.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+
+#include "rcs/metrics.h"
+#include "util/color.h"
+
+namespace rcs {
+namespace {
+
+// Measured against path-traced references of the shared and built-in scenes (docs/accuracy.md): the spread of the
+// extrapolations is somewhat more than the error of their mean.
+constexpr float kErrorOfSpread = 0.72f;
+
+// The mean absolute value of a normal variable, over its standard deviation: sqrt(2 / pi).
+constexpr double kMeanAbsolute = 0.7978845608028654;
+
+/// Sums over windows of an image, by a summed-area table in double precision.
+class WindowSums {
+public:
+    WindowSums(int width, int height) : width_(width), height_(height), table_((size(width) + 1) * (size(height) + 1)) {}
+
+    template <typename Value>
+    void fill(const Value& value)
+    {
+        for (std::size_t y = 0; y < size(height_); ++y) {
+            double row = 0.0;
+            for (std::size_t x = 0; x < size(width_); ++x) {
+                row += static_cast<double>(value(y * size(width_) + x));
+                at(x + 1, y + 1) = at(x + 1, y) + row;
+            }
+        }
+    }
+    double around(int x, int y, int reach) const
+    {
+        const std::size_t x0 = size(std::max(0, x - reach)), x1 = size(std::min(width_, x + reach + 1));
+        const std::size_t y0 = size(std::max(0, y - reach)), y1 = size(std::min(height_, y + reach + 1));
+        return (at(x1, y1) - at(x0, y1)) - (at(x1, y0) - at(x0, y0));
+    }
+
+private:
+    static std::size_t size(int n) { return static_cast<std::size_t>(n); }
+    double& at(std::size_t x, std::size_t y) { return table_[y * (size(width_) + 1) + x]; }
+    double at(std::size_t x, std::size_t y) const { return table_[y * (size(width_) + 1) + x]; }
+
+    int width_, height_;
+    std::vector<double> table_;
+};
+
+/// Moments of what the records say at one pixel, in units of SplatBuffer::luminance_unit.
+struct Disagreement {
+    float mean = 0.0f;
+    float variance = 0.0f;  // of the mean, from noise
+    float excess = 0.0f;    // of the records' spread over what noise explains; may be negative by chance
+};
+
+Disagreement disagreement(const SplatBuffer& sums, std::size_t i)
+{
+    const float weight = sums.weight[i];
+    if (!(weight > 0.0f))
+        return {};
+    Disagreement d;
+    d.mean = luminance({sums.weighted_r[i], sums.weighted_g[i], sums.weighted_b[i]}) / (weight * sums.luminance_unit);
+    d.variance = sums.variance_of_sum[i] / (weight * weight);
+    const float spread = sums.squares[i] / weight - d.mean * d.mean;
+    d.excess = spread - (sums.variance[i] / weight - d.variance);
+    return d;
+}
+
+constexpr std::size_t kBins = 512;
+constexpr double kLeastBin = 1e-6, kBinsPerOctave = 16.0;
+
+/// A distribution of standard errors: pixels by their logarithm.
+class ErrorHistogram {
+public:
+    void add(double sigma)
+    {
+        const double place = sigma > kLeastBin ? kBinsPerOctave * std::log2(sigma / kLeastBin) + 1.0 : 0.0;
+        ++bins_[std::min(kBins - 1, static_cast<std::size_t>(place))];
+        ++count_;
+    }
+
+    /// The absolute error that a part `p` of all pixels stays below.
+    double percentile(double p) const
+    {
+        double low = 0.0, high = 2.0 * sigma_of(kBins - 1);
+        for (int step = 0; step < 60; ++step) {
+            const double middle = 0.5 * (low + high);
+            (part_below(middle) < p ? low : high) = middle;
+        }
+        return high;
+    }
+
+private:
+    static double sigma_of(std::size_t bin)
+    {
+        return bin == 0 ? 0.0 : kLeastBin * std::exp2((static_cast<double>(bin) - 0.5) / kBinsPerOctave);
+    }
+    double part_below(double error) const
+    {
+        double below = static_cast<double>(bins_[0]);
+        for (std::size_t b = 1; b < kBins; ++b)
+            below += static_cast<double>(bins_[b]) * std::erf(error / (std::numbers::sqrt2 * sigma_of(b)));
+        return count_ > 0 ? below / static_cast<double>(count_) : 1.0;
+    }
+
+    std::array<std::size_t, kBins> bins_{};
+    std::size_t count_ = 0;
+};
+
+}  // namespace
+
+float ErrorMap::total(std::size_t pixel) const
+{
+    return std::min(1.0f, std::hypot(noise[pixel], spread[pixel]));
+}
+
+ErrorMap error_map(const SplatBuffer& sums, const SplatStats& stats, float overlap)
+{
+    const std::size_t pixels = sums.weight.size();
+    std::vector<Disagreement> all(pixels);
+    for (std::size_t i = 0; i < pixels; ++i)
+        all[i] = disagreement(sums, i);
+    // Relative variances: a dark pixel says as much as a light one of how well the expansion works there.
+    const auto relative = [&](std::size_t i) {
+        const Disagreement& d = all[i];
+        return d.mean > 0.0f ? std::clamp(d.excess / (d.mean * d.mean), -1.0f, 1.0f) : 0.0f;
+    };
+    WindowSums excess(sums.width, sums.height), lit(sums.width, sums.height);
+    excess.fill(relative);
+    lit.fill([&](std::size_t i) { return all[i].mean > 0.0f ? 1.0f : 0.0f; });
+    // A splat is about two radii wide, `overlap` times the distance between records each.
+    const double splats = static_cast<double>(std::max<std::uint64_t>(1, stats.splats));
+    const double distance = 0.5 * std::sqrt(static_cast<double>(stats.samples) / splats) / static_cast<double>(overlap);
+    const int reach = static_cast<int>(std::lround(distance));
+    ErrorMap errors{std::vector<float>(pixels, 0.0f), std::vector<float>(pixels, 0.0f)};
+    for (std::size_t i = 0; i < pixels; ++i) {
+        if (!(all[i].mean > 0.0f))
+            continue;
+        const int x = static_cast<int>(i % static_cast<std::size_t>(sums.width));
+        const int y = static_cast<int>(i / static_cast<std::size_t>(sums.width));
+        const double around = std::max(0.0, excess.around(x, y, reach) / lit.around(x, y, reach));
+        errors.noise[i] = std::sqrt(all[i].variance) / all[i].mean;
+        errors.spread[i] = kErrorOfSpread * static_cast<float>(std::sqrt(around));
+    }
+    return errors;
+}
+
+MeanErrors mean_errors(const SplatBuffer& sums, const ErrorMap& errors)
+{
+    const std::size_t pixels = sums.weight.size();
+    const auto light = [&](std::size_t i) {
+        const float l = luminance({sums.weighted_r[i], sums.weighted_g[i], sums.weighted_b[i]});
+        return sums.weight[i] > 0.0f ? static_cast<double>(l / sums.weight[i]) : 0.0;
+    };
+    double mean = 0.0;
+    for (std::size_t i = 0; i < pixels; ++i)
+        mean += light(i) / static_cast<double>(pixels);
+    MeanErrors result;
+    if (!(mean > 0.0))
+        return result;
+    for (std::size_t i = 0; i < pixels; ++i) {
+        const double share = kMeanAbsolute / static_cast<double>(pixels) * light(i) / (light(i) + kRelativeErrorFloor * mean);
+        result.noise += share * static_cast<double>(errors.noise[i]);
+        result.spread += share * static_cast<double>(errors.spread[i]);
+        result.total += share * static_cast<double>(errors.total(i));
+    }
+    return result;
+}
+
+ErrorEstimate estimate_error(const LayeredImage& image)
+{
+    const auto light = image.layers.find("indirect"), error = image.layers.find("indirect_error");
+    if (light == image.layers.end() || error == image.layers.end())
+        return {};
+    const std::vector<float>& rgb = light->second.pixels;
+    const std::size_t pixels = error->second.pixels.size();
+    const auto value = [&](std::size_t i) {
+        return static_cast<double>(luminance({rgb[3 * i], rgb[3 * i + 1], rgb[3 * i + 2]}));
+    };
+    double mean = 0.0;
+    for (std::size_t i = 0; i < pixels; ++i)
+        mean += value(i) / static_cast<double>(pixels);
+    if (!(mean > 0.0))
+        return {};
+    ErrorHistogram histogram;
+    double sum = 0.0;
+    for (std::size_t i = 0; i < pixels; ++i) {
+        const double sigma = static_cast<double>(error->second.pixels[i]) / (value(i) + kRelativeErrorFloor * mean);
+        histogram.add(sigma);
+        sum += sigma;
+    }
+    return {kMeanAbsolute * sum / static_cast<double>(pixels), histogram.percentile(0.5), histogram.percentile(0.95)};
+}
+
+}  // namespace rcs

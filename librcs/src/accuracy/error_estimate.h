@@ -1,0 +1,27 @@
+#pragma once
+
+#include <vector>
+
+#include "rcs/error_estimate.h"
+#include "rcs/splat.h"
+
+namespace rcs {
+
+/// Standard errors of the irradiance that a splat gives each pixel, relative to it, on luminance.
+struct ErrorMap {
+    std::vector<float> noise;   ///< from the records' own rays, averaged as the splat averages them
+    std::vector<float> spread;  ///< from the first-order expansion: what the records' extrapolations differ by beyond
+                                ///< their noise. Of this, a pixel by itself sees a rough sample: it is averaged over a
+                                ///< window about as large as the distance between records.
+    float total(std::size_t pixel) const;
+};
+/// @param stats  of this splat alone: how large a record is on the image
+ErrorMap error_map(const SplatBuffer& sums, const SplatStats& stats, float overlap);
+
+/// Means over all pixels, as ErrorEstimate::mean_relative, if all light were the irradiance.
+struct MeanErrors {
+    double noise = 0.0, spread = 0.0, total = 0.0;
+};
+MeanErrors mean_errors(const SplatBuffer& sums, const ErrorMap& errors);
+
+}  // namespace rcs

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <chrono>
+
+#include "compose/compose.h"
+#include "rcs/render.h"
+
+namespace rcs {
+
+/// Steers a render to RenderOptions::target_error or budget_seconds: what the first view's records are to reach, how many
+/// passes there are, how often narrow lobes are traced.
+class Goal {
+public:
+    explicit Goal(const RenderOptions& options);
+
+    bool is_set() const { return options_.target_error > 0.0 || options_.budget_seconds > 0.0; }
+    int passes() const { return passes_; }
+    /// How often the first view's lobes are traced before wants_more_lobes() is asked.
+    int lobe_rounds() const { return lobe_rounds_; }
+    /// Rays of one round of tracing: few, so that there can be as many as it takes.
+    int rays_of_round(int rays) const;
+    bool stopped() const { return stopped_; }
+
+    /// What the coarse records are made with, which error and time are forecast from.
+    static RecordOptions overture(const RecordOptions& options);
+
+    /// Places the first view's records. @param options  become those that later views are to be filled with
+    /// @param stats  stages so far: what another pass would cost
+    /// @param light  of this view so far: all but what records bring
+    void place(const RayScene& rays, const GBuffer& gbuffer, const View& view, const Shading& shading,
+               const PassLight& light, bool has_lobes, ThreadPool& pool, const LightCache* cache, RecordOptions& options, std::vector<Record>& records, RenderStats& stats,
+               const ProgressFunction& progress, const ForecastFunction& forecast);
+
+    /// Whether tracing the lobes once more would bring the picture nearer to the target.
+    /// @param light  of the pass, with lobes traced `rounds` times
+    bool wants_more_lobes(const GBuffer& gbuffer, const View& view, const Shading& shading, const PassLight& light,
+                          int rounds) const;
+
+private:
+    double elapsed() const;
+    double lobe_error(const GBuffer& gbuffer, const View& view, const Shading& shading, const PassLight& light) const;
+    double rest(double look_seconds, bool has_lobes, double pass_seconds, int passes) const;
+
+    const RenderOptions& options_;
+    std::chrono::steady_clock::time_point start_;
+    int passes_;
+    int lobe_rounds_ = 1;
+    bool stopped_ = false;
+};
+
+/// Averages a further round of traced lobes into those of `rounds` rounds.
+void add_round(TracedLight& light, const TracedLight& more, int rounds);
+
+}  // namespace rcs

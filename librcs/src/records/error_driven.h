@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "accuracy/error_estimate.h"
+#include "records/placement.h"
+
+namespace rcs {
+
+/// What records cost so far, and what they would cost for a smaller error.
+struct RecordForecast {
+    const SplatBuffer& sums;    ///< of the coarse records that the forecast is made from
+    const ErrorMap& errors;     ///< of those
+    double look_seconds = 0.0;  ///< a splat of irradiance and the estimate of its error
+    /// Seconds from here to a mean relative error of the records' light.
+    std::function<double(double)> seconds_to;
+};
+
+/// Where to stop: at a mean relative error, or when so many seconds are spent.
+struct RecordGoal {
+    double mean_relative = 0.0;  ///< 0: as small as time allows
+    double seconds = 0.0;        ///< of wall time from now on; 0: as many as it takes
+};
+
+/// Places records as the estimated error asks for: first a coarse overture that serves every pixel; then records
+/// closer together where their extrapolations disagree, and more rays where they are noisy, until the goal is met.
+/// The error's two parts are brought down alike, as far as the records allow.
+/// @param placement  with options().rays and spacing for the overture; options() are left as the last step used them,
+///        so that further views are filled alike
+/// @param set_goal  asked after the overture; none stops there
+/// @return the mean relative error reached, as estimated
+MeanErrors place_to_goal(Placement& placement, const View& view, float overlap, ThreadPool& pool,
+                         std::vector<Record>& records, RecordStats& stats,
+                         const std::function<std::optional<RecordGoal>(const RecordForecast&)>& set_goal);
+
+}  // namespace rcs
