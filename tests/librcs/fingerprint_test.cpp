@@ -55,10 +55,10 @@ TEST(Fingerprint, DoesNotChangeWithNames)
 {
     const Scene scene = test::furnished_room();
     Scene renamed = scene;
-    renamed.name += "x";
-    for (Material& material : renamed.materials) material.name += "x";
-    for (Mesh& mesh : renamed.meshes) mesh.name += "x";
-    for (Instance& instance : renamed.instances) instance.name += "x";
+    renamed.name = "renamed";
+    for (Material& material : renamed.materials) material.name = "renamed";
+    for (Mesh& mesh : renamed.meshes) mesh.name = "renamed";
+    for (Instance& instance : renamed.instances) instance.name = "renamed";
     EXPECT_EQ(print_of(renamed), print_of(scene));
 }
 
