@@ -31,7 +31,7 @@ struct AccuracyArguments {
     std::string folder;
     std::string points = std::to_string(kMostSweepPoints);
     std::vector<int> path_samples{16, 64, 256, 1024};
-    double reference_error = 1.0;  ///< [%]
+    double reference_error = 2.0;  ///< [%]
     int reference_samples = 16384;
     bool fresh = false;
 };

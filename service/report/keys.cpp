@@ -78,7 +78,6 @@ std::string machine_key(int threads, const std::string& gl_renderer)
 {
     Fingerprint print;
     print.add(std::string(kVersion));
-    print.add(file_bytes("/proc/self/exe"));
     print.add(file_bytes(library_path()));
     print.add(processor_name());
     print.add(threads);

@@ -13,7 +13,7 @@ namespace rcs::service {
 /// What path traced sums belong to: scene, view, transport and seed, but not how many samples there are.
 std::string paths_key(const Scene& scene, const View& view, const ReferenceOptions& options);
 
-/// What a point's time also depends on: this program, processor, threads and OpenGL.
+/// What a point's time also depends on: the very library file, processor, threads and OpenGL.
 std::string machine_key(int threads, const std::string& gl_renderer);
 
 /// As the system names it; "" where it does not.

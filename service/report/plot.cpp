@@ -33,8 +33,24 @@ Axis axis_over(const std::vector<double>& values, double begin, double end)
     return {least / std::sqrt(missing), most * std::sqrt(missing), begin, end};
 }
 
+/// Times that a person counts in, [s]: 1, 2 and 5 times the powers of ten below a minute, then minutes and hours.
+std::vector<double> time_ticks(const Axis& axis)
+{
+    std::vector<double> ticks;
+    const auto add = [&](double seconds) {
+        if (axis.holds(seconds)) ticks.push_back(seconds);
+    };
+    for (int power = -4; power < 2; ++power) {
+        for (const double digit : {1.0, 2.0, 5.0}) {
+            if (power < 1 || digit < 5.0) add(digit * std::pow(10.0, power));
+        }
+    }
+    for (const double minutes : {1.0, 2.0, 5.0, 10.0, 20.0, 60.0, 120.0, 300.0, 600.0, 1440.0, 4320.0}) add(60.0 * minutes);
+    return ticks;
+}
+
 /// 1, 2 and 5 times the powers of ten that the axis holds; only the powers where those are many.
-std::vector<double> ticks_of(const Axis& axis)
+std::vector<double> error_ticks(const Axis& axis)
 {
     const bool wide = axis.most / axis.least > 2e4;
     std::vector<double> ticks;
@@ -56,12 +72,12 @@ Shape text(Role role, double x, double y, std::string words, double anchor)
 
 void add_axes(std::vector<Shape>& shapes, const Axis& x, const Axis& y)
 {
-    for (const double seconds : ticks_of(x)) {
+    for (const double seconds : time_ticks(x)) {
         const double at = x.place(seconds);
         shapes.push_back(line(Role::grid, {at, kTop, at, kBottom}));
         shapes.push_back(text(Role::tick, at, kBottom + 18.0, duration_text(seconds), 0.5));
     }
-    for (const double error : ticks_of(y)) {
+    for (const double error : error_ticks(y)) {
         const double at = y.place(error);
         shapes.push_back(line(Role::grid, {kLeft, at, kRight, at}));
         shapes.push_back(text(Role::tick, kLeft - 8.0, at + 4.5, percent_text(error), 1.0));
@@ -85,14 +101,14 @@ void add_legend(std::vector<Shape>& shapes)
     entry(Shape::Kind::square, Role::paths_point, "path tracer", 100.0);
 }
 
-/// The mark stands above the point: to its right, or near the right end to its left.
+/// The mark stands above the point to its right, or near the right end below it to its left.
 void add_point(std::vector<Shape>& shapes, const PlotPoint& point, const Axis& x, const Axis& y, Shape shape)
 {
     shape.at = {x.place(point.seconds), y.place(point.error)};
     shape.title = point.title;
     const bool at_end = shape.at[0] > kRight - 60.0;
     shapes.push_back(
-        text(Role::mark, shape.at[0] + (at_end ? 4.0 : 7.0), shape.at[1] - (at_end ? 10.0 : 7.0), point.mark, at_end ? 1.0 : 0.0));
+        text(Role::mark, shape.at[0] + (at_end ? 4.0 : 7.0), shape.at[1] + (at_end ? 20.0 : -7.0), point.mark, at_end ? 1.0 : 0.0));
     shapes.push_back(std::move(shape));
 }
 

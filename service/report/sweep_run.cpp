@@ -32,7 +32,7 @@ struct Bench {
 /// What every point is held against.
 struct Standard {
     LayeredImage reference;
-    std::string key;        ///< of reference, program and machine
+    std::string key;        ///< of reference, library and machine
     ToneMapper picture, indirect;  ///< all points are shown with the exposures of the reference
 };
 
@@ -102,13 +102,11 @@ Measurement measure_render(const Bench& bench, const Standard& standard, const S
     return measured;
 }
 
-/// A first render also waits for shaders to be built and memory to be had; this one is not measured.
-void warm_up(const Bench& bench, const SweepPoint& point)
+/// A first render also waits for shaders to be built and memory to be had: the coarsest is made once without measuring.
+void warm_up(const Bench& bench)
 {
-    RenderOptions options = point.options;
-    options.width = std::min(options.width, 64);
-    options.height = std::min(options.height, 64);
-    render(bench.gl, bench.rays, bench.view.camera, options, bench.pool, {}, {}, within(bench.progress, "warm-up"));
+    render(bench.gl, bench.rays, bench.view.camera, bench.plan.points.front().options, bench.pool, {}, {},
+           within(bench.progress, "warm-up"));
 }
 
 std::vector<Measurement> measure_renders(const Bench& bench, const Standard& standard)
@@ -123,7 +121,7 @@ std::vector<Measurement> measure_renders(const Bench& bench, const Standard& sta
         const std::string folder = bench.plan.cache + "/point-" + print.text();
         std::optional<Measurement> kept = load_measurement(folder);
         if (!kept) {
-            if (!warm) warm_up(bench, point);
+            if (!warm) warm_up(bench);
             warm = true;
             const std::string part = std::to_string(measured.size() + 1) + "/" + std::to_string(bench.plan.points.size());
             kept = measure_render(bench, standard, point, part);

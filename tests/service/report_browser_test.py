@@ -244,16 +244,17 @@ def check_sizes(browser):
 
 
 def save_screenshots(browser, folder):
-    browser.size(1200, 1240)
+    """Those of docs/accuracy.md."""
     default = browser.evaluate("data.first")
-    shots = [("light", "picture", 0), ("dark", "difference", 0), ("dark", "records", "point"), ("light", "picture", "table-title"),
-             ("light", "picture", "meaning-title")]
-    for number, (scheme, view, place) in enumerate(shots):
+    for name, scheme, view, place, height in [("curve", "light", "picture", "", 900), ("slider", "light", "picture", "point", 900),
+                                              ("difference", "dark", "difference", "point", 900),
+                                              ("records", "dark", "records", "point", 900)]:
+        browser.size(1200, height)
         browser.scheme(scheme)
         browser.evaluate(f"choose({default}); document.activeElement.blur(); views.find((v) => v.value === '{view}').click()")
         browser.evaluate(f"document.getElementById('{place}').scrollIntoView()" if place else "scrollTo(0, 0)")
         browser.evaluate("document.getElementById('over').decode().then(() => new Promise(requestAnimationFrame))")
-        browser.screenshot(folder / f"report-{number + 1}-{scheme}.jpg")
+        browser.screenshot(folder / f"report-{name}.jpg")
 
 
 def test_page(program, page, screenshots):

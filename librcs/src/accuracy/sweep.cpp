@@ -20,7 +20,7 @@ struct Settings {
 // Coarse to fine, each about twice the time of the one before.
 constexpr Settings kSettings[kMostSweepPoints] = {
     {0.5f, 16, 0.4f},   {0.4f, 32, 0.25f},   {0.3f, 64, 0.15f},   {0.25f, 64, 0.1f},   {0.2f, 128, 0.06f},
-    {0.2f, 256, 0.04f}, {0.15f, 512, 0.03f}, {0.1f, 512, 0.025f}, {0.1f, 1024, 0.02f}, {0.07f, 2048, 0.015f}};
+    {0.2f, 256, 0.04f}, {0.15f, 512, 0.03f}, {0.12f, 768, 0.025f}, {0.1f, 1024, 0.02f}, {0.07f, 2048, 0.015f}};
 
 }  // namespace
 
