@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstdlib>
 #include <memory>
 #include <string>
 
@@ -74,9 +73,6 @@ RenderOptions final_options(const RenderArguments& arguments)
     validate(options);
     return options;
 }
-
-/// A software GL brings threads of its own; they are to be as few as ours. What the user set stands.
-void limit_gl_threads(int threads) { ::setenv("LP_NUM_THREADS", std::to_string(threads).c_str(), 0); }
 
 void render_scene(const RenderArguments& arguments, const CLI::App& command)
 {

@@ -1,7 +1,9 @@
 #include "run_support.h"
 
 #include <cstdio>
+#include <cstdlib>
 #include <numbers>
+#include <string>
 
 #include <nlohmann/json.hpp>
 
@@ -72,6 +74,8 @@ RayScene build_rays(const Scene& scene, const ThreadPool& pool, ProgressBar& bar
     stop_if_interrupted();
     return rays;
 }
+
+void limit_gl_threads(int threads) { ::setenv("LP_NUM_THREADS", std::to_string(threads).c_str(), 0); }
 
 void deliver(RunReport& report, const ReportArguments& arguments, std::chrono::steady_clock::time_point begin)
 {

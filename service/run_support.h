@@ -21,6 +21,9 @@ Scene load(const SceneArguments& arguments, ProgressBar& bar, RunReport& report)
 
 RayScene build_rays(const Scene& scene, const ThreadPool& pool, ProgressBar& bar, RunReport& report);
 
+/// A software GL brings threads of its own; they are to be as few as ours. What the user set stands.
+void limit_gl_threads(int threads);
+
 /// Writes and prints what was asked for; the last step of a command.
 /// @param begin  when the command began
 void deliver(RunReport& report, const ReportArguments& arguments, std::chrono::steady_clock::time_point begin);

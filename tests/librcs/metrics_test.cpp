@@ -161,5 +161,16 @@ TEST(Metrics, RefuseImagesThatDoNotMatch)
               ErrorCode::bad_argument);
 }
 
+TEST(Metrics, RelativeDifferenceHasASignAtEachPixel)
+{
+    // R = 1, 3 (mean 2, eps 0.02); I = 1.1, 2.4.
+    const Image d = relative_difference(grey(2, 1, {1.1f, 2.4f}), grey(2, 1, {1.0f, 3.0f}), "beauty");
+    ASSERT_EQ(d.channels, 1);
+    EXPECT_NEAR(*d.at(0, 0), 0.1 / 1.02, 1e-6);
+    EXPECT_NEAR(*d.at(1, 0), -0.6 / 3.02, 1e-6);
+    const Image black = relative_difference(grey(1, 1, {0.0f}), grey(1, 1, {0.0f}), "beauty");
+    EXPECT_EQ(*black.at(0, 0), 0.0f);
+}
+
 }  // namespace
 }  // namespace rcs

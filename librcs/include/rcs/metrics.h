@@ -30,4 +30,9 @@ struct ErrorMetrics {
 ErrorMetrics compare_images(const LayeredImage& image, const LayeredImage& reference,
                             const std::string& layer = "beauty");
 
+/// (I-R) / (R + eps) at each pixel on luminance, with the eps of ErrorMetrics: one channel, of the reference's size.
+/// 0 where both are black, NaN where either is not finite.
+/// @throws as compare_images()
+Image relative_difference(const LayeredImage& image, const LayeredImage& reference, const std::string& layer);
+
 }  // namespace rcs

@@ -10,9 +10,14 @@
 
 namespace rcs {
 
+/// Rises with each change of what render_reference() computes, so that saved references are known to be old.
+inline constexpr int kTransportVersion = 1;
+
 /// How the path tracer that judges the renderer works.
 struct ReferenceOptions {
     int samples = 1024;  ///< paths per pixel, in [16, 2^20]; rounded up to a multiple of 16
+    int first_sample = 0;  ///< where in the pixel's sequence of paths to begin, in [0, 2^20 - samples];
+                           ///< see merge_references()
     int bounces = 1;     ///< bounces of indirect light, in [0, 64]; 1 is the paper's first bounce
     int aa = 1;          ///< 1: every path starts at the pixel's centre; more: spread over the pixel,
                          ///< textures filtered over 1/sqrt(aa) pixels, as in render
@@ -33,5 +38,13 @@ struct ReferenceOptions {
 /// independent; the sequence is better than that, so they are upper estimates.
 LayeredImage render_reference(const RayScene& rays, const View& view, const ReferenceOptions& options,
                               ThreadPool& pool, const ProgressFunction& progress = {});
+
+/// Adds `more` to `sum`, both of the same view and transport: layers are averaged by samples (depth and normal also by
+/// cover), standard errors taken as independent. If `more` has the same seed it must begin at the sample where `sum`
+/// ends: the result is then, to rounding, what tracing both in one go gives. So a reference can be saved and continued.
+/// With another seed, `more` is an independent image, and the result cannot be continued any more.
+/// @param sum  may be empty, of no layers; it becomes `more` then
+/// @throws Error bad_argument: sizes, layers or settings that do not match, or a gap between the samples
+void merge_references(LayeredImage& sum, const LayeredImage& more);
 
 }  // namespace rcs

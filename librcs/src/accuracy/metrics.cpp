@@ -135,10 +135,32 @@ double mean(const std::vector<double>& values)
     return sum / static_cast<double>(values.size());
 }
 
-}  // namespace
+/// What keeps relative errors finite where the reference is black.
+double epsilon(double mean_reference) { return kRelativeErrorFloor * std::abs(mean_reference); }
 
-ErrorMetrics compare_images(const LayeredImage& image, const LayeredImage& reference,
-                            const std::string& layer)
+/// Mean of the finite values of one layer, on luminance; 0 if there is none.
+double finite_mean(const Image& image)
+{
+    double sum = 0.0;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < image.pixels.size(); i += static_cast<std::size_t>(image.channels)) {
+        const double v = level(image.pixels.data() + i, image.channels);
+        if (std::isfinite(v)) {
+            sum += v;
+            ++count;
+        }
+    }
+    return count > 0 ? sum / static_cast<double>(count) : 0.0;
+}
+
+/// The layers of both images, and the step between pixels of the first that match those of the second.
+struct Pair {
+    const Image& image;
+    const Image& reference;
+    int stride;
+};
+
+Pair matching_layers(const LayeredImage& image, const LayeredImage& reference, const std::string& layer)
 {
     const Image& a = layer_of(image, layer, "image");
     const Image& b = layer_of(reference, layer, "reference");
@@ -147,7 +169,16 @@ ErrorMetrics compare_images(const LayeredImage& image, const LayeredImage& refer
                                                  " channels in the image and " + std::to_string(b.channels) +
                                                  " in the reference");
     }
-    const Samples samples = take_samples(a, b, matching_stride(image, a, reference, b));
+    return {a, b, matching_stride(image, a, reference, b)};
+}
+
+}  // namespace
+
+ErrorMetrics compare_images(const LayeredImage& image, const LayeredImage& reference,
+                            const std::string& layer)
+{
+    const Pair pair = matching_layers(image, reference, layer);
+    const Samples samples = take_samples(pair.image, pair.reference, pair.stride);
 
     ErrorMetrics metrics;
     metrics.pixels = samples.image.size();
@@ -157,7 +188,7 @@ ErrorMetrics compare_images(const LayeredImage& image, const LayeredImage& refer
         return metrics;
     }
     const double mean_reference = mean(samples.reference);
-    const double eps = kRelativeErrorFloor * std::abs(mean_reference);
+    const double eps = epsilon(mean_reference);
     std::vector<double> relative(metrics.pixels);
     double square = 0.0, relative_square = 0.0;
     for (std::size_t i = 0; i < metrics.pixels; ++i) {
@@ -178,6 +209,22 @@ ErrorMetrics compare_images(const LayeredImage& image, const LayeredImage& refer
         metrics.display_psnr = -10.0 * std::log10(samples.display_square_error / n);
     }
     return metrics;
+}
+
+Image relative_difference(const LayeredImage& image, const LayeredImage& reference, const std::string& layer)
+{
+    const Pair pair = matching_layers(image, reference, layer);
+    const double eps = epsilon(finite_mean(pair.reference));
+    Image difference(pair.reference.width, pair.reference.height, 1);
+    for (int y = 0; y < difference.height; ++y) {
+        for (int x = 0; x < difference.width; ++x) {
+            const float* p = pair.image.at(pair.stride / 2 + x * pair.stride, pair.stride / 2 + y * pair.stride);
+            const double i = level(p, pair.image.channels);
+            const double r = level(pair.reference.at(x, y), pair.reference.channels);
+            *difference.at(x, y) = static_cast<float>(ratio(i - r, std::abs(r) + eps, 0.0));
+        }
+    }
+    return difference;
 }
 
 }  // namespace rcs

@@ -27,6 +27,7 @@ void validate(const View& view, const ReferenceOptions& options)
     check_range("width", view.width, 1, 16384);
     check_range("height", view.height, 1, 16384);
     check_range("samples", options.samples, 16, 1 << 20);
+    check_range("first_sample", options.first_sample, 0, (1 << 20) - options.samples);
     check_range("bounces", options.bounces, 0, 64);
     check_range("aa", options.aa, 1, 64);
     // Below twice the smaller side, pixel stride/2 lies within the image.
@@ -76,7 +77,7 @@ PixelSums trace_pixel(const PathTracer& tracer, const View& view, const Referenc
         const int end = std::min(begin + block_size, samples);
         glm::dvec3 indirect(0.0), others(0.0);
         for (int i = begin; i < end; ++i) {
-            points.index = static_cast<std::uint32_t>(i);
+            points.index = static_cast<std::uint32_t>(options.first_sample + i);
             if (!one_point) {
                 const glm::dvec2 offset(points.pair(kPixelPair));
                 tracer.look(x + offset.x, y + offset.y, Lamps::all, scratch.seen);
@@ -128,6 +129,7 @@ LayeredImage make_layers(int width, int height, const ReferenceOptions& options,
         image.layers.emplace(name, Image(width, height, 3));
     image.metadata = {{"rcs:stride", std::to_string(options.stride)},
                       {"rcs:samples", std::to_string(samples)},
+                      {"rcs:first-sample", std::to_string(options.first_sample)},
                       {"rcs:bounces", std::to_string(options.bounces)},
                       {"rcs:aa", std::to_string(options.aa)},
                       {"rcs:seed", std::to_string(options.seed)}};

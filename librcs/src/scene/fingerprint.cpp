@@ -1,0 +1,159 @@
+#include "rcs/fingerprint.h"
+
+#include <cstdio>
+#include <cstring>
+#include <vector>
+
+#include "util/random.h"
+
+namespace rcs {
+namespace {
+
+/// Vectors and matrices of numbers hold no padding; their bytes are their value.
+template <typename Value>
+void add_plain(Fingerprint& print, const Value& value)
+{
+    print.add_bytes(&value, sizeof value);
+}
+
+template <typename Value>
+void add_plain(Fingerprint& print, const std::vector<Value>& values)
+{
+    print.add(values.size());
+    print.add_bytes(values.data(), values.size() * sizeof(Value));
+}
+
+void add_texture(Fingerprint& print, const Texture& texture)
+{
+    print.add(texture.levels.size());
+    for (const Texture::Level& level : texture.levels) {
+        print.add(level.width);
+        print.add(level.height);
+        add_plain(print, level.texels);
+    }
+}
+
+// The structures are taken apart by all their members: one that gets a new member fails to compile here.
+
+void add_slot(Fingerprint& print, const TextureSlot& slot)
+{
+    const auto& [texture, uv_set, wrap_u, wrap_v, nearest, texture_from_uv] = slot;
+    print.add(texture);
+    print.add(uv_set);
+    print.add(wrap_u);
+    print.add(wrap_v);
+    print.add(nearest);
+    add_plain(print, texture_from_uv);
+}
+
+void add_material(Fingerprint& print, const Material& material)
+{
+    const auto& [name, base_color, alpha, base_color_texture, metallic, roughness, metallic_roughness_texture,
+                 normal_texture, normal_scale, emission, emission_texture, ior, specular, specular_texture,
+                 specular_color, specular_color_texture, transmission, transmission_texture, clearcoat,
+                 clearcoat_roughness, clearcoat_texture, clearcoat_roughness_texture, alpha_mode, alpha_cutoff, unlit,
+                 double_sided] = material;
+    for (const glm::vec3& color : {base_color, emission, specular_color}) add_plain(print, color);
+    for (const float value : {alpha, metallic, roughness, normal_scale, ior, specular, transmission, clearcoat,
+                              clearcoat_roughness, alpha_cutoff})
+        print.add(value);
+    for (const TextureSlot* slot :
+         {&base_color_texture, &metallic_roughness_texture, &normal_texture, &emission_texture, &specular_texture,
+          &specular_color_texture, &transmission_texture, &clearcoat_texture, &clearcoat_roughness_texture})
+        add_slot(print, *slot);
+    print.add(alpha_mode);
+    print.add(unlit);
+    print.add(double_sided);
+}
+
+void add_mesh(Fingerprint& print, const Mesh& mesh)
+{
+    const auto& [name, positions, normals, uvs, uvs1, colors, tangents, triangles, material] = mesh;
+    add_plain(print, positions);
+    add_plain(print, normals);
+    add_plain(print, uvs);
+    add_plain(print, uvs1);
+    add_plain(print, colors);
+    add_plain(print, tangents);
+    add_plain(print, triangles);
+    print.add(material);
+}
+
+void add_light(Fingerprint& print, const PunctualLight& light)
+{
+    const auto& [name, kind, intensity, position, direction, range, inner_cone, outer_cone] = light;
+    print.add(kind);
+    add_plain(print, intensity);
+    add_plain(print, position);
+    add_plain(print, direction);
+    print.add(range);
+    print.add(inner_cone);
+    print.add(outer_cone);
+}
+
+void add_environment(Fingerprint& print, const EnvironmentImage& environment)
+{
+    const auto& [name, width, height, radiance, rotation] = environment;
+    print.add(width);
+    print.add(height);
+    add_plain(print, radiance);
+    print.add(rotation);
+}
+
+}  // namespace
+
+void Fingerprint::add_bytes(const void* data, std::size_t size)
+{
+    const auto* bytes = static_cast<const char*>(data);
+    for (std::size_t i = 0; i < size; i += sizeof(std::uint64_t)) {
+        std::uint64_t word = 0;
+        std::memcpy(&word, bytes + i, size - i < sizeof word ? size - i : sizeof word);
+        state_ = mix64(state_ ^ word);
+    }
+}
+
+void Fingerprint::add(std::string_view text)
+{
+    add(text.size());
+    add_bytes(text.data(), text.size());
+}
+
+std::string Fingerprint::text() const
+{
+    char digits[17];
+    std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(state_));
+    return digits;
+}
+
+void add(Fingerprint& print, const Scene& scene)
+{
+    const auto& [name, textures, materials, meshes, instances, lights, cameras, sky_radiance, environment, origin] =
+        scene;
+    print.add(textures.size());
+    for (const Texture& texture : textures) add_texture(print, texture);
+    print.add(materials.size());
+    for (const Material& material : materials) add_material(print, material);
+    print.add(meshes.size());
+    for (const Mesh& mesh : meshes) add_mesh(print, mesh);
+    print.add(instances.size());
+    for (const Instance& instance : instances) {
+        print.add(instance.mesh);
+        add_plain(print, instance.world_from_object);
+    }
+    print.add(lights.size());
+    for (const PunctualLight& light : lights) add_light(print, light);
+    add_plain(print, sky_radiance);
+    add_environment(print, environment);
+    add_plain(print, origin);
+}
+
+void add(Fingerprint& print, const Camera& camera)
+{
+    const auto& [name, projection, world_from_view, yfov, ymag] = camera;
+    print.add(projection);
+    add_plain(print, world_from_view);
+    print.add(yfov);
+    print.add(ymag);
+}
+
+}  // namespace rcs

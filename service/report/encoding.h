@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "rcs/image.h"
+
+namespace rcs::service {
+
+std::string base64(std::string_view bytes);  ///< RFC 4648, with padding
+std::string html_escape(std::string_view text);
+std::string csv_field(std::string_view text);  ///< RFC 4180: quoted where it has to be
+
+/// The picture as a JPEG file in memory. @param scratch  name of a file that is written and removed again
+std::string jpeg_bytes(const Image& display, const std::string& scratch);
+
+/// 0.064 as "6.4 %", with two digits that count.
+std::string percent_text(double fraction);
+/// [s] as "40 ms", "1.2 s", "20 min", "1.5 h", "4 days"; two digits that count.
+std::string duration_text(double seconds);
+
+}  // namespace rcs::service

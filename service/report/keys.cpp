@@ -1,0 +1,108 @@
+#include "report/keys.h"
+
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include <dlfcn.h>
+
+#include "rcs/version.h"
+
+namespace rcs::service {
+namespace {
+
+std::string file_bytes(const std::string& path)
+{
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+/// The library that this process runs, as a file.
+std::string library_path()
+{
+    Dl_info info{};
+    return dladdr(reinterpret_cast<const void*>(&render), &info) != 0 ? info.dli_fname : "";
+}
+
+void add_records(Fingerprint& print, const RecordOptions& options)
+{
+    const auto& [error_tolerance, rays, noise_target, min_reach, max_reach, gradient_limit, radiance, bounces, seed] =
+        options;
+    print.add(error_tolerance);
+    print.add(rays);
+    print.add(noise_target);
+    print.add(min_reach);
+    print.add(max_reach);
+    print.add(gradient_limit);
+    print.add(radiance);
+    print.add(bounces);
+    print.add(seed);
+}
+
+void add_direct(Fingerprint& print, const DirectOptions& options)
+{
+    const auto& [area_samples, penumbra_samples, seed] = options;
+    print.add(area_samples);
+    print.add(penumbra_samples);
+    print.add(seed);
+}
+
+}  // namespace
+
+std::string paths_key(const Scene& scene, const View& view, const ReferenceOptions& options)
+{
+    Fingerprint print;
+    print.add(kTransportVersion);
+    add(print, scene);
+    add(print, view.camera);
+    print.add(view.width);
+    print.add(view.height);
+    print.add(options.bounces);
+    print.add(options.aa);
+    print.add(options.stride);
+    print.add(options.seed);
+    return print.text();
+}
+
+std::string processor_name()
+{
+    std::ifstream file("/proc/cpuinfo");
+    for (std::string line; std::getline(file, line);) {
+        const std::size_t colon = line.find(": ");
+        if (line.rfind("model name", 0) == 0 && colon != line.npos) return line.substr(colon + 2);
+    }
+    return {};
+}
+
+std::string machine_key(int threads, const std::string& gl_renderer)
+{
+    Fingerprint print;
+    print.add(std::string(kVersion));
+    print.add(file_bytes(library_path()));
+    print.add(processor_name());
+    print.add(threads);
+    print.add(gl_renderer);
+    return print.text();
+}
+
+void add(Fingerprint& print, const RenderOptions& options)
+{
+    // Taken apart by all its members: one more, and this does not compile until it counts here, too.
+    const auto& [width, height, aa, bounces, records, direct, lobe_rays, overlap, splat, target_error,
+                 budget_seconds, dry_run, seed] = options;
+    print.add(width);
+    print.add(height);
+    print.add(aa);
+    print.add(bounces);
+    add_records(print, records);
+    add_direct(print, direct);
+    print.add(lobe_rays);
+    print.add(overlap);
+    print.add(splat);
+    print.add(target_error);
+    print.add(budget_seconds);
+    print.add(dry_run);
+    print.add(seed);
+}
+
+}  // namespace rcs::service

@@ -1,0 +1,142 @@
+#include "report/raster.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <string>
+
+#include <OpenImageIO/imagebuf.h>
+#include <OpenImageIO/imagebufalgo.h>
+#include <glm/glm.hpp>
+
+#include "rcs/error.h"
+
+namespace rcs::service {
+namespace {
+
+constexpr double kScale = 2.0;  ///< pixels for each of the layout's
+constexpr const char* kFont = "DejaVuSans";
+
+/// How a role looks on white.
+struct Style {
+    glm::vec3 color;
+    double width;       ///< of lines [px of the layout]
+    bool dashed = false;
+    bool hollow = false;  ///< of discs and squares
+};
+
+Style style_of(Role role)
+{
+    const glm::vec3 ink(0.12f, 0.14f, 0.18f), faint(0.88f), blue(0.04f, 0.36f, 0.75f), orange(0.76f, 0.34f, 0.03f);
+    const glm::vec3 grey(0.40f, 0.43f, 0.48f);
+    switch (role) {
+        case Role::grid: return {faint, 1.0};
+        case Role::front: return {blue, 2.0};
+        case Role::front_point: return {blue, 2.0};
+        case Role::other_point: return {blue, 2.0, false, true};
+        case Role::paths: return {orange, 2.0};
+        case Role::paths_point: return {orange, 2.0};
+        case Role::floor: return {grey, 1.5, true};
+        case Role::floor_mark: return {grey, 0.0};
+        case Role::tick: return {grey, 0.0};
+        case Role::frame:
+        case Role::title:
+        case Role::mark: return {ink, 1.0};
+    }
+    return {ink, 1.0};
+}
+
+/// Blends `color` over the pixels of a box by their cover, which is a function of the pixel's centre [px of the image].
+void paint(Image& image, glm::dvec2 least, glm::dvec2 most, glm::vec3 color,
+           const std::function<double(glm::dvec2)>& cover)
+{
+    const int x_end = std::min(image.width, static_cast<int>(std::ceil(most.x)) + 1);
+    const int y_end = std::min(image.height, static_cast<int>(std::ceil(most.y)) + 1);
+    for (int y = std::max(0, static_cast<int>(least.y) - 1); y < y_end; ++y) {
+        for (int x = std::max(0, static_cast<int>(least.x) - 1); x < x_end; ++x) {
+            const auto part = static_cast<float>(std::clamp(cover({x + 0.5, y + 0.5}), 0.0, 1.0));
+            for (int c = 0; c < 3; ++c) image.at(x, y)[c] += part * (color[c] - image.at(x, y)[c]);
+        }
+    }
+}
+
+void draw_line(Image& image, glm::dvec2 a, glm::dvec2 b, const Style& style)
+{
+    const double half = 0.5 * style.width * kScale;
+    const double length = glm::length(b - a);
+    if (length == 0.0) return;
+    const glm::dvec2 along = (b - a) / length;
+    paint(image, glm::min(a, b) - half, glm::max(a, b) + half, style.color, [&](glm::dvec2 p) {
+        const double t = glm::dot(p - a, along);
+        if (style.dashed && std::fmod(std::max(t, 0.0), 12.0 * kScale) > 7.0 * kScale) return 0.0;
+        return half + 0.5 - glm::length(p - a - std::clamp(t, 0.0, length) * along);
+    });
+}
+
+/// A disc or square by its distance function, which is negative inside.
+void draw_point(Image& image, glm::dvec2 center, const Style& style, bool disc)
+{
+    const double radius = kPointRadius * kScale;
+    const auto distance = [&](glm::dvec2 p) {
+        const glm::dvec2 d = glm::abs(p - center);
+        return (disc ? glm::length(d) : std::max(d.x, d.y)) - radius;
+    };
+    paint(image, center - radius, center + radius, style.color, [&](glm::dvec2 p) { return 0.5 - distance(p); });
+    if (!style.hollow) return;
+    const double rim = style.width * kScale;
+    paint(image, center - radius, center + radius, glm::vec3(1.0f), [&](glm::dvec2 p) { return 0.5 - distance(p) - rim; });
+}
+
+void draw_text(Image& image, const Shape& shape, const Style& style)
+{
+    using OIIO::ImageBufAlgo::TextAlignX;
+    OIIO::ImageBuf buffer(OIIO::ImageSpec(image.width, image.height, 3, OIIO::TypeDesc::FLOAT), image.pixels.data());
+    const TextAlignX align = shape.anchor == 0.0   ? TextAlignX::Left
+                             : shape.anchor == 1.0 ? TextAlignX::Right
+                                                   : TextAlignX::Center;
+    const std::array<float, 3> color{style.color.r, style.color.g, style.color.b};
+    if (!OIIO::ImageBufAlgo::render_text(buffer, static_cast<int>(std::lround(shape.at[0] * kScale)),
+                                         static_cast<int>(std::lround(shape.at[1] * kScale)), shape.text,
+                                         static_cast<int>(kFontSize * kScale), kFont, color, align,
+                                         OIIO::ImageBufAlgo::TextAlignY::Baseline)) {
+        throw Error(ErrorCode::internal, "cannot draw text: " + buffer.geterror());
+    }
+}
+
+void draw(Image& image, const Shape& shape)
+{
+    const Style style = style_of(shape.role);
+    const glm::dvec2 first = kScale * glm::dvec2(shape.at[0], shape.at[1]);
+    switch (shape.kind) {
+        case Shape::Kind::line:
+            for (std::size_t i = 2; i + 1 < shape.at.size(); i += 2) {
+                draw_line(image, kScale * glm::dvec2(shape.at[i - 2], shape.at[i - 1]),
+                          kScale * glm::dvec2(shape.at[i], shape.at[i + 1]), style);
+            }
+            break;
+        case Shape::Kind::disc:
+        case Shape::Kind::square: draw_point(image, first, style, shape.kind == Shape::Kind::disc); break;
+        case Shape::Kind::text: draw_text(image, shape, style); break;
+    }
+}
+
+}  // namespace
+
+void check_plot_font()
+{
+    const OIIO::ROI size = OIIO::ImageBufAlgo::text_size("0", static_cast<int>(kFontSize), kFont);
+    if (size.defined() && size.width() > 0) return;
+    throw Error(ErrorCode::not_found, std::string("the plot needs the font ") + kFont +
+                                          ", which is not installed; Debian's package is fonts-dejavu-core");
+}
+
+Image raster(const std::vector<Shape>& shapes)
+{
+    Image image(static_cast<int>(kPlotWidth * kScale), static_cast<int>(kPlotHeight * kScale), 3);
+    std::fill(image.pixels.begin(), image.pixels.end(), 1.0f);
+    for (const Shape& shape : shapes) draw(image, shape);
+    return image;
+}
+
+}  // namespace rcs::service
