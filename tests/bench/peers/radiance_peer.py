@@ -20,6 +20,7 @@ SETTINGS = [
     "-aa .15 -ad 512 -as 256 -ar 128",
     "-aa .1 -ad 1024 -as 512 -ar 256",
 ]
+# No statistics of light sources (-dt): direct light could not be taken off exactly.
 COMMON = "-ab 1 -av 0 0 0 -aw 0 -dt 0 -lw 1e-6".split()
 CENTRES = "-ps 1 -pt 0 -pj 0".split()  # a ray through every pixel's centre
 
@@ -62,23 +63,29 @@ def runs(job: Job):
     glb = gltf.Glb(job.glb)
     radiance_export.build_octree(glb, folder, package() / "bin", environment())
     view = radiance_export.view_text(gltf.find_camera(gltf.scene_of(glb)[2], job.camera, job.glb), job.width / job.height)
-    frame = [*view.split(), "-x", job.width, "-y", job.height]
+    frame = [*view.split(), "-x", job.width, "-y", job.height, "-pa", "0"]
     rays, octree = folder / "rays.bin", folder / "scene.oct"
     rays.write_bytes(output_of([program("vwrays"), "-ff", *frame], folder))
+    paint = [program("rpict"), "-t", "0", *frame, *CENTRES, *COMMON]
     trace = [program("rtrace"), "-fff", "-h", *COMMON]
-    direct = floats(job, output_of([*trace, "-ab", "0", octree], folder, rays))
+    # Each from its like: rpict's pictures have 8 bits a channel, and on lamps rounding would not cancel.
+    _, direct_picture = picture_of(job, folder, [*paint, "-ab", "0", octree], "direct")
+    direct_values = floats(job, output_of([*trace, "-ab", "0", octree], folder, rays))
     for i, options in enumerate(SETTINGS):
-        command = [program("rpict"), "-t", "0", *frame, *CENTRES, *COMMON, *options.split(), octree]
-        picture = folder / f"rpict_{i}.hdr"
-        cost = processes.timed(command, stdout=picture, cwd=folder, env=environment())
-        pixels = floats(job, output_of([program("pvalue"), "-h", "-H", "-df", picture], folder))
-        yield indirect(job, "Radiance rpict", options, 1, cost, pixels - direct, f"rpict_{i}")
+        cost, picture = picture_of(job, folder, [*paint, *options.split(), octree], f"rpict_{i}")
+        yield indirect(job, "Radiance rpict", options, 1, cost, picture - direct_picture, f"rpict_{i}")
         ambient, values = folder / f"ambient_{i}.amb", folder / f"rtrace_{i}.bin"
         ambient.unlink(missing_ok=True)  # else the next run would find this one's work done
         command = [*trace, *options.split(), "-n", job.threads, "-af", ambient, octree]
         cost = processes.timed(command, stdin=rays, stdout=values, cwd=folder, env=environment())
         yield indirect(job, f"Radiance rtrace -n {job.threads}", options, job.threads, cost,
-                       floats(job, values.read_bytes()) - direct, f"rtrace_{i}")
+                       floats(job, values.read_bytes()) - direct_values, f"rtrace_{i}")
+
+
+def picture_of(job, folder, command, name):
+    picture = folder / f"{name}.hdr"
+    cost = processes.timed(command, stdout=picture, cwd=folder, env=environment())
+    return cost, floats(job, output_of([program("pvalue"), "-h", "-H", "-df", picture], folder))
 
 
 def indirect(job, renderer, options, threads, cost, pixels, name):
