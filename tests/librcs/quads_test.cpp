@@ -89,6 +89,7 @@ std::vector<Record> random_records(const GBuffer& gbuffer, int count)
 struct Sums {
     double r = 0.0, g = 0.0, b = 0.0, weight = 0.0;
     double count = 0.0;
+    double squares = 0.0, variance = 0.0, variance_of_sum = 0.0;
     bool at_rim = false;  ///< rounding decides whether some record counts at all
 };
 
@@ -109,12 +110,20 @@ Sums sum_over_records(const std::vector<gpu::GpuRecord>& records, const GBuffer&
         if (!(weight > 0.0)) continue;
         const double w = weight * record.irradiance.w;
         double* const colors[] = {&sums.r, &sums.g, &sums.b};
+        constexpr double kLuminance[] = {0.2126, 0.7152, 0.0722};
+        double luminance = 0.0;
         for (int c = 0; c < 3; ++c) {
             const glm::vec4& gt = record.translation_gradient[c];
             const glm::vec4& gr = record.rotation_gradient[c];
-            *colors[c] += w * gpu::rcs_extrapolate(record.irradiance[c], d.x, d.y, d.z, r.x, r.y, r.z, gt.x,
-                                                   gt.y, gt.z, gr.x, gr.y, gr.z);
+            const double e = gpu::rcs_extrapolate(record.irradiance[c], d.x, d.y, d.z, r.x, r.y, r.z, gt.x, gt.y, gt.z,
+                                                  gr.x, gr.y, gr.z);
+            *colors[c] += w * e;
+            luminance += kLuminance[c] * e * record.rotation_gradient[0].w;
         }
+        const double variance = record.rotation_gradient[1].w;
+        sums.squares += w * luminance * luminance;
+        sums.variance += w * variance;
+        sums.variance_of_sum += w * w * variance;
         sums.weight += w;
         sums.count += 1.0;
     }
@@ -132,7 +141,7 @@ TEST(SplatQuads, GiveTheSumsOfAPlainDoubleLoop)
     const SplatBuffer splats = splat_quads(gl(), records, gbuffer, view, options, stats);
 
     GpuRecords from;
-    append_gpu_records(records, gbuffer.camera_position, view, options, false, from);
+    append_gpu_records(records, gbuffer.camera_position, view, options, false, splats.luminance_unit, from);
     const std::vector<gpu::GpuRecord>& gpu_records = from.records;
     double most = 0.0;
     for (std::size_t i = 0; i < gbuffer.size(); ++i) {
@@ -144,6 +153,9 @@ TEST(SplatQuads, GiveTheSumsOfAPlainDoubleLoop)
         EXPECT_NEAR(splats.weighted_r[i], sums.r, 1e-4 * sums.r + 1e-5);
         EXPECT_NEAR(splats.weighted_g[i], sums.g, 1e-4 * sums.g + 1e-5);
         EXPECT_NEAR(splats.weighted_b[i], sums.b, 1e-4 * sums.b + 1e-5);
+        EXPECT_NEAR(splats.squares[i], sums.squares, 1e-4 * sums.squares + 1e-6);
+        EXPECT_NEAR(splats.variance[i], sums.variance, 1e-4 * sums.variance + 1e-9);
+        EXPECT_NEAR(splats.variance_of_sum[i], sums.variance_of_sum, 1e-4 * sums.variance_of_sum + 1e-9);
         EXPECT_TRUE(sums.at_rim || splats.count[i] == sums.count) << i << " has " << splats.count[i];
     }
     EXPECT_GT(most, 10.0);  // the records do overlap
@@ -177,6 +189,12 @@ TEST(SplatQuads, LightGlossySurfacesAsTilesDo)
     const SplatBuffer tiles = splat_tiles(records, gbuffer, view, options, pool, stats, &shading);
     const SplatBuffer plain = splat_tiles(records, gbuffer, view, options, pool, stats);
     EXPECT_EQ(tiles.weighted_g, plain.weighted_g);
+    EXPECT_EQ(tiles.luminance_unit, quads.luminance_unit);
+    for (std::size_t i = 0; i < gbuffer.size(); ++i) {
+        EXPECT_NEAR(quads.squares[i], tiles.squares[i], 1e-4f * tiles.squares[i] + 1e-7f);
+        EXPECT_NEAR(quads.variance[i], tiles.variance[i], 1e-4f * tiles.variance[i] + 1e-9f);
+        EXPECT_NEAR(quads.variance_of_sum[i], tiles.variance_of_sum[i], 1e-4f * tiles.variance_of_sum[i] + 1e-9f);
+    }
     EXPECT_TRUE(plain.glossy_g.empty());
     std::size_t lit = 0;
     for (std::size_t i = 0; i < gbuffer.size(); ++i) {
@@ -246,7 +264,7 @@ TEST(MakeGpuRecords, DropsRecordsThatReachNoPixelAndKeepsTheOrder)
     records[1].position = glm::vec3(middle.origin - 5.0 * middle.direction);  // behind the camera
     records[4].spacing_radius = 0.0f;
     GpuRecords from;
-    append_gpu_records(records, gbuffer.camera_position, view, {}, false, from);
+    append_gpu_records(records, gbuffer.camera_position, view, {}, false, 1.0f, from);
     const std::vector<gpu::GpuRecord>& kept = from.records;
     ASSERT_EQ(kept.size(), 4u);
     const float expected[] = {0.0f, 2.0f, 3.0f, 5.0f};

@@ -54,7 +54,7 @@ TEST_P(RenderDemo, GivesEveryLayerFiniteAndNotNegative)
     const RenderResult result = render_first(scene, small(96, 2));
     const std::vector<std::pair<std::string, int>> layers = {
         {"beauty", 4}, {"emission", 3}, {"direct", 3}, {"indirect", 3}, {"irradiance", 3},
-        {"albedo", 3}, {"normal", 3},   {"depth", 1},  {"records", 1}};
+        {"albedo", 3}, {"normal", 3},   {"depth", 1},  {"records", 1},  {"indirect_error", 1}};
     EXPECT_EQ(result.image.layers.size(), layers.size());
     for (const auto& [name, channels] : layers) {
         ASSERT_TRUE(result.image.layers.contains(name)) << name;
@@ -249,7 +249,7 @@ TEST(Render, ReportsItsStagesInOrderAndTheirTimes)
         names.push_back(name);
         EXPECT_GE(seconds, 0.0);
     }
-    EXPECT_EQ(names, (std::vector<std::string>{"gbuffer", "direct", "records", "splat", "compose"}));
+    EXPECT_EQ(names, (std::vector<std::string>{"gbuffer", "direct", "records", "splat", "error", "compose"}));
     EXPECT_EQ(result.stats.records.records, result.records.size());
     EXPECT_GT(result.stats.splats.splats, 0u);
     EXPECT_GT(result.stats.splats.samples, 0u);

@@ -1,0 +1,134 @@
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "rcs/rcs.h"
+
+namespace rcs {
+namespace {
+
+struct Stage {
+    Scene scene;
+    ThreadPool pool;
+    RayScene rays;
+    GlContext gl;
+
+    explicit Stage(const char* name, int threads = 2)
+        : scene(load_scene(name)), pool(threads), rays(build_ray_scene(scene, pool))
+    {
+    }
+    RenderResult render(const RenderOptions& options, const ForecastFunction& forecast = {})
+    {
+        return rcs::render(gl, rays, scene.cameras[0], options, pool, {}, {}, {}, forecast);
+    }
+};
+
+RenderOptions small(double target_error, int aa = 1)
+{
+    RenderOptions options;
+    options.width = options.height = 120;
+    options.aa = aa;
+    options.target_error = target_error;
+    return options;
+}
+
+TEST(TargetError, IsReachedBySpendingMoreOnSmallerOnes)
+{
+    Stage stage("demo:cornell");
+    std::uint64_t rays = 0;
+    for (const double target : {0.1, 0.05, 0.03}) {
+        const RenderStats stats = stage.render(small(target)).stats;
+        EXPECT_LE(stats.error.mean_relative, target);
+        EXPECT_GE(stats.records.hemisphere_rays, rays) << target;
+        EXPECT_EQ(stats.unserved_pixels, 0u);
+        rays = stats.records.hemisphere_rays;
+    }
+}
+
+TEST(TargetError, CountsReflectionsThatAreTraced)
+{
+    Stage stage("demo:spheres");
+    const RenderStats loose = stage.render(small(0.3)).stats;
+    const RenderStats tight = stage.render(small(0.025)).stats;
+    EXPECT_LE(tight.error.mean_relative, 0.025 * 1.1);
+    EXPECT_GT(tight.traced.rays, loose.traced.rays);
+}
+
+TEST(TargetError, GivesTheSameBitsForAnyNumberOfThreads)
+{
+    const auto beauty = [](int threads) {
+        Stage stage("demo:cornell", threads);
+        return stage.render(small(0.06, 2)).image.layers.at("beauty").pixels;
+    };
+    const std::vector<float> one = beauty(1), three = beauty(3);
+    ASSERT_EQ(one.size(), three.size());
+    EXPECT_EQ(std::memcmp(one.data(), three.data(), one.size() * sizeof(float)), 0);
+}
+
+TEST(Forecast, IsToldOnceAndGrowsTowardsSmallErrors)
+{
+    Stage stage("demo:cornell");
+    int told = 0;
+    const RenderResult result = stage.render(small(0.05), [&](const Forecast& f) {
+        ++told;
+        ASSERT_GE(f.points.size(), 4u);
+        for (std::size_t i = 1; i < f.points.size(); ++i) {
+            EXPECT_LT(f.points[i].error, f.points[i - 1].error);
+            EXPECT_GE(f.points[i].seconds, f.points[i - 1].seconds);
+        }
+        EXPECT_GT(f.points.back().seconds, f.points.front().seconds);
+        EXPECT_EQ(f.goal_error, 0.05);
+        EXPECT_GT(f.goal_seconds, 0.0);
+    });
+    EXPECT_EQ(told, 1);
+    EXPECT_EQ(result.stats.forecast.points.size(), 6u);
+}
+
+TEST(DryRun, StopsAfterTheForecast)
+{
+    Stage stage("demo:cornell");
+    RenderOptions options = small(0.01);
+    options.dry_run = true;
+    const RenderResult result = stage.render(options);
+    EXPECT_FALSE(result.stats.forecast.points.empty());
+    EXPECT_TRUE(result.image.layers.empty());
+    EXPECT_EQ(result.stats.records.refined, 0u);
+}
+
+TEST(Budget, TakesFewerPassesWhereTimeIsShortAndAimsLowerWhereItIsNot)
+{
+    Stage stage("demo:cornell");
+    RenderOptions options = small(0.0, 16);
+    options.dry_run = true;  // the forecast tells what would be done
+    options.budget_seconds = 0.01;
+    const Forecast brief = stage.render(options).stats.forecast;
+    options.budget_seconds = 1000.0;
+    const Forecast lengthy = stage.render(options).stats.forecast;
+    EXPECT_EQ(brief.passes, 1);
+    EXPECT_EQ(lengthy.passes, 16);
+    EXPECT_LT(lengthy.goal_error, brief.goal_error);
+}
+
+TEST(ValidateRenderOptions, NamesTargetsAndBudgetsOutOfRange)
+{
+    const auto message = [](RenderOptions options) -> std::string {
+        try {
+            validate(options);
+        } catch (const Error& e) {
+            EXPECT_EQ(e.code(), ErrorCode::bad_argument);
+            return e.what();
+        }
+        return "";
+    };
+    RenderOptions options;
+    options.target_error = 1.5;
+    EXPECT_NE(message(options).find("target_error is 1.5"), std::string::npos);
+    options = {};
+    options.budget_seconds = -1.0;
+    EXPECT_NE(message(options).find("budget_seconds is -1"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace rcs
