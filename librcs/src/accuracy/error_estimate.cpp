@@ -14,7 +14,7 @@ namespace {
 
 // Measured against path-traced references of the shared and built-in scenes (docs/accuracy.md): the spread of the
 // extrapolations is somewhat more than the error of their mean.
-constexpr float kErrorOfSpread = 0.9f;
+constexpr float kErrorOfSpread = 0.75f;
 
 // The mean absolute value of a normal variable, over its standard deviation: sqrt(2 / pi).
 constexpr double kMeanAbsolute = 0.7978845608028654;

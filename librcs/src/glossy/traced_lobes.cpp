@@ -176,13 +176,11 @@ void LobeTracer::shade_packet(const Lane* lanes, int count, RayRing& ring, Works
             };
         };
         if (light_.is_plain(w.packet.instance(lane))) {
-            const float cosine = -glm::dot(hit.point.shading_normal, direction);
-            const auto albedo_for = [&](float cosine_in) {
-                return light_.albedo(hit.point.material, hit.point.uv, hit.uv_per_length, cone_width, cosine, cosine_in);
-            };
-            albedo = albedo_for(cosine);
+            const HitRadiance::PlainHit plain{hit.point.material, hit.point.uv, hit.uv_per_length, cone_width};
+            albedo = light_.albedo(plain, -glm::dot(hit.point.shading_normal, direction));
             light_.direct(hit.point, random, [&](const Ray& shadow_ray, glm::vec3 white) {
-                add(weight * albedo_for(glm::dot(hit.point.shading_normal, shadow_ray.direction)))(shadow_ray, white);
+                const glm::vec3 towards = light_.reflectance(plain, hit.point.shading_normal, -direction, shadow_ray.direction);
+                add(weight * towards)(shadow_ray, white);
             });
         } else {
             const Bsdf there = light_.bsdf(w.packet, lane, hit, cone_width);

@@ -74,20 +74,35 @@ Bsdf HitRadiance::bsdf(const HitPacket& packet, int lane, const HitSurface& hit,
     return result;
 }
 
-glm::vec3 HitRadiance::albedo(int material_index, glm::vec2 uv, float uv_per_length, float cone_width,
-                              float cosine_out, float cosine_in) const
+glm::vec3 HitRadiance::base_color(const PlainHit& hit) const
 {
-    const std::size_t m = static_cast<std::size_t>(material_index);
-    const Material& material = scene_.materials[m];
-    glm::vec3 color = material.base_color;
-    if (material.base_color_texture.used()) {
-        const Texture& texture = scene_.textures[static_cast<std::size_t>(material.base_color_texture.texture)];
-        const int level = mip_level(texture, uv_per_length, cone_width);
-        color *= glm::vec3(sample_slot_nearest(scene_, material.base_color_texture, uv, level));
-    }
-    if (!lobe_[m].has_specular())
+    const Material& material = scene_.materials[static_cast<std::size_t>(hit.material)];
+    if (!material.base_color_texture.used())
+        return material.base_color;
+    const Texture& texture = scene_.textures[static_cast<std::size_t>(material.base_color_texture.texture)];
+    const int level = mip_level(texture, hit.uv_per_length, hit.cone_width);
+    return material.base_color * glm::vec3(sample_slot_nearest(scene_, material.base_color_texture, hit.uv, level));
+}
+
+glm::vec3 HitRadiance::albedo(const PlainHit& hit, float cosine) const
+{
+    const Bsdf& lobe = lobe_[static_cast<std::size_t>(hit.material)];
+    const glm::vec3 color = base_color(hit);
+    if (!lobe.has_specular())
         return color;
-    return color * (1.0f - specular_albedo(lobe_[m], cosine_out)) + specular_albedo(lobe_[m], cosine_in);
+    const glm::vec3 specular = specular_albedo(lobe, cosine);
+    return color * (1.0f - specular) + specular;
+}
+
+glm::vec3 HitRadiance::reflectance(const PlainHit& hit, glm::vec3 normal, glm::vec3 outgoing, glm::vec3 incoming) const
+{
+    Bsdf lobe = lobe_[static_cast<std::size_t>(hit.material)];
+    const glm::vec3 color = base_color(hit);
+    if (!lobe.has_specular())
+        return color;
+    lobe.normal = lobe.geometric_normal = normal;
+    return color * (1.0f - specular_albedo(lobe, glm::dot(normal, outgoing))) +
+           std::numbers::pi_v<float> * evaluate_glossy(lobe, outgoing, incoming);
 }
 
 }  // namespace rcs

@@ -49,18 +49,25 @@ public:
         return cache_ ? cached_irradiance(*cache_, point.position, point.shading_normal, random) : glm::vec3(0.0f);
     }
 
-    /// A GGX lobe at least so wide, of a dielectric, counts as diffuse at hits: it has a twentieth of the light, and
-    /// where that goes, a gather does not tell from where the diffuse part goes.
+    /// A surface with a GGX lobe at least so wide, of a dielectric, is lit by all that is not a lamp as if it were diffuse.
     static constexpr float kWideAlpha = 0.4f;
 
-    /// Whether this instance's surface is its base colour below at most a wide dielectric lobe: then albedo() says all,
-    /// quickly.
+    /// Whether this instance's surface is its base colour below at most a wide dielectric lobe: then albedo() and
+    /// reflectance() say all, quickly.
     bool is_plain(std::uint32_t instance) const { return plain_[instance] != 0; }
-    /// Albedo of a plain surface, that of its lobe included: of the light that the lobe gets, it reflects its directional
-    /// albedo at the angle where the light comes from. @param cone_width  of the ray at the hit [m]
-    /// @param cosine_out, cosine_in  of ray and light to the shading normal; where light comes from everywhere, both are the ray's
-    glm::vec3 albedo(int material, glm::vec2 uv, float uv_per_length, float cone_width, float cosine_out,
-                     float cosine_in) const;
+    /// Where on which plain surface: what a look at its textures takes. @param cone_width  of the ray at the hit [m]
+    struct PlainHit {
+        int material;
+        glm::vec2 uv;
+        float uv_per_length;
+        float cone_width;
+    };
+    /// Albedo of a plain surface, that of its lobe included, for light from everywhere. @param cosine  of the ray to the
+    /// shading normal
+    glm::vec3 albedo(const PlainHit& hit, float cosine) const;
+    /// The same for light from one direction: pi times the BSDF. The lobe has a twentieth of the light or less, but a sun
+    /// over walls sends that all one way: taken for diffuse, Sponza's floor came out a tenth too dark.
+    glm::vec3 reflectance(const PlainHit& hit, glm::vec3 normal, glm::vec3 outgoing, glm::vec3 incoming) const;
 
     /// How any other surface reflects towards the origin of a packet's ray. @param hit  complete
     Bsdf bsdf(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;
@@ -69,6 +76,8 @@ public:
     void direct(const SurfacePoint& point, const Bsdf& bsdf, glm::vec3 outgoing, RandomStream& random, const Add& add) const;
 
 private:
+    glm::vec3 base_color(const PlainHit& hit) const;
+
     const RayScene& rays_;
     const Scene& scene_;
     const LightCache* cache_;

@@ -62,13 +62,11 @@ void CellRays::shade(const HitSurface& hit, int lane, std::uint64_t key, CellHit
         lit_.push_back(radiance);
     };
     if (radiance_.is_plain(packet_.instance(lane))) {
-        const float cosine = -glm::dot(hit.point.shading_normal, ray_direction(packet_.ray, lane));
-        const auto albedo = [&](float cosine_in) {
-            return radiance_.albedo(hit.point.material, hit.point.uv, hit.uv_per_length, cone_width, cosine, cosine_in);
-        };
-        result.reflectance = weight * albedo(cosine);
+        const HitRadiance::PlainHit plain{hit.point.material, hit.point.uv, hit.uv_per_length, cone_width};
+        const glm::vec3 outgoing = -ray_direction(packet_.ray, lane);
+        result.reflectance = weight * radiance_.albedo(plain, glm::dot(hit.point.shading_normal, outgoing));
         radiance_.direct(hit.point, random, [&](const Ray& ray, glm::vec3 white) {
-            add(ray, white * weight * albedo(glm::dot(hit.point.shading_normal, ray.direction)));
+            add(ray, white * weight * radiance_.reflectance(plain, hit.point.shading_normal, outgoing, ray.direction));
         });
         return;
     }

@@ -58,9 +58,10 @@ struct ShadowedLight {
     std::uint32_t cell;
     std::int32_t material;  // kReflected: there is no albedo to look up
     glm::vec3 radiance;     // towards the record; of a white surface unless kReflected
+    glm::vec3 normal;       // shading, at the hit
+    glm::vec3 to_light;
     glm::vec2 uv;
     float uv_per_length;
-    float cosine_out, cosine_in;  // of ray and light to the hit's shading normal
 };
 
 /// One thread's working memory for a record at a time.
@@ -220,7 +221,6 @@ void Gatherer::shade_hit(const HitPacket& packet, int lane, const HitSurface& hi
                 kInversePi * total_albedo(bsdf, outgoing) * radiance_.indirect_irradiance(hit.point, random));
         return;
     }
-    const float cosine = -glm::dot(hit.point.shading_normal, ray_direction(packet.ray, lane));
     radiance_.direct(hit.point, random, [&](const Ray& ray, glm::vec3 white) {
         w.shadow.add(ray);
         // Filled in place: a copy would read back in one piece what has just been written in several, and wait for it.
@@ -230,13 +230,14 @@ void Gatherer::shade_hit(const HitPacket& packet, int lane, const HitSurface& hi
         light.radiance = white;
         light.uv = hit.point.uv;
         light.uv_per_length = hit.uv_per_length;
-        light.cosine_out = cosine;
-        light.cosine_in = glm::dot(hit.point.shading_normal, ray.direction);
+        light.normal = hit.point.shading_normal;
+        light.to_light = ray.direction;
     });
     if (radiance_.has_cache())
         add(w.samples, cell,
-            kInversePi * radiance_.albedo(hit.point.material, hit.point.uv, hit.uv_per_length, cone_width(cell, w), cosine,
-                                             cosine) *
+            kInversePi *
+                radiance_.albedo({hit.point.material, hit.point.uv, hit.uv_per_length, cone_width(cell, w)},
+                                 -glm::dot(hit.point.shading_normal, ray_direction(packet.ray, lane))) *
                 radiance_.indirect_irradiance(hit.point, random));
 }
 
@@ -278,8 +279,9 @@ void Gatherer::shoot_shadow_rays(Workspace& w) const
         const ShadowedLight& light = w.lights[i];
         glm::vec3 radiance = light.radiance * w.shadow.transmittance(i);
         if (light.material != ShadowedLight::kReflected)
-            radiance *= radiance_.albedo(light.material, light.uv, light.uv_per_length, cone_width(light.cell, w),
-                                         light.cosine_out, light.cosine_in);
+            radiance *= radiance_.reflectance(
+                {light.material, light.uv, light.uv_per_length, cone_width(light.cell, w)}, light.normal,
+                -ray_direction(w.packets[light.cell / kWidth].ray, static_cast<int>(light.cell % kWidth)), light.to_light);
         add(w.samples, light.cell, radiance);
     }
     w.shadow_rays += w.shadow.size();
