@@ -3,15 +3,28 @@
 as Markdown. One set of options for all scenes. References are kept in the output folder and made only when missing,
 so a run may be broken off and taken up again.
 
-FLIP (Andersson et al. 2020) needs `pip install flip-evaluator`; without it the column stays empty.
+A reference has noise of its own, which counts as error of the picture. The table states it: the mean over the picture
+of 0.8 s / (R + 0.01 mean R), with s the luminance of its layer standard_error (0.8 s is the mean of |error| of a
+normal distribution). Views with more noise than --noise get as many more paths, up to --max-spp.
+
+Needs `pip install numpy OpenEXR flip-evaluator` (FLIP: Andersson et al. 2020).
 
     tests/bench/scene_table.py build/release/bin/rcsplat ../shared/scenes -o /tmp/table > table.md
 """
 import argparse
 import json
+import math
 import pathlib
+import resource
 import subprocess
 import sys
+
+import flip_evaluator
+import numpy
+import OpenEXR
+
+LIMITS = {"mre": 0.06, "bias": 0.01, "flip": 0.05}
+LUMINANCE = numpy.array([0.2126, 0.7152, 0.0722])
 
 SHARED = {
     "sponza.glb": ["atrium", "arcade", "gallery"],
@@ -37,11 +50,15 @@ def views(scenes):
 
 
 def flip(reference, image):
-    try:
-        import flip_evaluator
-    except ImportError:
-        return None
     return float(flip_evaluator.evaluate(str(reference), str(image), "LDR")[1])
+
+
+def noise(reference):
+    """Mean relative error that the reference's own standard errors make."""
+    channels = OpenEXR.File(str(reference)).channels()
+    beauty = next(channels[name] for name in ("RGBA", "RGB") if name in channels).pixels[..., :3] @ LUMINANCE
+    error = channels["standard_error"].pixels @ LUMINANCE
+    return float(numpy.mean(0.8 * error / (beauty + 0.01 * beauty.mean())))
 
 
 def run(arguments):
@@ -51,27 +68,61 @@ def run(arguments):
     return json.loads(result.stdout) if result.stdout.startswith("{") else None
 
 
+def children_seconds():
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
+
+
+def trace(args, common, stem, spp):
+    """The reference at that many paths a pixel: its EXR, PNG and statistics. Made only when missing."""
+    name = f"{stem}_ref_{args.size}_{spp}"
+    exr, png, kept = (args.output / f"{name}.{ending}" for ending in ("exr", "png", "json"))
+    if not kept.exists():
+        stats = run([args.rcsplat, "reference", *common, "--spp", str(spp), "--pixel-format", "float", "-o", exr,
+                     "-o", png])
+        kept.write_text(json.dumps(stats))
+    return exr, png, json.loads(kept.read_text())
+
+
+def trace_quietly(args, common, stem):
+    spp = args.spp
+    while True:
+        exr, png, stats = trace(args, common, stem, spp)
+        reached = noise(exr)
+        if reached <= args.noise or spp >= args.max_spp:
+            return exr, png, stats, spp, reached
+        doublings = max(1, math.ceil(2.0 * math.log2(reached / args.noise)))
+        spp = min(args.max_spp, spp * 2**doublings)
+
+
 def measure(args, scene, camera, bounces):
     stem = f"{pathlib.Path(scene.replace(':', '_')).stem}_{camera or 'first'}_{bounces}"
     where = ["--camera", camera] if camera else []
     common = [scene, *where, "--size", args.size, "--aa", "1", "--bounces", str(bounces), "--json"]
-    reference, reference_png = args.output / f"{stem}_ref.exr", args.output / f"{stem}_ref.png"
-    kept = args.output / f"{stem}_ref_{args.size}_{args.spp}.json"
-    if not kept.exists():
-        stats = run([args.rcsplat, "reference", *common, "--spp", str(args.spp), "--pixel-format", "float",
-                     "-o", reference, "-o", reference_png])
-        kept.write_text(json.dumps(stats))
-    stats = json.loads(kept.read_text())
+    reference, reference_png, stats, spp, reference_noise = trace_quietly(args, common, stem)
     image, image_png = args.output / f"{stem}.exr", args.output / f"{stem}.png"
-    rendered = run([args.rcsplat, "render", *common, *args.render.split(), "--pixel-format", "float", "--exposure",
-                    str(stats["tone_map"]["exposure"]), "-o", image, "-o", image_png])
+    before = children_seconds()
+    run([args.rcsplat, "render", *common, *args.render.split(), "--pixel-format", "float", "--exposure",
+         str(stats["tone_map"]["exposure"]), "-o", image, "-o", image_png])
+    seconds = children_seconds() - before
     compared = run([args.rcsplat, "compare", image, reference, "--json"])
-    error = flip(reference_png, image_png)
     return {
         "view": f"{pathlib.Path(scene).stem}{'/' + camera if camera else ''}", "bounces": bounces,
-        "mre": compared["mean_relative_error"], "bias": compared["ratio_of_means"] - 1.0, "flip": error,
-        "seconds": rendered["seconds"], "reference_seconds": stats["seconds"],
+        "mre": compared["mean_relative_error"], "bias": compared["ratio_of_means"] - 1.0,
+        "flip": flip(reference_png, image_png), "noise": reference_noise, "spp": spp, "seconds": seconds,
+        "reference_seconds": stats["seconds"],
     }
+
+
+def shown(row, key, text):
+    """Bold where the limit is missed."""
+    return f"**{text}**" if abs(row[key]) > LIMITS[key] else text
+
+
+def print_row(row):
+    print(f"| {row['view']} | {row['bounces']} | {shown(row, 'mre', format(row['mre'], '.1%'))} | {row['noise']:.1%} | "
+          f"{shown(row, 'bias', format(row['bias'], '+.2%'))} | {shown(row, 'flip', format(row['flip'], '.3f'))} | "
+          f"{row['seconds']:.1f} | {row['spp']:,} | {row['reference_seconds']:.0f} |", flush=True)
 
 
 def main():
@@ -79,28 +130,28 @@ def main():
     parser.add_argument("rcsplat")
     parser.add_argument("scenes", type=pathlib.Path)
     parser.add_argument("-o", "--output", type=pathlib.Path, required=True, help="folder for pictures and references")
-    parser.add_argument("--size", default="200x200")
-    parser.add_argument("--spp", type=int, default=4096)
+    parser.add_argument("--size", default="128x128")
+    parser.add_argument("--spp", type=int, default=256, help="paths a pixel at first")
+    parser.add_argument("--max-spp", type=int, default=16384, help="paths a pixel at the most")
+    parser.add_argument("--noise", type=float, default=2.0, help="noise wanted of a reference [%%]")
     parser.add_argument("--bounces", type=int, nargs="+", default=[1, 4])
-    parser.add_argument("--only", default="", help="part of a view's scene or camera name")
+    parser.add_argument("--only", nargs="+", default=[""], help="parts of scene/camera names to take")
     parser.add_argument("--render", default="", help="options of rcsplat render, as one word: '--accuracy 0.1 --rays 512'")
     args = parser.parse_args()
+    args.noise /= 100.0
     args.output.mkdir(parents=True, exist_ok=True)
-    print(f"{args.size} pixels, reference {args.spp} paths a pixel, render options: {args.render or 'defaults'}\n")
-    print("| view | bounces | MRE | bias | FLIP | render [s] | reference [s] |")
-    print("| --- | --- | --- | --- | --- | --- | --- |")
-    worst = {"mre": 0.0, "bias": 0.0, "flip": 0.0}
+    print(f"{args.size} pixels, one sample at each pixel's centre; render options: {args.render or 'defaults'}. "
+          f"Limits: MRE {LIMITS['mre']:.0%}, bias {LIMITS['bias']:.0%}, FLIP {LIMITS['flip']}; **bold** misses one.\n")
+    print("| view | bounces | MRE | of it reference noise | bias | FLIP | render, CPU [s] | reference paths | "
+          "reference, wall [s] |")
+    print("| --- | --- | --- | --- | --- | --- | --- | --- | --- |")
+    rows = []
     for bounces in args.bounces:
         for scene, camera in views(args.scenes):
-            if args.only not in f"{scene}/{camera}":
-                continue
-            row = measure(args, scene, camera, bounces)
-            for key in worst:
-                worst[key] = max(worst[key], abs(row[key] or 0.0))
-            print(f"| {row['view']} | {bounces} | {100 * row['mre']:.1f} % | {100 * row['bias']:+.2f} % | "
-                  f"{'' if row['flip'] is None else format(row['flip'], '.3f')} | {row['seconds']:.1f} | "
-                  f"{row['reference_seconds']:.0f} |", flush=True)
-    print(f"\nWorst: MRE {100 * worst['mre']:.1f} %, bias {100 * worst['bias']:.2f} %, FLIP {worst['flip']:.3f}")
+            if any(part in f"{scene}/{camera}" for part in args.only):
+                rows.append(measure(args, scene, camera, bounces))
+                print_row(rows[-1])
+    print("\nWorst: " + ", ".join(f"{key} {max(abs(row[key]) for row in rows):.4f}" for key in LIMITS))
 
 
 if __name__ == "__main__":
