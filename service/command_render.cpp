@@ -116,6 +116,8 @@ void render_scene(const RenderArguments& arguments, const CLI::App& command)
     }
     if (options.dry_run) {
         bar.finish();
+        if (!report.forecast && !arguments.report.quiet && !arguments.report.json)
+            std::puts("there is no indirect light to forecast the error of");
         report.render = std::move(result.stats);
         if (!arguments.report.stats_file.empty() || arguments.report.json) {
             deliver(report, arguments.report, begin);
@@ -171,6 +173,10 @@ void add_render_command(CLI::App& app, Action& action)
     command.footer(
         "Example: rcsplat render sponza.glb --camera atrium --size 1000x1000 -o sponza.png -o sponza.exr");
     command.get_option("--output")->required(false);
+    // A goal chooses these itself.
+    for (const char* goal : {"--target-error", "--budget", "--dry-run"})
+        for (const char* fixed : {"--accuracy", "--rays", "--noise"})
+            command.get_option(goal)->excludes(fixed);
     command.callback([arguments, &command, &action] {
         if (arguments->output.files.empty() && !arguments->options.dry_run) {
             throw CLI::RequiredError("--output");

@@ -2,6 +2,7 @@
 
 #include <cstring>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "rcs/rcs.h"
@@ -67,6 +68,32 @@ TEST(TargetError, GivesTheSameBitsForAnyNumberOfThreads)
     EXPECT_EQ(std::memcmp(one.data(), three.data(), one.size() * sizeof(float)), 0);
 }
 
+TEST(TargetError, ThatIsOutOfReachIsSaid)
+{
+    Stage stage("demo:cornell");
+    RenderOptions options = small(0.001);
+    options.budget_seconds = 0.5;
+    std::vector<std::string> warnings;
+    const RenderResult result = rcs::render(
+        stage.gl, stage.rays, stage.scene.cameras[0], options, stage.pool, {},
+        [&](LogLevel level, std::string_view text) {
+            if (level == LogLevel::warning)
+                warnings.emplace_back(text);
+        });
+    ASSERT_GT(result.stats.error.mean_relative, 0.002);
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_NE(warnings[0].find("not the 0.1 % wanted"), std::string::npos) << warnings[0];
+}
+
+TEST(TargetError, MetadataTellsWhatItChose)
+{
+    Stage stage("demo:cornell");
+    const RenderOptions options = small(0.1);
+    const RenderResult result = stage.render(options);
+    EXPECT_NE(result.image.metadata.at("rcs:accuracy"), std::to_string(options.records.error_tolerance));
+    EXPECT_EQ(result.image.metadata.at("rcs:target-error"), std::to_string(options.target_error));
+}
+
 TEST(Forecast, IsToldOnceAndGrowsTowardsSmallErrors)
 {
     Stage stage("demo:cornell");
@@ -95,6 +122,17 @@ TEST(DryRun, StopsAfterTheForecast)
     EXPECT_FALSE(result.stats.forecast.points.empty());
     EXPECT_TRUE(result.image.layers.empty());
     EXPECT_EQ(result.stats.records.refined, 0u);
+}
+
+TEST(DryRun, HasNothingToForecastWithoutIndirectLight)
+{
+    Stage stage("demo:cornell");
+    RenderOptions options = small(0.0);
+    options.dry_run = true;
+    options.bounces = 0;
+    const RenderResult result = stage.render(options);
+    EXPECT_TRUE(result.stats.forecast.points.empty());
+    EXPECT_TRUE(result.image.layers.empty());
 }
 
 TEST(Budget, TakesFewerPassesWhereTimeIsShortAndAimsLowerWhereItIsNot)

@@ -256,6 +256,9 @@ TEST(CommandLine, BadValuesNameTheOptionAndTheValue)
     const std::string picture = folder / "a.png";
     expect_error({"render", "demo:cornell", "-o", picture, "--pixel-format", "half"}, kBadUsage, "half", folder);
     expect_error({"render", "demo:cornell", "-o", picture, "--layers", "depth"}, kBadUsage, "--layers", folder);
+    expect_error({"render", "demo:cornell", "-o", picture, "--budget", "5s", "--rays", "64"}, kBadUsage, "--rays", folder);
+    expect_error({"render", "demo:cornell", "-o", picture, "--target-error", "5%", "--noise", "0.1"}, kBadUsage, "--noise", folder);
+    expect_error({"render", "demo:cornell", "--dry-run", "--accuracy", "0.1"}, kBadUsage, "--accuracy", folder);
     expect_error({"paint", "demo:cornell"}, kBadUsage, "paint", folder);
     expect_error({}, kBadUsage, "subcommand", folder);
     expect_error({"reference", "demo:cornell", "-o", folder / "a.exr", "--spp", "8"}, kBadUsage, "--spp", folder);
@@ -274,6 +277,16 @@ TEST(CommandLine, HelpOfEveryCommandHasAnExampleAndTheDefaults)
     const Outcome version = rcsplat({"--version"});
     EXPECT_EQ(version.code, 0);
     EXPECT_EQ(version.out.rfind("rcsplat ", 0), 0u) << version.out;
+}
+
+TEST(CommandLine, ADryRunPrintsAForecastOrThatThereIsNone)
+{
+    const Outcome lit = rcsplat({"render", "demo:cornell", "--size", "48x48", "--aa", "1", "--dry-run"});
+    EXPECT_EQ(lit.code, 0) << lit.err;
+    EXPECT_NE(lit.out.find(" s"), std::string::npos) << lit.out;
+    const Outcome dark = rcsplat({"render", "demo:cornell", "--size", "48x48", "--bounces", "0", "--dry-run"});
+    EXPECT_EQ(dark.code, 0) << dark.err;
+    EXPECT_EQ(dark.out, "there is no indirect light to forecast the error of\n");
 }
 
 TEST(CommandLine, AnInterruptEndsItWithoutLeavingFiles)

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "rcs/error.h"
-#include "records/error_driven.h"
 
 namespace rcs {
 namespace {
@@ -75,99 +75,101 @@ int Goal::rays_of_round(int rays) const
 
 namespace {
 
-/// What the picture's error would be if that of the traced lobes were `scale` times as large.
-double error_with(const GBuffer& gbuffer, const View& view, const Shading& shading, const PassLight& light, float scale)
+/// The error of a first view's picture. @param lobes  factor of the error of traced lobes
+double picture_error(const FirstView& first, PassLight light, float lobes)
 {
-    PassLight trial = light;
-    for (float& error : trial.traced.error)
-        error *= scale;
+    for (float& error : light.traced.error)
+        error *= lobes;
     LayeredImage picture;
-    accumulate_pass(gbuffer, view, shading, trial, {}, picture);
+    accumulate_pass(first.gbuffer, first.view, first.shading, light, {}, picture);
     finish_passes(1, picture);
     return estimate_error(picture).mean_relative;
 }
 
-}  // namespace
-
 /// Mean relative error that one round of traced lobes alone leaves.
-double Goal::lobe_error(const GBuffer& gbuffer, const View& view, const Shading& shading, const PassLight& light) const
+double lobe_error(const FirstView& first, PassLight light)
 {
     if (light.traced.radiance.empty())
         return 0.0;
-    PassLight only = light;
-    for (auto* part : {&only.indirect_error.noise, &only.indirect_error.spread})
+    for (auto* part : {&light.indirect_error.noise, &light.indirect_error.spread})
         std::fill(part->begin(), part->end(), 0.0f);
-    return error_with(gbuffer, view, shading, only, 1.0f);
+    return picture_error(first, std::move(light), 1.0f);
 }
 
-void Goal::place(const RayScene& rays, const GBuffer& gbuffer, const View& view, const Shading& shading,
-                 const PassLight& light, bool has_lobes, ThreadPool& pool, const LightCache* cache, RecordOptions& options, std::vector<Record>& records, RenderStats& stats,
-                 const ProgressFunction& progress, const ForecastFunction& forecast)
+}  // namespace
+
+/// From the coarse records: how many passes, what which error costs, what the records are to reach. None: stop.
+std::optional<RecordGoal> Goal::set(const FirstView& first, const RecordForecast& records, RenderStats& stats,
+                                    const ForecastFunction& tell)
+{
+    const double budget = options_.budget_seconds, before = elapsed();
+    const double pass_seconds = seconds_of(stats, "gbuffer") + seconds_of(stats, "direct") + seconds_of(stats, "glossy");
+    const auto rest_of = [&](int passes) { return rest(records.look_seconds, first.has_lobes, pass_seconds, passes); };
+    const auto passes_cost = [&] { return rest_of(passes_) - rest_of(1); };
+    while (budget > 0.0 && passes_ > 1 && passes_cost() > kMostForPasses * (budget - before - rest_of(1)))
+        --passes_;
+    const double rest = rest_of(passes_);
+
+    PassLight light = first.light;
+    light.indirect = records.sums;
+    light.indirect_error = records.errors;
+    const double of_lobes = lobe_error(first, light) / std::sqrt(static_cast<double>(passes_));
+    const double of_records = std::max(1e-6, picture_error(first, std::move(light), 0.0f));
+    const double round_seconds = seconds_of(stats, "glossy") * passes_;
+    const auto seconds_to = [&](double error) {
+        // Rounds of tracing that leave the records most of the error.
+        const double rounds = std::clamp(std::ceil(of_lobes * of_lobes / (kLobeShare * error * error)), 1.0, kMostLobeRounds * 1.0);
+        return before + rest + records.seconds_to(error) + (rounds - 1.0) * round_seconds;
+    };
+    Forecast& forecast = stats.forecast;
+    for (const double error : kForecastErrors)
+        forecast.points.push_back({error, seconds_to(error)});
+    forecast.passes = passes_;
+    forecast.goal_error = options_.target_error;
+    if (budget > 0.0)
+        forecast.goal_error = std::max(forecast.goal_error, error_within(seconds_to, budget));
+    forecast.goal_seconds = seconds_to(forecast.goal_error);
+    if (tell)
+        tell(forecast);
+    stopped_ = options_.dry_run;
+    if (stopped_)
+        return std::nullopt;
+    if (!(budget > 0.0))
+        return RecordGoal{options_.target_error, 0.0};
+    double left = budget - elapsed() - rest;
+    if (round_seconds > 0.0) {
+        // Time goes where the error is.
+        const double share = of_lobes / (of_lobes + of_records);
+        lobe_rounds_ = 1 + static_cast<int>(std::clamp(share * left / round_seconds, 0.0, kMostLobeRounds * 1.0));
+        left -= (lobe_rounds_ - 1) * round_seconds;
+    }
+    return RecordGoal{options_.target_error, std::max(1e-3, left)};
+}
+
+void Goal::place(const RayScene& rays, const FirstView& first, ThreadPool& pool, const LightCache* cache,
+                 RecordOptions& options, std::vector<Record>& records, RenderStats& stats, const ProgressFunction& progress,
+                 const ForecastFunction& forecast)
 {
     float done = 0.0f;
-    Placement placement(rays, gbuffer, view, overture(options), pool, records, stats.records, cache, [&](float fraction) {
+    const auto report = [&](float fraction) {
         done = std::max(done, std::min(0.99f, done + 0.1f * fraction));  // how many rounds there will be, nobody knows
         if (progress && !progress("records", done))
             throw Error(ErrorCode::cancelled, "cancelled while gathering records");
-    });
-    const double pass_seconds = seconds_of(stats, "gbuffer") + seconds_of(stats, "direct") + seconds_of(stats, "glossy");
-    place_to_goal(placement, view, options_.overlap, pool, records, stats.records,
-                  [&](const RecordForecast& records_cost) -> std::optional<RecordGoal> {
-                      const double before = elapsed();
-                      const auto rest_of = [&](int passes) {
-                          return rest(records_cost.look_seconds, has_lobes, pass_seconds, passes);
-                      };
-                      const double budget = options_.budget_seconds;
-                      if (budget > 0.0)
-                          while (passes_ > 1 && rest_of(passes_) - rest_of(1) > kMostForPasses * (budget - before - rest_of(1)))
-                              --passes_;
-                      const double rest = rest_of(passes_);
-                      PassLight trial = light;
-                      trial.indirect = records_cost.sums;
-                      trial.indirect_error = records_cost.errors;
-                      const double of_lobes = lobe_error(gbuffer, view, shading, trial) / std::sqrt(static_cast<double>(passes_));
-                      const double of_records = std::max(1e-6, error_with(gbuffer, view, shading, trial, 0.0f));
-                      const double round_seconds = seconds_of(stats, "glossy") * passes_;
-                      // Rounds of tracing that leave the records most of the error.
-                      const auto rounds_to = [&](double error) {
-                          return std::clamp(std::ceil(of_lobes * of_lobes / (kLobeShare * error * error)), 1.0, 1.0 * kMostLobeRounds);
-                      };
-                      const auto seconds_to = [&](double error) {
-                          return before + rest + records_cost.seconds_to(error) + (rounds_to(error) - 1.0) * round_seconds;
-                      };
-                      Forecast& f = stats.forecast;
-                      for (const double error : kForecastErrors)
-                          f.points.push_back({error, seconds_to(error)});
-                      f.passes = passes_;
-                      f.goal_error = options_.target_error;
-                      if (budget > 0.0)
-                          f.goal_error = std::max(f.goal_error, error_within(seconds_to, budget));
-                      f.goal_seconds = seconds_to(f.goal_error);
-                      if (forecast)
-                          forecast(f);
-                      stopped_ = options_.dry_run;
-                      if (stopped_)
-                          return std::nullopt;
-                      double left = budget - elapsed() - rest;
-                      if (budget > 0.0 && round_seconds > 0.0) {
-                          // Time goes where the error is.
-                          const double share = of_lobes / (of_lobes + of_records);
-                          lobe_rounds_ = 1 + static_cast<int>(std::clamp(share * left / round_seconds, 0.0, 1.0 * kMostLobeRounds));
-                          left -= (lobe_rounds_ - 1) * round_seconds;
-                      }
-                      return RecordGoal{options_.target_error, budget > 0.0 ? std::max(1e-3, left) : 0.0};
-                  });
+    };
+    Placement placement(rays, first.gbuffer, first.view, overture(options), pool, records, stats.records, cache, report);
+    place_to_goal(placement, first.view, options_.overlap, pool, records, stats.records,
+                  [&](const RecordForecast& cost) { return set(first, cost, stats, forecast); });
     options = placement.options();
 }
 
-bool Goal::wants_more_lobes(const GBuffer& gbuffer, const View& view, const Shading& shading, const PassLight& light,
-                            int rounds) const
+bool Goal::wants_more_lobes(const FirstView& first, int rounds) const
 {
-    if (!(options_.target_error > 0.0) || options_.budget_seconds > 0.0 || light.traced.radiance.empty() || rounds >= kMostLobeRounds)
+    const bool has_target = options_.target_error > 0.0 && !(options_.budget_seconds > 0.0);
+    if (!has_target || first.light.traced.radiance.empty() || rounds >= kMostLobeRounds)
         return false;
     // Every pass traces by itself.
-    const double error = error_with(gbuffer, view, shading, light, 1.0f / std::sqrt(static_cast<float>(passes_)));
-    return error > options_.target_error && error_with(gbuffer, view, shading, light, 0.0f) < 0.98 * error;
+    const double error = picture_error(first, first.light, 1.0f / std::sqrt(static_cast<float>(passes_)));
+    return error > options_.target_error && picture_error(first, first.light, 0.0f) < 0.98 * error;
 }
 
 void add_round(TracedLight& light, const TracedLight& more, int rounds)

@@ -1,11 +1,22 @@
 #pragma once
 
 #include <chrono>
+#include <optional>
 
 #include "compose/compose.h"
 #include "rcs/render.h"
+#include "records/error_driven.h"
 
 namespace rcs {
+
+/// What the camera sees first, and its light as far as it is known: lobes before records, then both.
+struct FirstView {
+    const GBuffer& gbuffer;
+    const View& view;
+    const Shading& shading;
+    const PassLight& light;
+    bool has_lobes;  ///< that records light
+};
 
 /// Steers a render to RenderOptions::target_error or budget_seconds: what the first view's records are to reach, how many
 /// passes there are, how often narrow lobes are traced.
@@ -26,20 +37,18 @@ public:
 
     /// Places the first view's records. @param options  become those that later views are to be filled with
     /// @param stats  stages so far: what another pass would cost
-    /// @param light  of this view so far: all but what records bring
-    void place(const RayScene& rays, const GBuffer& gbuffer, const View& view, const Shading& shading,
-               const PassLight& light, bool has_lobes, ThreadPool& pool, const LightCache* cache, RecordOptions& options, std::vector<Record>& records, RenderStats& stats,
-               const ProgressFunction& progress, const ForecastFunction& forecast);
+    void place(const RayScene& rays, const FirstView& first, ThreadPool& pool, const LightCache* cache,
+               RecordOptions& options, std::vector<Record>& records, RenderStats& stats, const ProgressFunction& progress,
+               const ForecastFunction& forecast);
 
-    /// Whether tracing the lobes once more would bring the picture nearer to the target.
-    /// @param light  of the pass, with lobes traced `rounds` times
-    bool wants_more_lobes(const GBuffer& gbuffer, const View& view, const Shading& shading, const PassLight& light,
-                          int rounds) const;
+    /// Whether tracing the lobes once more would bring the picture nearer to the target. @param rounds  so far
+    bool wants_more_lobes(const FirstView& first, int rounds) const;
 
 private:
     double elapsed() const;
-    double lobe_error(const GBuffer& gbuffer, const View& view, const Shading& shading, const PassLight& light) const;
     double rest(double look_seconds, bool has_lobes, double pass_seconds, int passes) const;
+    std::optional<RecordGoal> set(const FirstView& first, const RecordForecast& records, RenderStats& stats,
+                                  const ForecastFunction& forecast);
 
     const RenderOptions& options_;
     std::chrono::steady_clock::time_point start_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <optional>
 #include <string>
 
@@ -115,16 +116,28 @@ SplatMethod choose_method(SplatMethod wanted, const GlContext& gl)
     return gl.software() ? SplatMethod::tiles : SplatMethod::quads;
 }
 
-void describe(const RenderOptions& o, const Camera& camera, const RenderStats& stats, LayeredImage& image)
+// Beyond so many times the target a render says that it did not get there: the estimate itself scatters by as much.
+constexpr double kNotReached = 1.05;
+
+std::string percent(double part)
+{
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g %%", 100.0 * part);
+    return text;
+}
+
+/// @param records, passes  as they were, which with a target or a budget is not what the options say
+void describe(const RenderOptions& o, const RecordOptions& records, int passes, const Camera& camera,
+              const RenderStats& stats, LayeredImage& image)
 {
     const auto number = [](auto value) { return std::to_string(value); };
     image.metadata["rcs:version"] = kVersion;
     image.metadata["rcs:camera"] = camera.name;
-    image.metadata["rcs:accuracy"] = number(o.records.error_tolerance);
-    image.metadata["rcs:rays"] = number(o.records.rays);
-    image.metadata["rcs:noise"] = number(o.records.noise_target);
+    image.metadata["rcs:accuracy"] = number(records.error_tolerance);
+    image.metadata["rcs:rays"] = number(records.rays);
+    image.metadata["rcs:noise"] = number(records.noise_target);
     image.metadata["rcs:bounces"] = number(o.bounces);
-    image.metadata["rcs:aa"] = number(o.aa);
+    image.metadata["rcs:aa"] = number(passes);
     if (o.target_error > 0.0)
         image.metadata["rcs:target-error"] = number(o.target_error);
     if (o.budget_seconds > 0.0)
@@ -190,6 +203,8 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
     // Without a bounce, records still bring the light of the sky.
     const bool has_indirect = options.bounces > 0 || !environment_of(rays).is_black();
     StageClock clock(stats, progress);
+    if (options.dry_run && !has_indirect)
+        return result;  // nothing to forecast
 
     const std::vector<View> views = make_views(camera, options);
     const float texture_scale = 1.0f / std::sqrt(static_cast<float>(options.aa));
@@ -229,10 +244,12 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
                 };
                 if (has_lobe(gbuffer, shading, has_traced_part))
                     light.traced = trace(0);
+                const FirstView first{gbuffer, view, shading, light, has_lobes};
+                const bool is_first = pass == 0 && layer == 0;
                 // Records of earlier passes are shared; this one adds where it sees what they did not.
                 clock.run("records", [&] {
-                    if (goal.is_set() && pass == 0 && layer == 0)
-                        goal.place(rays, gbuffer, view, shading, light, has_lobes, pool, bounced, record_options, records, stats, progress, forecast);
+                    if (goal.is_set() && is_first)
+                        goal.place(rays, first, pool, bounced, record_options, records, stats, progress, forecast);
                     else
                         place_records(rays, gbuffer, view, record_options, pool, records, stats.records, progress, bounced);
                 });
@@ -250,9 +267,8 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
                 stats.splats.samples += splats.samples;
                 light.indirect_error = clock.run("error", [&] { return error_map(light.indirect, splats, options.overlap); });
                 lobe_rounds = std::max(lobe_rounds, goal.lobe_rounds());
-                const bool may_add = pass == 0 && layer == 0 && !light.traced.radiance.empty();
                 for (int round = 1; !light.traced.radiance.empty() &&
-                                    (round < lobe_rounds || (may_add && goal.wants_more_lobes(gbuffer, view, shading, light, round)));
+                                    (round < lobe_rounds || (is_first && goal.wants_more_lobes(first, round)));
                      ++round) {
                     add_round(light.traced, trace(round), round);
                     lobe_rounds = std::max(lobe_rounds, round + 1);
@@ -269,7 +285,10 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
     }
     clock.run("compose", [&] { finish_passes(goal.passes(), result.image); });
     stats.error = clock.run("error", [&] { return estimate_error(result.image); });
-    describe(options, camera, stats, result.image);
+    describe(options, record_options, goal.passes(), camera, stats, result.image);
+    if (log && options.target_error > 0.0 && stats.error.mean_relative > kNotReached * options.target_error)
+        log(LogLevel::warning, "the error of indirect light is estimated as " + percent(stats.error.mean_relative) +
+                                   ", not the " + percent(options.target_error) + " wanted");
     if (stats.unserved_pixels > 0 && log)
         log(LogLevel::warning, std::to_string(stats.unserved_pixels) + " visible pixels are served by no record");
     result.records = std::move(records);

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <initializer_list>
 #include <string>
 
 #include "gbuffer/shading.h"
@@ -123,36 +124,28 @@ void draw_records(const GpuRecords& from, const GlBuffer& block, const GlBuffer&
     }
 }
 
-void read_back(int first_row, int rows, SplatBuffer& splats)
+/// Copies a band of a target, channel by channel, into planes of the whole image.
+void read_target(int target, int first_row, int rows, int width, std::initializer_list<std::vector<float>*> planes)
 {
-    const std::size_t begin = static_cast<std::size_t>(first_row) * static_cast<std::size_t>(splats.width);
-    std::vector<glm::vec4> sums(static_cast<std::size_t>(rows) * static_cast<std::size_t>(splats.width));
-    glReadBuffer(GL_COLOR_ATTACHMENT0 + RCS_SPLAT_TARGET_SUMS);
-    glReadPixels(0, 0, splats.width, rows, GL_RGBA, GL_FLOAT, sums.data());
-    for (std::size_t i = 0; i < sums.size(); ++i) {
-        splats.weighted_r[begin + i] = sums[i].r;
-        splats.weighted_g[begin + i] = sums[i].g;
-        splats.weighted_b[begin + i] = sums[i].b;
-        splats.weight[begin + i] = sums[i].a;
+    const std::size_t begin = static_cast<std::size_t>(first_row) * static_cast<std::size_t>(width);
+    std::vector<glm::vec4> texels(static_cast<std::size_t>(rows) * static_cast<std::size_t>(width));
+    glReadBuffer(GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(target));
+    glReadPixels(0, 0, width, rows, GL_RGBA, GL_FLOAT, texels.data());
+    int channel = 0;
+    for (std::vector<float>* plane : planes) {
+        for (std::size_t i = 0; i < texels.size(); ++i)
+            (*plane)[begin + i] = texels[i][channel];
+        ++channel;
     }
-    glReadBuffer(GL_COLOR_ATTACHMENT0 + RCS_SPLAT_TARGET_ERROR);
-    glReadPixels(0, 0, splats.width, rows, GL_RGBA, GL_FLOAT, sums.data());
-    for (std::size_t i = 0; i < sums.size(); ++i) {
-        splats.squares[begin + i] = sums[i].r;
-        splats.variance[begin + i] = sums[i].g;
-        splats.variance_of_sum[begin + i] = sums[i].b;
-    }
-    if (!splats.glossy_r.empty()) {
-        glReadBuffer(GL_COLOR_ATTACHMENT0 + RCS_SPLAT_TARGET_GLOSSY);
-        glReadPixels(0, 0, splats.width, rows, GL_RGBA, GL_FLOAT, sums.data());
-        for (std::size_t i = 0; i < sums.size(); ++i) {
-            splats.glossy_r[begin + i] = sums[i].r;
-            splats.glossy_g[begin + i] = sums[i].g;
-            splats.glossy_b[begin + i] = sums[i].b;
-        }
-    }
-    glReadBuffer(GL_COLOR_ATTACHMENT0 + RCS_SPLAT_TARGET_COUNT);
-    glReadPixels(0, 0, splats.width, rows, GL_RED, GL_FLOAT, splats.count.data() + begin);
+}
+
+void read_back(int first_row, int rows, SplatBuffer& s)
+{
+    read_target(RCS_SPLAT_TARGET_SUMS, first_row, rows, s.width, {&s.weighted_r, &s.weighted_g, &s.weighted_b, &s.weight});
+    read_target(RCS_SPLAT_TARGET_COUNT, first_row, rows, s.width, {&s.count});
+    read_target(RCS_SPLAT_TARGET_ERROR, first_row, rows, s.width, {&s.squares, &s.variance, &s.variance_of_sum});
+    if (!s.glossy_r.empty())
+        read_target(RCS_SPLAT_TARGET_GLOSSY, first_row, rows, s.width, {&s.glossy_r, &s.glossy_g, &s.glossy_b});
 }
 
 SplatBuffer make_splat_buffer(const GBuffer& gbuffer, bool glossy)
