@@ -20,7 +20,7 @@ namespace {
 
 // The coarsest grid of candidates [px]: about the widest spacing of default options.
 constexpr int kCoarsestStride = 32;
-constexpr int kMostRays = 2048;        // per record, unless the options ask for more
+constexpr int kMostRays = 16;          // per record, in times RecordOptions::rays
 
 /// One wave: in each cell of a grid, one pixel by rule.
 struct Wave {
@@ -178,7 +178,7 @@ void place_records(const RayScene& rays, const GBuffer& gbuffer, const View& vie
     });
     placement.fill();
     done = 0.5f;  // refining takes about as long
-    placement.refine(placement.noise(), options.noise_target, kMostRays);
+    placement.refine(placement.noise(), options.noise_target, kMostRays * options.rays);
 }
 
 }  // namespace rcs
