@@ -174,7 +174,7 @@ HitLights::Sample HitLights::sample_peaks(const SurfacePoint& point, RandomStrea
     const Environment::Sample s = lights_.sky->sample_peak({u, random.next()});
     if (!(s.density > 0.0f))
         return {};
-    return {s.radiance * (cosine_if_lit(point, s.direction) / s.density), s.direction, std::numeric_limits<float>::infinity()};
+    return {s.radiance * (cosine_if_lit(point, s.direction) / s.density), s.direction, std::numeric_limits<float>::infinity(), false};
 }
 
 HitLights::Sample HitLights::sample_lamp(std::uint32_t lamp, const SurfacePoint& point, RandomStream& random) const
@@ -182,7 +182,7 @@ HitLights::Sample HitLights::sample_lamp(std::uint32_t lamp, const SurfacePoint&
     if (lamp >= lights_.punctual.size())
         return sample_triangle(lights_.triangles[lamp - lights_.punctual.size()], point, random);
     const PunctualSample s = sample_punctual(lights_.punctual[lamp], point.position);
-    return {s.irradiance * cosine_if_lit(point, s.to_light), s.to_light, s.distance};
+    return {s.irradiance * cosine_if_lit(point, s.to_light), s.to_light, s.distance, true};
 }
 
 HitLights::Sample HitLights::sample(const SurfacePoint& point, RandomStream& random) const

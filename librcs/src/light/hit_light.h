@@ -19,11 +19,14 @@ class HitLights {
 public:
     explicit HitLights(const Lights& lights);
 
+    const Lights& lights() const { return lights_; }
+
     /// One shadow ray to shoot: light that arrives over it if nothing blocks it, divided by the chance of the choice.
     struct Sample {
         glm::vec3 irradiance{0.0f};  ///< [W m^-2]; 0: nothing to shoot
         glm::vec3 to_light{0.0f};    ///< unit
         float distance = 0.0f;       ///< [m], may be +inf
+        bool punctual = false;       ///< no ray can find it
     };
     Sample sample(const SurfacePoint& point, RandomStream& random) const;
 

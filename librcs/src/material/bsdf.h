@@ -54,6 +54,7 @@ struct BsdfSample {
     glm::vec3 incoming{0.0f};  ///< unit
     glm::vec3 weight{0.0f};    ///< f |cosine| / density; 0: no light can come from there
     float density = 0.0f;      ///< [1/sr]
+    float alpha = 1.0f;        ///< width of the lobe that was picked; 1: diffuse
 };
 /// Samples specular lobe, coat and transmission, each in proportion to its share (visible normals: Heitz 2018).
 /// @param choice  in [0, 1): picks the lobe   @param u  in [0, 1)^2: the direction
