@@ -7,6 +7,7 @@
 
 #include "glossy/traced_lobes.h"
 #include "light/hit_lobes.h"
+#include "light/power_heuristic.h"
 #include "rays/hit_surface.h"
 #include "util/random.h"
 
@@ -58,7 +59,8 @@ void LobePaths::begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) cons
         path.ray.direction = sample.incoming;
         path.first = &own[n];
         path.pixel = pixel;
-        path.finds_lamps = glm::dot(part.normal, sample.incoming) < 0.0f;
+        if (glm::dot(part.normal, sample.incoming) < 0.0f)  // the direct light knows only what is reflected
+            path.density = std::numeric_limits<float>::infinity();
         path.width = sample.alpha;
         if (bsdf.alpha > 2.0f * Bsdf::kLeastAlpha)
             path.spread = 1.0f / std::sqrt(std::max(sample.density, 1e-4f) * static_cast<float>(ring.count()));
@@ -67,14 +69,34 @@ void LobePaths::begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) cons
     }
 }
 
+void LobePaths::add_emission(const LobePath& path, int lane, const HitSurface& hit, glm::vec3 throughput, float cone_width,
+                             const Workspace& w) const
+{
+    const glm::vec3 emission = light_.emission(w.packet, lane, hit, cone_width);
+    if (emission == glm::vec3(0.0f))
+        return;
+    const float others = path.met > 0 ? light_.density_of_lamp(path.from, w.packet, lane) : 0.0f;
+    path.first->radiance += throughput * emission * power_heuristic(path.density, others);
+}
+
+void LobePaths::add_sky(const LobePath& path, glm::vec3 throughput) const
+{
+    const Environment& sky = light_.environment();
+    const glm::vec3 direction = path.ray.direction;
+    const float soft = path.met > 0 ? power_heuristic(path.density, light_.density_of_sky(path.from, direction)) : 1.0f;
+    const float peak = path.met > 0 ? power_heuristic(path.density, light_.density_of_peaks(path.from, direction))
+                                    : power_heuristic(path.density, 0.0f);
+    path.first->radiance += throughput * (soft * sky.soft(direction) + peak * sky.peak(direction));
+}
+
 void LobePaths::shade(const LobePath& path, int lane, const HitSurface& hit, glm::vec3 throughput, Workspace& w) const
 {
     const RayPacket& p = w.packet.ray;
     const glm::vec3 outgoing = -ray_direction(p, lane);
     const float length = path.length + p.t_max[lane];
     const float cone_width = path.spread * length;
-    if (path.finds_lamps)
-        path.first->radiance += throughput * light_.emission(w.packet, lane, hit, cone_width);
+    if (path.density > 0.0f)
+        add_emission(path, lane, hit, throughput, cone_width, w);
     if (path.met == bounces_)
         return;
     RandomStream random(path.key);
@@ -100,11 +122,11 @@ void LobePaths::shade(const LobePath& path, int lane, const HitSurface& hit, glm
     const HitLobes lobes(bsdf, outgoing, path.width);
     SurfacePoint bent = hit.point;
     bent.shading_normal = bsdf.normal;
-    light_.each_light(bent, random, [&](const Ray& shadow_ray, glm::vec3 white, bool findable) {
-        add(shadow_ray, std::numbers::pi_v<float> * lobes.evaluate(shadow_ray.direction, findable) * white);
+    light_.each_light(bent, random, [&](const Ray& shadow_ray, glm::vec3 white, float density) {
+        add(shadow_ray, std::numbers::pi_v<float> * lobes.evaluate(shadow_ray.direction, density) * white);
     });
     add_cached(lobes.albedo());
-    go_on(path, hit.point, lobes, throughput, length, random, w);
+    go_on(path, bent, lobes, throughput, length, random, w);
 }
 
 void LobePaths::go_on(const LobePath& path, const SurfacePoint& point, const HitLobes& lobes, glm::vec3 throughput, float length,
@@ -119,7 +141,8 @@ void LobePaths::go_on(const LobePath& path, const SurfacePoint& point, const Hit
     next.width = onward.width;
     next.length = length;
     next.met = path.met + 1;
-    next.finds_lamps = true;
+    next.from = point;
+    next.density = onward.density;
     next.key = mix64(path.key);
     if (next.met < bounces_ || light_.may_find_light(next.ray.origin, onward.direction))
         w.next.push_back(next);
@@ -144,9 +167,7 @@ void LobePaths::trace_packet(const LobePath* paths, int count, Workspace& w) con
             path.first->target = missed ? path.ray.direction : g_.position(path.pixel) + distance * path.ray.direction;
         }
         if (missed) {
-            const Environment& sky = light_.environment();
-            path.first->radiance +=
-                throughput * (path.finds_lamps ? sky.radiance(path.ray.direction) : sky.soft(path.ray.direction));
+            add_sky(path, throughput);
             continue;
         }
         HitSurface hit = begin_hit(rays_, w.packet, faces, lane);

@@ -25,7 +25,9 @@ struct LobePath {
     float spread = 0.0f;        ///< width of the cone of directions that the path stands for, per length
     float length = 0.0f;        ///< up to this ray's origin [m]
     int met = 0;                ///< surfaces since the visible point
-    bool finds_lamps = false;   ///< nothing else has counted what shines
+    SurfacePoint from;          ///< where this ray starts, if met > 0
+    float density = 0.0f;       ///< of its direction [1/sr]: shares what shines with the sampling of lamps at `from`; 0: what
+                                ///< shines has been counted; +inf: it has not
     std::uint64_t key = 0;
 };
 
@@ -61,6 +63,9 @@ private:
     void begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) const;
     void trace_packet(const LobePath* paths, int count, Workspace& w) const;
     void shade(const LobePath& path, int lane, const HitSurface& hit, glm::vec3 throughput, Workspace& w) const;
+    void add_emission(const LobePath& path, int lane, const HitSurface& hit, glm::vec3 throughput, float cone_width,
+                      const Workspace& w) const;
+    void add_sky(const LobePath& path, glm::vec3 throughput) const;
     void go_on(const LobePath& path, const SurfacePoint& point, const HitLobes& lobes, glm::vec3 throughput, float length,
                RandomStream& random, Workspace& w) const;
 

@@ -8,6 +8,7 @@
 
 #include "light/candidates.h"
 #include "light/lights.h"
+#include "light/power_heuristic.h"
 #include "material/bsdf.h"
 #include "rays/shadow_batch.h"
 #include "rcs/direct_light.h"
@@ -16,13 +17,6 @@
 #include "util/random.h"
 
 namespace rcs {
-
-/// The weight of a sample that this technique takes `mine` times per steradian, and the other `others` times.
-inline float power_heuristic(float mine, float others)
-{
-    const float ratio = others / mine;
-    return mine > 0.0f ? 1.0f / (1.0f + ratio * ratio) : 0.0f;
-}
 
 /// What light does at a point: how much of it arrives, and how much its glossy lobes send to the viewer.
 struct Lit {

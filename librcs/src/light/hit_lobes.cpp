@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "light/power_heuristic.h"
 #include "util/color.h"
 
 namespace rcs {
@@ -63,13 +64,18 @@ HitLobes::Part HitLobes::make_part(const Bsdf& alone, float width) const
     return part;
 }
 
-glm::vec3 HitLobes::evaluate(glm::vec3 incoming, bool findable) const
+glm::vec3 HitLobes::evaluate(glm::vec3 incoming, float density) const
 {
     glm::vec3 sum = std::numbers::inv_pi_v<float> * diffuse_;
     for (const Part* part : {&specular_, &coat_}) {
-        const float share = findable ? 1.0f - part->share : 1.0f;
-        if (part->present && share > 0.0f)
-            sum += share * part->left * evaluate_glossy(part->wide, outgoing_, incoming);
+        if (!part->present)
+            continue;
+        const float share = density > 0.0f ? part->share : 0.0f;
+        if (share < 1.0f)
+            sum += (1.0f - share) * part->left * evaluate_glossy(part->wide, outgoing_, incoming);
+        if (share > 0.0f)
+            sum += share * power_heuristic(density, glossy_density(part->exact, outgoing_, incoming)) * part->left *
+                   evaluate_glossy(part->exact, outgoing_, incoming);
     }
     return sum;
 }
@@ -103,7 +109,7 @@ HitLobes::Onward HitLobes::sample(glm::vec3 throughput, RandomStream& random) co
     const float u = random.next();
     const BsdfSample s = sample_glossy(part.exact, outgoing_, 0.5f, {u, random.next()});
     const float chance = goes_on * (is_specular ? by_specular : by_coat) / sum;
-    return {s.incoming, s.weight * part.left * (part.share / chance), part.width};
+    return {s.incoming, s.weight * part.left * (part.share / chance), part.width, s.density};
 }
 
 bool has_narrow_lobes(const Scene& scene)

@@ -19,8 +19,9 @@ public:
     /// @param outgoing  unit, towards the ray's origin   @param width  GGX width of the lobes so far, together
     HitLobes(const Bsdf& bsdf, glm::vec3 outgoing, float width);
 
-    /// BSDF for a light; without the part that rays find, unless none can find it. [1/sr]
-    glm::vec3 evaluate(glm::vec3 incoming, bool findable) const;
+    /// BSDF times the weight of light that was found by sampling lamps and sky, not by rays that go on [1/sr].
+    /// @param density  of that sampling [1/sr]; 0: no ray can find the light
+    glm::vec3 evaluate(glm::vec3 incoming, float density) const;
     /// Directional albedo for light that is the same from everywhere, without the part that rays bring.
     glm::vec3 albedo() const;
 
@@ -28,7 +29,8 @@ public:
     struct Onward {
         glm::vec3 direction{0.0f};
         glm::vec3 weight{0.0f};
-        float width = 0.0f;  ///< of the lobes so far with this one
+        float width = 0.0f;    ///< of the lobes so far with this one
+        float density = 0.0f;  ///< [1/sr] for the power heuristic, with that of sampling lamps and sky
     };
     /// @param throughput  of the path so far, >= 0: where little is left, few paths go on for the others
     Onward sample(glm::vec3 throughput, RandomStream& random) const;

@@ -85,6 +85,12 @@ glm::vec3 HitRadiance::emission(const HitPacket& packet, int lane, const HitSurf
                : values(packet, lane, hit, cone_width).emission;
 }
 
+float HitRadiance::density_of_lamp(const SurfacePoint& origin, const HitPacket& packet, int lane) const
+{
+    const std::uint32_t triangle = lights_.lights().emissive_triangle(packet.instance(lane), packet.primitive[lane]);
+    return triangle != Lights::kNone ? lights_.density(origin, lights_.triangle_lamp(triangle), ray_direction(packet.ray, lane)) : 0.0f;
+}
+
 Bsdf HitRadiance::exact_bsdf(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const
 {
     return values(packet, lane, hit, cone_width).bsdf;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <numbers>
@@ -43,7 +44,7 @@ public:
     /// The direct part for a white Lambertian surface: calls add(shadow ray, radiance if it is free) for each term.
     template <typename Add>
     void direct(const SurfacePoint& point, RandomStream& random, const Add& add) const;
-    /// The same; add() is also told whether a ray could find the light.
+    /// The same; add() is also told how often that is done per steradian about there, 0 if no ray could find the light.
     template <typename Add>
     void each_light(const SurfacePoint& point, RandomStream& random, const Add& add) const;
 
@@ -58,6 +59,16 @@ public:
     bool may_find_light(glm::vec3 origin, glm::vec3 unit_direction) const;
     /// What lamps send from a hit to the ray's origin.
     glm::vec3 emission(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;
+    /// How often each_light() at the ray's origin finds a lamp there, the soft sky, and its peaks [1/sr].
+    float density_of_lamp(const SurfacePoint& origin, const HitPacket& packet, int lane) const;
+    float density_of_sky(const SurfacePoint& origin, glm::vec3 direction) const
+    {
+        return std::numbers::inv_pi_v<float> * std::max(0.0f, glm::dot(origin.shading_normal, direction));
+    }
+    float density_of_peaks(const SurfacePoint& origin, glm::vec3 direction) const
+    {
+        return environment_.has_peaks() ? lights_.density(origin, lights_.peaks_lamp(), direction) : 0.0f;
+    }
 
     /// A surface with a GGX lobe at least so wide, of a dielectric, is lit by all that is not a lamp as if it were diffuse.
     static constexpr float kWideAlpha = 0.4f;
@@ -122,18 +133,27 @@ void HitRadiance::each_light(const SurfacePoint& point, RandomStream& random, co
 {
     const HitLights::Sample lamp = lights_.sample(point, random);
     if (lamp.irradiance != glm::vec3(0.0f))
-        add(shadow_ray_from(point, lamp.to_light, lamp.distance), std::numbers::inv_pi_v<float> * lamp.irradiance, !lamp.punctual);
+        add(shadow_ray_from(point, lamp.to_light, lamp.distance), std::numbers::inv_pi_v<float> * lamp.irradiance,
+            lights_.density(point, lamp.lamp, lamp.to_light));
     if (has_sky_) {
         const glm::vec3 direction = cosine_direction(point, random);
         if (glm::dot(direction, point.geometric_normal) > 0.0f)
-            add(shadow_ray_from(point, direction, std::numeric_limits<float>::infinity()), environment_.soft_blurred(direction), true);
+            add(shadow_ray_from(point, direction, std::numeric_limits<float>::infinity()), environment_.soft_blurred(direction),
+                density_of_sky(point, direction));
     }
 }
 
 template <typename Add>
 void HitRadiance::direct(const SurfacePoint& point, RandomStream& random, const Add& add) const
 {
-    each_light(point, random, [&](const Ray& ray, glm::vec3 white, bool) { add(ray, white); });
+    const HitLights::Sample lamp = lights_.sample(point, random);
+    if (lamp.irradiance != glm::vec3(0.0f))
+        add(shadow_ray_from(point, lamp.to_light, lamp.distance), std::numbers::inv_pi_v<float> * lamp.irradiance);
+    if (has_sky_) {
+        const glm::vec3 direction = cosine_direction(point, random);
+        if (glm::dot(direction, point.geometric_normal) > 0.0f)
+            add(shadow_ray_from(point, direction, std::numeric_limits<float>::infinity()), environment_.soft_blurred(direction));
+    }
 }
 
 template <typename Add>
