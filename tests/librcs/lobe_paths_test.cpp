@@ -19,12 +19,13 @@ GlContext& gl()
     return context;
 }
 
-RenderResult render_first(const Scene& scene, int size, int bounces, int threads = 2)
+RenderResult render_first(const Scene& scene, int size, int bounces, int threads = 2, int lobe_rays = 16)
 {
     RenderOptions options;
     options.width = options.height = size;
     options.aa = 1;
     options.bounces = bounces;
+    options.lobe_rays = lobe_rays;
     ThreadPool pool(threads);
     const RayScene rays = build_ray_scene(scene, pool);
     return render(gl(), rays, scene.cameras[0], options, pool);
@@ -64,8 +65,8 @@ Scene corridor(int (*add_plate)(Scene&), int reflections, bool lamp)
     Scene scene;
     const int material = add_plate(scene);
     const float end = static_cast<float>(reflections);
-    test::add_mesh(scene, test::quad({-1, 0, 2}, {1 + end, 0, 0}, {0, 0, -4}, material));
-    test::add_mesh(scene, test::quad({-1, 1, -2}, {1 + end, 0, 0}, {0, 0, 4}, material));
+    test::add_mesh(scene, test::quad({0, 0, 0.5f}, {end, 0, 0}, {0, 0, -1}, material));
+    test::add_mesh(scene, test::quad({0, 1, -0.5f}, {end, 0, 0}, {0, 0, 1}, material));
     if (lamp) {
         const int glow = test::add_material(scene, glm::vec3(0.0f), glm::vec3(1.0f), true);
         test::add_mesh(scene, test::quad({end + 2, -9, 9}, {0, 0, -18}, {0, 18, 0}, glow));
@@ -170,6 +171,41 @@ TEST(LobePaths, AMirrorInAMirrorUnderASmallLampAgreesWithTheReference)
             EXPECT_GT(compared, kSize * kSize / 3);
             EXPECT_LT(difference, (bounces == 1 ? 0.05 : 0.1) * sum) << "roughness " << roughness << ", bounces " << bounces;
         }
+    }
+}
+
+/// A pane before a floor and a lamp, both behind it, and a small sun that shines through.
+TEST(LobePaths, AFrostedPaneBlursAsInTheReference)
+{
+    constexpr int kSize = 16;
+    for (const bool has_sky : {false, true}) {
+        Scene scene;
+        const int pane = add_surface(scene, 0.0f, 0.5f, {0.9f, 0.6f, 0.5f});
+        scene.materials.back().transmission = 1.0f;
+        const int wall = test::add_material(scene, glm::vec3(0.5f), glm::vec3(0.0f), true);
+        const int glow = test::add_material(scene, glm::vec3(0.0f), glm::vec3(6.0f), true);
+        test::add_mesh(scene, test::quad({-2, -2, 0}, {4, 0, 0}, {0, 4, 0}, pane));
+        test::add_mesh(scene, test::quad({-2, -1, 0}, {4, 0, 0}, {0, 0, -4}, wall));
+        test::add_mesh(scene, test::quad({0.3f, -0.5f, -2}, {1.5f, 0, 0}, {0, 1.5f, 0}, glow));
+        if (has_sky)
+            scene.sky_radiance = glm::vec3(0.3f);
+        PunctualLight lamp;
+        lamp.position = {-1.0, 1.0, -1.5};
+        lamp.intensity = glm::vec3(3.0f);
+        scene.lights.push_back(lamp);
+        scene.cameras.push_back(look_at_camera("front", {0, 0, 4}, {0, 0, 0}, 0.8));
+        const RenderResult ours = render_first(scene, kSize, 1, 2, 256);
+        ThreadPool pool(2);
+        const RayScene rays = build_ray_scene(scene, pool);
+        for (const int aa : {1, 4}) {
+            const LayeredImage reference = render_reference(rays, {scene.cameras[0], kSize, kSize, {0.5, 0.5}},
+                                                            {.samples = 1024, .bounces = 1, .aa = aa}, pool);
+            const glm::vec3 a = mean(ours.image), b = mean(reference);
+            for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], 0.03f * b[c]) << "aa " << aa << " channel " << c;
+        }
+        // What is behind is blurred: the lamp's edge shows on neither side as it is.
+        const glm::vec3 lamp_here = at(ours.image, 11, 8), beside = at(ours.image, 7, 8);
+        EXPECT_GT(beside.r, 0.1f * lamp_here.r);
     }
 }
 

@@ -29,10 +29,13 @@ struct Bsdf {
 
     /// A mirror is a lobe of this width: narrower than any pixel, wide enough for float arithmetic.
     static constexpr float kLeastAlpha = 1e-3f;
+    /// Transmission by a lobe up to this width shows what is straight behind it (half a degree).
+    static constexpr float kStraightAlpha = 0.01f;
 
     bool has_specular() const { return f90 > 0.0f; }
     bool has_coat() const { return coat > 0.0f; }
     bool transmits() const { return transmission != glm::vec3(0.0f); }
+    bool is_frosted() const { return transmits() && alpha > kStraightAlpha; }
 };
 
 /// What multiplies irradiance / pi on the reflecting side. @param cosine  of `outgoing` to the shading normal
