@@ -122,8 +122,8 @@ void LobePaths::shade(const LobePath& path, int lane, const HitSurface& hit, glm
     const HitLobes lobes(bsdf, outgoing, path.width);
     SurfacePoint bent = hit.point;
     bent.shading_normal = bsdf.normal;
-    light_.each_light(bent, random, [&](const Ray& shadow_ray, glm::vec3 white, float density) {
-        add(shadow_ray, std::numbers::pi_v<float> * lobes.evaluate(shadow_ray.direction, density) * white);
+    light_.each_light(bent, random, [&](const Ray& shadow_ray, glm::vec3 white, const auto& density) {
+        add(shadow_ray, std::numbers::pi_v<float> * lobes.evaluate(shadow_ray.direction, density()) * white);
     });
     add_cached(lobes.albedo());
     go_on(path, bent, lobes, throughput, length, random, w);

@@ -177,7 +177,8 @@ HitLights::Sample HitLights::sample_peaks(const SurfacePoint& point, RandomStrea
     const Environment::Sample s = lights_.sky->sample_peak({u, random.next()});
     if (!(s.density > 0.0f))
         return {};
-    return {s.radiance * (cosine_if_lit(point, s.direction) / s.density), s.direction, std::numeric_limits<float>::infinity(), peaks_lamp()};
+    return {s.radiance * (cosine_if_lit(point, s.direction) / s.density), s.direction,
+            std::numeric_limits<float>::infinity(), peaks_lamp()};
 }
 
 HitLights::Sample HitLights::sample_lamp(std::uint32_t lamp, const SurfacePoint& point, RandomStream& random) const

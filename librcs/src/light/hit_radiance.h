@@ -44,7 +44,8 @@ public:
     /// The direct part for a white Lambertian surface: calls add(shadow ray, radiance if it is free) for each term.
     template <typename Add>
     void direct(const SurfacePoint& point, RandomStream& random, const Add& add) const;
-    /// The same; add() is also told how often that is done per steradian about there, 0 if no ray could find the light.
+    /// The same; add() is also given a function that says how often that is done per steradian about there, 0 if no ray
+    /// could find the light.
     template <typename Add>
     void each_light(const SurfacePoint& point, RandomStream& random, const Add& add) const;
 
@@ -134,26 +135,19 @@ void HitRadiance::each_light(const SurfacePoint& point, RandomStream& random, co
     const HitLights::Sample lamp = lights_.sample(point, random);
     if (lamp.irradiance != glm::vec3(0.0f))
         add(shadow_ray_from(point, lamp.to_light, lamp.distance), std::numbers::inv_pi_v<float> * lamp.irradiance,
-            lights_.density(point, lamp.lamp, lamp.to_light));
+            [&] { return lights_.density(point, lamp.lamp, lamp.to_light); });
     if (has_sky_) {
         const glm::vec3 direction = cosine_direction(point, random);
         if (glm::dot(direction, point.geometric_normal) > 0.0f)
             add(shadow_ray_from(point, direction, std::numeric_limits<float>::infinity()), environment_.soft_blurred(direction),
-                density_of_sky(point, direction));
+                [&] { return density_of_sky(point, direction); });
     }
 }
 
 template <typename Add>
 void HitRadiance::direct(const SurfacePoint& point, RandomStream& random, const Add& add) const
 {
-    const HitLights::Sample lamp = lights_.sample(point, random);
-    if (lamp.irradiance != glm::vec3(0.0f))
-        add(shadow_ray_from(point, lamp.to_light, lamp.distance), std::numbers::inv_pi_v<float> * lamp.irradiance);
-    if (has_sky_) {
-        const glm::vec3 direction = cosine_direction(point, random);
-        if (glm::dot(direction, point.geometric_normal) > 0.0f)
-            add(shadow_ray_from(point, direction, std::numeric_limits<float>::infinity()), environment_.soft_blurred(direction));
-    }
+    each_light(point, random, [&](const Ray& ray, glm::vec3 white, const auto&) { add(ray, white); });
 }
 
 template <typename Add>
