@@ -89,9 +89,12 @@ TEST(LightCache, BouncesOfAWhiteFurnaceNeitherGainNorLose)
     ThreadPool pool(2);
     for (const int bounces : {1, 2, 8, 64}) {
         std::vector<glm::vec3> e(system.cells);
-        iterate_bounces(system, bounces, pool, e);
+        std::vector<std::vector<glm::vec3>> fewer(2);
+        iterate_bounces(system, bounces, pool, e, fewer);
         // The mean source is 1, and every bounce brings as much again.
         EXPECT_NEAR(e.back().r, static_cast<float>(bounces), 1e-3f * static_cast<float>(bounces)) << bounces;
+        for (int k = 1; k <= 2 && k < bounces; ++k)
+            EXPECT_NEAR(fewer[static_cast<std::size_t>(k - 1)].back().r, static_cast<float>(bounces - k), 1e-3f * static_cast<float>(bounces));
     }
 }
 
@@ -108,8 +111,9 @@ TEST(LightCache, StopsWhenBouncesBringNothingNew)
     }
     ThreadPool pool(1);
     std::vector<glm::vec3> few(2), many(2);
-    iterate_bounces(system, 20, pool, few);
-    iterate_bounces(system, 1'000'000'000, pool, many);
+    std::vector<std::vector<glm::vec3>> none;
+    iterate_bounces(system, 20, pool, few, none);
+    iterate_bounces(system, 1'000'000'000, pool, many, none);
     EXPECT_EQ(few[0].r, many[0].r);
     EXPECT_NEAR(many[0].r, 2.0f, 1e-4f);
 }

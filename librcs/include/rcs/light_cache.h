@@ -28,6 +28,7 @@ private:
 
 struct LightCacheOptions {
     int bounces = 1;  ///< reflections on the way to a cell's surface, in [1, 64]
+    int kept_fewer = 0;  ///< up to so many bounces fewer can be asked for too, in [0, 63]
     int max_cells = 80'000;  ///< that the visible points' rays may find, and again as many that those cells' rays find,
                              ///< in [1, 2^24]; beyond, all of them are taken coarser
     std::uint64_t seed = 1;

@@ -11,7 +11,7 @@
 namespace rcs {
 
 /// Rises with each change of what render_reference() computes, so that saved references are known to be old.
-inline constexpr int kTransportVersion = 1;
+inline constexpr int kTransportVersion = 2;
 
 /// How the path tracer that judges the renderer works.
 struct ReferenceOptions {

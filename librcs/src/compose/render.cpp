@@ -11,6 +11,7 @@
 #include "compose/compose.h"
 #include "gbuffer/shading.h"
 #include "glossy/traced_lobes.h"
+#include "light/hit_lobes.h"
 #include "radiance/lobes.h"
 #include "compose/goal.h"
 #include "rays/ray_scene_impl.h"
@@ -30,6 +31,9 @@ void require(bool valid, const char* field, double value, const char* range)
         number.pop_back();
     throw Error(ErrorCode::bad_argument, std::string(field) + " is " + number + ", expected " + range);
 }
+
+// Behind up to so many surfaces with narrow lobes the light cache knows how many bounces are left; further on, about.
+constexpr int kKeptFewer = 8;
 
 // Behind so many transparent surfaces nothing more is looked for.
 constexpr int kMostLayers = 16;
@@ -222,8 +226,10 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
         }
         if (options.bounces > 1 && !light_cache) {
             light_cache = clock.run("bounces", [&] {
-                return build_light_cache(rays, gbuffer, view, {.bounces = options.bounces - 1, .seed = options.seed}, pool,
-                                         stats.light_cache, progress);
+                LightCacheOptions cache_options{.bounces = options.bounces - 1, .seed = options.seed};
+                if (has_narrow_lobes(rays.scene()))
+                    cache_options.kept_fewer = std::min(cache_options.bounces - 1, kKeptFewer);
+                return build_light_cache(rays, gbuffer, view, cache_options, pool, stats.light_cache, progress);
             });
         }
         const LightCache* const bounced = light_cache ? &*light_cache : nullptr;
@@ -237,8 +243,9 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
                 const bool has_lobes = has_lobe(gbuffer, shading, lit_by_records);
                 const auto trace = [&](int round) {
                     return clock.run("glossy", [&] {
-                        return trace_lobes(rays, {rays, bounced}, gbuffer, view, shading, lobe_rays,
-                                           stream_key(direct_options.seed, Stream::glossy, static_cast<std::uint64_t>(round)),
+                        const std::uint64_t seed =
+                            stream_key(direct_options.seed, Stream::glossy, static_cast<std::uint64_t>(round));
+                        return trace_lobes(rays, {rays, bounced}, gbuffer, view, shading, {lobe_rays, options.bounces, seed},
                                            pool, stats.traced);
                     });
                 };

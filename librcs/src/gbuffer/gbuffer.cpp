@@ -32,9 +32,6 @@ GBuffer allocate(const View& view, Visibility visibility)
     return g;
 }
 
-/// A transmitting lobe narrower than this shows what is straight behind it (half a degree).
-constexpr float kStraightAlpha = 0.01f;
-
 Shading allocate_shading(const RayScene& rays, std::size_t pixels)
 {
     Shading s;
@@ -55,7 +52,7 @@ void store(Shading& s, std::size_t i, const VisiblePoint& point, glm::vec3 outgo
         const float coverage = point.material.alpha;
         s.coverage[i] = coverage;
         s.through[i] = glm::vec3(1.0f - coverage);
-        if (bsdf.transmits() && bsdf.alpha <= kStraightAlpha) {
+        if (bsdf.transmits() && !bsdf.is_frosted()) {
             s.through[i] += coverage * transmission_albedo(bsdf, glm::dot(bsdf.normal, outgoing));
             bsdf.transmission = glm::vec3(0.0f);
         }

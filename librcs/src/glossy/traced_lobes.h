@@ -26,17 +26,15 @@ struct TracedLight {
     std::vector<float> error;         ///< standard error of its luminance, from how the rays differ
 };
 
-/// Indirect light that narrow lobes reflect at every visible point: a few rays a pixel along the lobe, each hit lit
-/// by lamps and, beyond one bounce, by the light cache. Emission of what the rays meet does not count: the direct
-/// light has it.
-///
-/// Rays are shared between neighbours on the same surface (Stachowiak 2015, "Stochastic screen-space reflections"):
-/// a pixel weighs every neighbour's hit point by its own lobe over the density with which the neighbour chose it,
-/// and divides by the sum of weights. Lobes much narrower than what neighbours see in common share nothing, so a
-/// mirror stays sharp.
-/// @param rays_per_pixel  > 0
+struct LobeOptions {
+    int rays_per_pixel = 16;  ///< > 0
+    int bounces = 1;          ///< surfaces after the visible point that reflect; >= 0
+    std::uint64_t seed = 1;
+};
+
+/// Indirect light that narrow lobes reflect at every visible point: a few rays a pixel along the lobe (LobePaths), shared
+/// between neighbours (LobeSharing). Emission of what these rays meet first does not count: the direct light has it.
 TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GBuffer& gbuffer, const View& view,
-                        const Shading& shading, int rays_per_pixel, std::uint64_t seed, ThreadPool& pool,
-                        GlossyStats& stats);
+                        const Shading& shading, const LobeOptions& options, ThreadPool& pool, GlossyStats& stats);
 
 }  // namespace rcs

@@ -41,11 +41,12 @@ DirectLight::DirectLight(const RayScene& rays, const DirectOptions& options)
 DirectLight::Lobes DirectLight::make_lobes(const Viewer& viewer) const
 {
     Lobes lobes;
-    if (!viewer.bsdf || !(viewer.bsdf->has_specular() || viewer.bsdf->has_coat()))
+    if (!viewer.bsdf || !(viewer.bsdf->has_specular() || viewer.bsdf->has_coat() || viewer.bsdf->transmits()))
         return lobes;
     lobes.any = true;
     lobes.bsdf = *viewer.bsdf;
-    // What comes through from behind is seen by rays that go straight on.
+    // What comes through from behind is found by rays, straight ones or those along the lobe; but punctual lamps by none.
+    lobes.transmission = viewer.bsdf->transmission;
     lobes.bsdf.transmission = glm::vec3(0.0f);
     lobes.outgoing = viewer.outgoing;
     lobes.diffuse = kInversePi * luminance(diffuse_albedo(lobes.bsdf, glm::dot(lobes.bsdf.normal, lobes.outgoing)));
@@ -85,13 +86,20 @@ void DirectLight::add_punctual(const SurfacePoint& point, const Lobes& lobes, Wo
     for (const PunctualLamp& light : lights_.punctual) {
         const PunctualSample s = sample_punctual(light, point.position);
         const float cosine = glm::dot(point.shading_normal, s.to_light);
-        if (cosine <= 0.0f || glm::dot(point.geometric_normal, s.to_light) <= 0.0f || luminance(s.irradiance) <= 0.0f)
+        const bool is_behind = cosine <= 0.0f || glm::dot(point.geometric_normal, s.to_light) <= 0.0f;
+        if ((is_behind && lobes.transmission == glm::vec3(0.0f)) || luminance(s.irradiance) <= 0.0f)
             continue;
         ++w.rays;
         const Ray ray = shadow_ray_from(point, s.to_light, s.distance);
         if (!rays_.has_transparency() && occluded(rays_, ray))
             continue;
         const glm::vec3 arriving = rays_.has_transparency() ? s.irradiance * transmittance(rays_, ray) : s.irradiance;
+        if (is_behind) {
+            Bsdf pane = lobes.bsdf;
+            pane.transmission = lobes.transmission;
+            lit.glossy += arriving * std::abs(cosine) * evaluate_glossy(pane, lobes.outgoing, s.to_light);
+            continue;
+        }
         lit.irradiance += cosine * arriving;
         if (lobes.any)
             lit.glossy += arriving * glossy(lobes, s.to_light);

@@ -8,6 +8,7 @@
 
 #include "light/candidates.h"
 #include "light/lights.h"
+#include "light/power_heuristic.h"
 #include "material/bsdf.h"
 #include "rays/shadow_batch.h"
 #include "rcs/direct_light.h"
@@ -16,13 +17,6 @@
 #include "util/random.h"
 
 namespace rcs {
-
-/// The weight of a sample that this technique takes `mine` times per steradian, and the other `others` times.
-inline float power_heuristic(float mine, float others)
-{
-    const float ratio = others / mine;
-    return mine > 0.0f ? 1.0f / (1.0f + ratio * ratio) : 0.0f;
-}
 
 /// What light does at a point: how much of it arrives, and how much its glossy lobes send to the viewer.
 struct Lit {
@@ -78,6 +72,7 @@ private:
     /// The lobes that reflect, and how they share the work with the lamps.
     struct Lobes {
         Bsdf bsdf;  // without transmission
+        glm::vec3 transmission{0.0f};
         glm::vec3 outgoing{0.0f};
         float diffuse = 0.0f;       // luminance of the diffuse albedo over pi
         int samples = 0;            // rays along the lobes

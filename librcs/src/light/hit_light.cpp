@@ -24,6 +24,9 @@ constexpr std::size_t kTreeCandidates = 4;
 // there the two differ by less than a tenth.
 constexpr float kFarInSizes2 = 10.0f;
 
+// Smaller is no solid angle in float arithmetic.
+constexpr float kLeastSolidAngle = 1e-12f;
+
 /// Light that comes from the front of both the face and the shading normal.
 float cosine_if_lit(const SurfacePoint& point, glm::vec3 to_light)
 {
@@ -174,15 +177,35 @@ HitLights::Sample HitLights::sample_peaks(const SurfacePoint& point, RandomStrea
     const Environment::Sample s = lights_.sky->sample_peak({u, random.next()});
     if (!(s.density > 0.0f))
         return {};
-    return {s.radiance * (cosine_if_lit(point, s.direction) / s.density), s.direction, std::numeric_limits<float>::infinity()};
+    return {s.radiance * (cosine_if_lit(point, s.direction) / s.density), s.direction,
+            std::numeric_limits<float>::infinity(), peaks_lamp()};
 }
 
 HitLights::Sample HitLights::sample_lamp(std::uint32_t lamp, const SurfacePoint& point, RandomStream& random) const
 {
-    if (lamp >= lights_.punctual.size())
-        return sample_triangle(lights_.triangles[lamp - lights_.punctual.size()], point, random);
+    if (lamp >= lights_.punctual.size()) {
+        Sample result = sample_triangle(lights_.triangles[lamp - lights_.punctual.size()], point, random);
+        result.lamp = lamp;
+        return result;
+    }
     const PunctualSample s = sample_punctual(lights_.punctual[lamp], point.position);
-    return {s.irradiance * cosine_if_lit(point, s.to_light), s.to_light, s.distance};
+    return {s.irradiance * cosine_if_lit(point, s.to_light), s.to_light, s.distance, lamp};
+}
+
+float HitLights::density(const SurfacePoint& point, std::uint32_t lamp, glm::vec3 direction) const
+{
+    const std::size_t punctual = lights_.punctual.size();
+    if (lamp < punctual)
+        return 0.0f;
+    if (lamp == peaks_lamp())
+        return lights_.sky->peak_density(direction);
+    const std::uint32_t index = lamp - static_cast<std::uint32_t>(punctual);
+    const float total = lights_.tree->estimate(point.position, point.shading_normal, LightTree::kMostParts);
+    const float estimate = lights_.tree->estimate(index, point.position, point.shading_normal);
+    const EmissiveTriangle& t = lights_.triangles[index];
+    const glm::vec3 corners[3] = {t.corner[0] - point.position, t.corner[1] - point.position, t.corner[2] - point.position};
+    const float solid_angle = std::max(static_cast<float>(make_spherical_triangle(corners).solid_angle), kLeastSolidAngle);
+    return total > 0.0f ? std::min(estimate / total, 1.0f) / solid_angle : 0.0f;
 }
 
 HitLights::Sample HitLights::sample(const SurfacePoint& point, RandomStream& random) const
@@ -203,7 +226,7 @@ HitLights::Sample HitLights::sample(const SurfacePoint& point, RandomStream& ran
     } else {
         estimate_all(point, estimates.data());
     }
-    const std::uint32_t peaks = static_cast<std::uint32_t>(lamps);  // the sky's, as one more lamp
+    const std::uint32_t peaks = peaks_lamp();
     if (has_peaks) {
         estimates[count] = lights_.sky->peak_estimate(point.shading_normal);
         candidates[count++] = {peaks, 1.0f};

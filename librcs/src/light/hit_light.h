@@ -19,13 +19,22 @@ class HitLights {
 public:
     explicit HitLights(const Lights& lights);
 
+    const Lights& lights() const { return lights_; }
+
     /// One shadow ray to shoot: light that arrives over it if nothing blocks it, divided by the chance of the choice.
     struct Sample {
         glm::vec3 irradiance{0.0f};  ///< [W m^-2]; 0: nothing to shoot
         glm::vec3 to_light{0.0f};    ///< unit
         float distance = 0.0f;       ///< [m], may be +inf
+        std::uint32_t lamp = 0;      ///< its number: punctual lamps first, then triangles, then the sky's peaks
     };
     Sample sample(const SurfacePoint& point, RandomStream& random) const;
+
+    /// About how often sample() finds light of this lamp from a direction, if it is not the only way to find it [1/sr]; 0:
+    /// a punctual lamp, which no ray can find. Not exact, but the same wherever it is asked for the same.
+    float density(const SurfacePoint& point, std::uint32_t lamp, glm::vec3 direction) const;
+    std::uint32_t triangle_lamp(std::uint32_t triangle) const { return static_cast<std::uint32_t>(lights_.punctual.size()) + triangle; }
+    std::uint32_t peaks_lamp() const { return triangle_lamp(static_cast<std::uint32_t>(lights_.triangles.size())); }
 
     /// False only if no lamp reaches the side of a surface that this unit normal looks to: quick.
     bool may_reach(glm::vec3 geometric_normal) const

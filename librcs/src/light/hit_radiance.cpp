@@ -52,9 +52,9 @@ Bsdf plain_lobe(const Material& m)
 
 }  // namespace
 
-HitRadiance::HitRadiance(const RayScene& rays, const LightCache* cache, float least_alpha)
+HitRadiance::HitRadiance(const RayScene& rays, const LightCache* cache)
     : rays_(rays), scene_(rays.scene()), cache_(cache), lights_(collect_lights(rays)), sky_(scene_.sky_radiance),
-      environment_(environment_of(rays)), has_sky_(!environment_.is_black()), least_alpha_(least_alpha)
+      environment_(environment_of(rays)), has_sky_(!environment_.is_black())
 {
     for (const Instance& instance : scene_.instances) {
         const Mesh& mesh = scene_.meshes[static_cast<std::size_t>(instance.mesh)];
@@ -64,13 +64,43 @@ HitRadiance::HitRadiance(const RayScene& rays, const LightCache* cache, float le
         lobe_.push_back(plain_lobe(material));
 }
 
-Bsdf HitRadiance::bsdf(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const
+MaterialValues HitRadiance::values(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const
 {
     const Hit at{packet.ray.t_max[lane], packet.u[lane], packet.v[lane], packet.instance(lane), packet.primitive[lane]};
     const float width = hit.uv_per_length * cone_width;
-    Bsdf result = material_at(rays_, at, hit.point, -ray_direction(packet.ray, lane), {{width, 0.0f}, {0.0f, width}}).bsdf;
-    result.alpha = std::max(result.alpha, least_alpha_);
-    result.coat_alpha = std::max(result.coat_alpha, least_alpha_);
+    return material_at(rays_, at, hit.point, -ray_direction(packet.ray, lane), {{width, 0.0f}, {0.0f, width}});
+}
+
+bool HitRadiance::may_find_light(glm::vec3 origin, glm::vec3 unit_direction) const
+{
+    const Lights& lamps = lights_.lights();
+    return has_sky_ || (!lamps.triangles.empty() && lamps.tree->may_meet(origin, unit_direction));
+}
+
+glm::vec3 HitRadiance::emission(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const
+{
+    const Material& material = scene_.materials[static_cast<std::size_t>(hit.point.material)];
+    return material.unlit || emitted_radiance(material, hit.point.front) == glm::vec3(0.0f)
+               ? glm::vec3(0.0f)
+               : values(packet, lane, hit, cone_width).emission;
+}
+
+float HitRadiance::density_of_lamp(const SurfacePoint& origin, const HitPacket& packet, int lane) const
+{
+    const std::uint32_t triangle = lights_.lights().emissive_triangle(packet.instance(lane), packet.primitive[lane]);
+    return triangle != Lights::kNone ? lights_.density(origin, lights_.triangle_lamp(triangle), ray_direction(packet.ray, lane)) : 0.0f;
+}
+
+Bsdf HitRadiance::exact_bsdf(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const
+{
+    return values(packet, lane, hit, cone_width).bsdf;
+}
+
+Bsdf HitRadiance::bsdf(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const
+{
+    Bsdf result = exact_bsdf(packet, lane, hit, cone_width);
+    result.alpha = std::max(result.alpha, kLeastAlpha);
+    result.coat_alpha = std::max(result.coat_alpha, kLeastAlpha);
     return result;
 }
 

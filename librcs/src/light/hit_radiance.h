@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <numbers>
@@ -10,6 +11,7 @@
 #include "light/hit_light.h"
 #include "light_cache/light_cache_impl.h"
 #include "material/bsdf.h"
+#include "material/surface_material.h"
 #include "rays/hit_surface.h"
 #include "rcs/ray_scene.h"
 #include "scene/environment.h"
@@ -30,7 +32,7 @@ public:
     static constexpr float kLeastAlpha = 0.3f;
 
     /// @param cache  may be null: then there is no more than the direct part
-    HitRadiance(const RayScene& rays, const LightCache* cache, float least_alpha = kLeastAlpha);
+    HitRadiance(const RayScene& rays, const LightCache* cache);
 
     bool has_cache() const { return cache_ != nullptr; }
     glm::vec3 sky_radiance() const { return sky_; }
@@ -42,11 +44,31 @@ public:
     /// The direct part for a white Lambertian surface: calls add(shadow ray, radiance if it is free) for each term.
     template <typename Add>
     void direct(const SurfacePoint& point, RandomStream& random, const Add& add) const;
+    /// The same; add() is also given a function that says how often that is done per steradian about there, 0 if no ray
+    /// could find the light.
+    template <typename Add>
+    void each_light(const SurfacePoint& point, RandomStream& random, const Add& add) const;
 
     /// Irradiance from light that has been reflected before; 0 without a cache. [W m^-2]
-    glm::vec3 indirect_irradiance(const SurfacePoint& point, RandomStream& random) const
+    /// @param fewer  bounces to leave out of those that the cache has
+    glm::vec3 indirect_irradiance(const SurfacePoint& point, RandomStream& random, int fewer = 0) const
     {
-        return cache_ ? cached_irradiance(*cache_, point.position, point.shading_normal, random) : glm::vec3(0.0f);
+        return cache_ ? cached_irradiance(*cache_, point.position, point.shading_normal, random, fewer) : glm::vec3(0.0f);
+    }
+
+    /// Whether a ray may find light of lamps or sky: false only if it does not.
+    bool may_find_light(glm::vec3 origin, glm::vec3 unit_direction) const;
+    /// What lamps send from a hit to the ray's origin.
+    glm::vec3 emission(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;
+    /// How often each_light() at the ray's origin finds a lamp there, the soft sky, and its peaks [1/sr].
+    float density_of_lamp(const SurfacePoint& origin, const HitPacket& packet, int lane) const;
+    float density_of_sky(const SurfacePoint& origin, glm::vec3 direction) const
+    {
+        return std::numbers::inv_pi_v<float> * std::max(0.0f, glm::dot(origin.shading_normal, direction));
+    }
+    float density_of_peaks(const SurfacePoint& origin, glm::vec3 direction) const
+    {
+        return environment_.has_peaks() ? lights_.density(origin, lights_.peaks_lamp(), direction) : 0.0f;
     }
 
     /// A surface with a GGX lobe at least so wide, of a dielectric, is lit by all that is not a lamp as if it were diffuse.
@@ -69,13 +91,16 @@ public:
     /// over walls sends that all one way: taken for diffuse, Sponza's floor came out a tenth too dark.
     glm::vec3 reflectance(const PlainHit& hit, glm::vec3 normal, glm::vec3 outgoing, glm::vec3 incoming) const;
 
-    /// How any other surface reflects towards the origin of a packet's ray. @param hit  complete
+    /// How any other surface reflects towards the origin of a packet's ray, as it is, and with lobes at least kLeastAlpha
+    /// wide. @param hit  complete
+    Bsdf exact_bsdf(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;
     Bsdf bsdf(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;
     /// The direct part for it. @param outgoing  unit, towards the ray's origin
     template <typename Add>
     void direct(const SurfacePoint& point, const Bsdf& bsdf, glm::vec3 outgoing, RandomStream& random, const Add& add) const;
 
 private:
+    MaterialValues values(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;
     glm::vec3 base_color(const PlainHit& hit) const;
 
     const RayScene& rays_;
@@ -85,7 +110,6 @@ private:
     glm::vec3 sky_;
     const Environment& environment_;
     bool has_sky_;
-    float least_alpha_;
     std::vector<std::uint8_t> plain_;  // per instance, 0 or 1
     std::vector<Bsdf> lobe_;           // per material: the lobe of plain surfaces
 };
@@ -106,16 +130,24 @@ inline glm::vec3 ray_direction(const RayPacket& ray, int lane)
 glm::vec3 cosine_direction(const SurfacePoint& point, RandomStream& random);
 
 template <typename Add>
-void HitRadiance::direct(const SurfacePoint& point, RandomStream& random, const Add& add) const
+void HitRadiance::each_light(const SurfacePoint& point, RandomStream& random, const Add& add) const
 {
     const HitLights::Sample lamp = lights_.sample(point, random);
     if (lamp.irradiance != glm::vec3(0.0f))
-        add(shadow_ray_from(point, lamp.to_light, lamp.distance), std::numbers::inv_pi_v<float> * lamp.irradiance);
+        add(shadow_ray_from(point, lamp.to_light, lamp.distance), std::numbers::inv_pi_v<float> * lamp.irradiance,
+            [&] { return lights_.density(point, lamp.lamp, lamp.to_light); });
     if (has_sky_) {
         const glm::vec3 direction = cosine_direction(point, random);
         if (glm::dot(direction, point.geometric_normal) > 0.0f)
-            add(shadow_ray_from(point, direction, std::numeric_limits<float>::infinity()), environment_.soft_blurred(direction));
+            add(shadow_ray_from(point, direction, std::numeric_limits<float>::infinity()), environment_.soft_blurred(direction),
+                [&] { return density_of_sky(point, direction); });
     }
+}
+
+template <typename Add>
+void HitRadiance::direct(const SurfacePoint& point, RandomStream& random, const Add& add) const
+{
+    each_light(point, random, [&](const Ray& ray, glm::vec3 white, const auto&) { add(ray, white); });
 }
 
 template <typename Add>

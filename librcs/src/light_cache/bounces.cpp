@@ -39,7 +39,8 @@ glm::vec3 arriving(const BounceSystem& system, std::size_t leaf, const std::vect
 
 }  // namespace
 
-void iterate_bounces(const BounceSystem& system, int bounces, ThreadPool& pool, std::vector<glm::vec3>& irradiance)
+void iterate_bounces(const BounceSystem& system, int bounces, ThreadPool& pool, std::vector<glm::vec3>& irradiance,
+                     std::vector<std::vector<glm::vec3>>& fewer)
 {
     const std::size_t leaves = system.source.size();
     std::vector<float> counts(system.cells);
@@ -47,6 +48,9 @@ void iterate_bounces(const BounceSystem& system, int bounces, ThreadPool& pool, 
     average_parents(system, irradiance, counts);
     std::vector<glm::vec3> next(irradiance.size());
     for (int bounce = 2; bounce <= bounces; ++bounce) {
+        const std::size_t k = static_cast<std::size_t>(bounces - bounce);
+        if (k < fewer.size())
+            fewer[k] = irradiance;
         pool.parallel_for(leaves, 256, [&](std::size_t begin, std::size_t end, int) {
             for (std::size_t c = begin; c < end; ++c)
                 next[c] = arriving(system, c, irradiance);

@@ -46,6 +46,8 @@ struct BounceSystem {
 /// E_1 = source, E_n = source + the links' mean of reflectance x E_(n-1): irradiance after n reflections of all cells,
 /// in two buffers in turn. Ends early where further bounces change nothing that a float could tell.
 /// @param bounces  n >= 1   @param irradiance  one per cell [W m^-2]
-void iterate_bounces(const BounceSystem& system, int bounces, ThreadPool& pool, std::vector<glm::vec3>& irradiance);
+/// @param fewer  [k] becomes E_(n - 1 - k), or stays empty where that is E_n or, without a bounce, 0
+void iterate_bounces(const BounceSystem& system, int bounces, ThreadPool& pool, std::vector<glm::vec3>& irradiance,
+                     std::vector<std::vector<glm::vec3>>& fewer);
 
 }  // namespace rcs

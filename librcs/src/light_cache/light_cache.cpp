@@ -261,7 +261,9 @@ void Builder::connect()
 
 std::unique_ptr<LightCache::Impl> Builder::finish(LightCacheStats& stats)
 {
-    iterate_bounces(system_, options_.bounces, pool_, cache_->irradiance);
+    cache_->bounces = options_.bounces;
+    cache_->fewer.resize(static_cast<std::size_t>(options_.kept_fewer));
+    iterate_bounces(system_, options_.bounces, pool_, cache_->irradiance, cache_->fewer);
     stats.cells = places_.size();
     for (const Worker& worker : workers_) {
         stats.rays += worker.rays.ray_count;
@@ -270,6 +272,8 @@ std::unique_ptr<LightCache::Impl> Builder::finish(LightCacheStats& stats)
     for (const Link& link : system_.links)
         stats.links += link.cell != CellTable::kNone;
     stats.bytes = cache_->table.bytes() + cache_->irradiance.size() * sizeof(glm::vec3);
+    for (const std::vector<glm::vec3>& irradiance : cache_->fewer)
+        stats.bytes += irradiance.size() * sizeof(glm::vec3);
     return std::move(cache_);
 }
 
@@ -280,6 +284,9 @@ void validate(const LightCacheOptions& o)
     if (o.bounces < 1 || o.bounces > 64)
         throw Error(ErrorCode::bad_argument,
                     "light_cache.bounces is " + std::to_string(o.bounces) + ", expected a value in [1, 64]");
+    if (o.kept_fewer < 0 || o.kept_fewer > 63)
+        throw Error(ErrorCode::bad_argument,
+                    "light_cache.kept_fewer is " + std::to_string(o.kept_fewer) + ", expected a value in [0, 63]");
     if (o.max_cells < 1 || o.max_cells > 1 << 24)
         throw Error(ErrorCode::bad_argument,
                     "light_cache.max_cells is " + std::to_string(o.max_cells) + ", expected a value in [1, 16777216]");

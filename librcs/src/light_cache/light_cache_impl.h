@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -17,6 +18,17 @@ struct LightCache::Impl {
     CellGrid grid;
     CellTable table;
     std::vector<glm::vec3> irradiance;  ///< by number [W m^-2]; the last one is the mean of all leaves
+    int bounces = 0;                    ///< reflections on the way to a cell
+    std::vector<std::vector<glm::vec3>> fewer;  ///< [k]: after k + 1 bounces fewer; empty: as after all of them
+
+    /// Irradiance after so many bounces fewer, or after the fewest that are kept; null: 0.
+    const std::vector<glm::vec3>* after(int fewer_bounces) const
+    {
+        if (fewer_bounces >= bounces)
+            return nullptr;
+        const int kept = std::min(fewer_bounces, static_cast<int>(fewer.size()));
+        return kept == 0 || fewer[static_cast<std::size_t>(kept - 1)].empty() ? &irradiance : &fewer[static_cast<std::size_t>(kept - 1)];
+    }
 
     /// The number of a cell, or of the finest one around it that there is.
     std::uint32_t find(std::uint64_t cell) const
@@ -49,10 +61,13 @@ inline std::uint64_t leaf_near(const CellGrid& grid, glm::vec3 position, glm::ve
 }
 
 /// Irradiance at a surface from light that has been reflected at other surfaces [W m^-2]; noisy by the choice of the cell.
-inline glm::vec3 cached_irradiance(const LightCache& cache, glm::vec3 position, glm::vec3 normal, RandomStream& random)
+/// @param fewer  bounces to leave out of those that the cache has
+inline glm::vec3 cached_irradiance(const LightCache& cache, glm::vec3 position, glm::vec3 normal, RandomStream& random,
+                                   int fewer = 0)
 {
     const LightCache::Impl& c = cache.impl();
-    return c.irradiance[c.find(leaf_near(c.grid, position, normal, random))];
+    const std::vector<glm::vec3>* const irradiance = c.after(fewer);
+    return irradiance ? (*irradiance)[c.find(leaf_near(c.grid, position, normal, random))] : glm::vec3(0.0f);
 }
 
 }  // namespace rcs

@@ -179,7 +179,9 @@ BsdfSample sample(const Bsdf& b, Which which, glm::vec3 outgoing, float choice, 
         if (!(cosine_o > 0.0f)) return result;
         const bool by_specular = (rest -= shares.specular) < 0.0f;
         const bool by_coat = !by_specular && (rest -= shares.coat) < 0.0f;
-        result.incoming = sample_lobe(by_coat ? layers.coat : layers.specular, b, outgoing, u);
+        const Lobe& lobe = by_coat ? layers.coat : layers.specular;
+        result.alpha = lobe.alpha;
+        result.incoming = sample_lobe(lobe, b, outgoing, u);
         const float cosine_i = glm::dot(result.incoming, b.normal);
         if (!(cosine_i > 0.0f)) return result;
         if (!by_specular && !by_coat) result.incoming -= 2.0f * cosine_i * b.normal;

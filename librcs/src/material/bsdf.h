@@ -29,10 +29,13 @@ struct Bsdf {
 
     /// A mirror is a lobe of this width: narrower than any pixel, wide enough for float arithmetic.
     static constexpr float kLeastAlpha = 1e-3f;
+    /// Transmission by a lobe up to this width shows what is straight behind it (half a degree).
+    static constexpr float kStraightAlpha = 0.01f;
 
     bool has_specular() const { return f90 > 0.0f; }
     bool has_coat() const { return coat > 0.0f; }
     bool transmits() const { return transmission != glm::vec3(0.0f); }
+    bool is_frosted() const { return transmits() && alpha > kStraightAlpha; }
 };
 
 /// What multiplies irradiance / pi on the reflecting side. @param cosine  of `outgoing` to the shading normal
@@ -54,6 +57,7 @@ struct BsdfSample {
     glm::vec3 incoming{0.0f};  ///< unit
     glm::vec3 weight{0.0f};    ///< f |cosine| / density; 0: no light can come from there
     float density = 0.0f;      ///< [1/sr]
+    float alpha = 1.0f;        ///< width of the lobe that was picked; 1: diffuse
 };
 /// Samples specular lobe, coat and transmission, each in proportion to its share (visible normals: Heitz 2018).
 /// @param choice  in [0, 1): picks the lobe   @param u  in [0, 1)^2: the direction

@@ -27,7 +27,7 @@ constexpr std::size_t kMostLayers = 32;
 
 float largest(glm::vec3 v) { return std::max({v.r, v.g, v.b}); }
 
-bool is_glossy(const Bsdf& bsdf) { return bsdf.has_specular() || bsdf.has_coat(); }
+bool is_glossy(const Bsdf& bsdf) { return bsdf.has_specular() || bsdf.has_coat() || bsdf.transmits(); }
 
 /// Weight of a sample taken with density p where another technique has density q.
 float power_heuristic(float p, float q)
@@ -43,6 +43,9 @@ Bsdf reflecting(Bsdf bsdf)
     return bsdf;
 }
 
+/// The camera sees frosted panes as they are.
+Bsdf seen_by_camera(const Bsdf& bsdf) { return bsdf.is_frosted() ? bsdf : reflecting(bsdf); }
+
 /// The same as sample() for a Lambertian surface, quicker.
 BsdfSample sample_lambertian(const SurfacePoint& point, glm::vec3 albedo, glm::vec2 u)
 {
@@ -54,10 +57,10 @@ BsdfSample sample_lambertian(const SurfacePoint& point, glm::vec3 albedo, glm::v
     return s;
 }
 
-/// f x cosine.
+/// f x cosine; of what is transmitted too.
 glm::vec3 reflectance(const Bsdf& bsdf, glm::vec3 outgoing, glm::vec3 incoming)
 {
-    return evaluate(bsdf, outgoing, incoming) * glm::max(0.0f, glm::dot(bsdf.normal, incoming));
+    return evaluate(bsdf, outgoing, incoming) * std::abs(glm::dot(bsdf.normal, incoming));
 }
 
 }  // namespace
@@ -85,12 +88,13 @@ PathTracer::PathTracer(const RayScene& rays, const View& view, const ReferenceOp
 {
 }
 
-glm::vec3 PathTracer::exact_direct(const VisiblePoint& visible, glm::vec3 outgoing) const
+glm::vec3 PathTracer::exact_direct(const VisiblePoint& visible, glm::vec3 outgoing, Lamps which) const
 {
     glm::vec3 sum(0.0f);
-    const Bsdf bsdf = reflecting(visible.material.bsdf);
+    const Bsdf bsdf = seen_by_camera(visible.material.bsdf);
     for (const PunctualLamp& light : lamps_.punctual) {
         const PunctualSample lamp = sample_punctual(light, visible.surface.position);
+        if (which == Lamps::all && receiving_cosine(visible.surface, lamp.to_light) > 0.0f) continue;
         const glm::vec3 reflected = lamp.irradiance * reflectance(bsdf, outgoing, lamp.to_light);
         if (reflected != glm::vec3(0.0f))
             sum += reflected * transmitted_along(rays_, ray_from(visible.surface, lamp.to_light, lamp.distance));
@@ -107,7 +111,8 @@ void PathTracer::add_layer(const Hit& hit, const CameraRay& camera, Lamps which,
     layer.weight = weight * layer.point.material.alpha;
     seen.emission += layer.weight * layer.point.emission;
     weigh_lamps(lamps_, layer.point.surface, which, layer.lamps);
-    layer.exact_direct = which == Lamps::with_area ? exact_direct(layer.point, seen.outgoing) : glm::vec3(0.0f);
+    const bool needs_exact = which == Lamps::with_area || layer.point.material.bsdf.is_frosted();
+    layer.exact_direct = needs_exact ? exact_direct(layer.point, seen.outgoing, which) : glm::vec3(0.0f);
 }
 
 void PathTracer::look(double x, double y, Lamps which, Seen& seen) const
@@ -123,7 +128,8 @@ void PathTracer::look(double x, double y, Lamps which, Seen& seen) const
         const VisiblePoint& point = seen.layers[seen.count - 1].point;
         const Bsdf& bsdf = point.material.bsdf;
         const glm::vec3 reflected = specular_albedo(bsdf, glm::dot(bsdf.normal, seen.outgoing));
-        const glm::vec3 through = bsdf.transmission * glm::max(1.0f - reflected, glm::vec3(0.0f));
+        const glm::vec3 through =
+            bsdf.is_frosted() ? glm::vec3(0.0f) : bsdf.transmission * glm::max(1.0f - reflected, glm::vec3(0.0f));
         weight *= (1.0f - point.material.alpha) + point.material.alpha * through;
         if (weight == glm::vec3(0.0f)) break;
         hit = find_visible(rays_, camera, hit->t);
@@ -153,7 +159,7 @@ PathResult PathTracer::trace(const Seen& seen, const PathPoints& points, LampsAt
     }
     const SeenLayer& layer = seen.layers[chosen];
     if (layer.weight == glm::vec3(0.0f)) return result;
-    Vertex vertex{.point = layer.point.surface, .bsdf = reflecting(layer.point.material.bsdf),
+    Vertex vertex{.point = layer.point.surface, .bsdf = seen_by_camera(layer.point.material.bsdf),
                   .outgoing = seen.outgoing, .throughput = layer.weight / chance};
     result.direct = vertex.throughput * (layer.exact_direct + lamp_light(vertex, layer.lamps, points));
     add_sky(vertex, points, result);
@@ -225,7 +231,9 @@ bool PathTracer::extend(Vertex& v, LampsAtPoint& lamps, const PathPoints& points
         const Hit& hit = *meeting.hit;
         const SurfacePoint lamp = surface_at(rays_, hit.instance, hit.primitive, hit.u, hit.v, s.incoming);
         const glm::vec3 emission = material_at(rays_, hit, lamp, -s.incoming, {}).emission;
-        const float other = lamp_density(lamps_, lamps, v.point, hit, s.incoming);
+        // Lamps behind a frosted pane are found in this way alone.
+        const bool is_sampled = receiving_cosine(v.point, s.incoming) > 0.0f;
+        const float other = is_sampled ? lamp_density(lamps_, lamps, v.point, hit, s.incoming) : 0.0f;
         const glm::vec3 light = v.throughput * emission * power_heuristic(s.density, other);
         (v.is_first() ? result.direct : result.indirect) += light;
     }

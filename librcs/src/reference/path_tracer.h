@@ -21,7 +21,9 @@ namespace rcs {
 //    triangle is an end.
 //  - Light from directions below the horizon of the geometric or the shading normal, both turned to the side a point
 //    is seen from, does not count.
-//  - Rays go straight on through surfaces by alpha and by thin transmission, tinted; that is no bounce.
+//  - Rays go straight on through surfaces by alpha and by thin transmission, tinted; that is no bounce. But a pane that is
+//    rough (Bsdf::is_frosted) and that the camera sees, alone or behind others, scatters by its lobe what it lets through
+//    (KHR_materials_transmission): that is a bounce as reflection is.
 //  - direct: light of lamps (punctual lights, emissive triangles, the peaks of the sky) that the visible point
 //    reflects.
 //  - indirect: what else it reflects: the rest of the sky, and light that surfaces reflect. With N bounces a path meets
@@ -69,7 +71,7 @@ public:
 private:
     struct Vertex;
     void add_layer(const Hit& hit, const CameraRay& camera, Lamps which, glm::vec3 weight, Seen& seen) const;
-    glm::vec3 exact_direct(const VisiblePoint& point, glm::vec3 outgoing) const;
+    glm::vec3 exact_direct(const VisiblePoint& point, glm::vec3 outgoing, Lamps which) const;
     glm::vec3 lamp_light(const Vertex& vertex, const LampsAtPoint& lamps, const PathPoints& points) const;
     void add_sky(const Vertex& vertex, const PathPoints& points, PathResult& result) const;
     bool extend(Vertex& vertex, LampsAtPoint& lamps, const PathPoints& points, PathResult& result) const;

@@ -1,0 +1,200 @@
+#include "glossy/lobe_paths.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "glossy/traced_lobes.h"
+#include "light/hit_lobes.h"
+#include "light/power_heuristic.h"
+#include "rays/hit_surface.h"
+#include "util/random.h"
+
+namespace rcs {
+namespace {
+
+constexpr int kWidth = RayPacket::kWidth;
+
+/// Points of a lattice in three dimensions (Roberts 2018), shifted at random per pixel.
+glm::vec3 lattice_point(int n, glm::vec3 shift)
+{
+    const glm::vec3 p = shift + static_cast<float>(n) * glm::vec3(0.8191725f, 0.6710436f, 0.5497005f);
+    return p - glm::floor(p);
+}
+
+void set_lane(RayPacket& packet, int lane, const Ray& ray)
+{
+    packet.origin_x[lane] = ray.origin.x;
+    packet.origin_y[lane] = ray.origin.y;
+    packet.origin_z[lane] = ray.origin.z;
+    packet.direction_x[lane] = ray.direction.x;
+    packet.direction_y[lane] = ray.direction.y;
+    packet.direction_z[lane] = ray.direction.z;
+    packet.t_max[lane] = std::numeric_limits<float>::infinity();
+}
+
+}  // namespace
+
+void LobePaths::begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) const
+{
+    const Bsdf& bsdf = shading_.bsdf[pixel];
+    const Bsdf part = traced_part(bsdf);
+    const glm::vec3 outgoing = outgoing_at(g_, camera_, pixel);
+    const std::uint64_t key = lobe_key(seed_, pixel);
+    RandomStream random(key);
+    const glm::vec3 shift(random.next(), random.next(), random.next());
+    LobeRay* const own = ring.of(pixel);
+    std::fill(own, own + ring.count(), LobeRay{});
+    for (std::size_t n = 0; n < ring.count(); ++n) {
+        const glm::vec3 point = lattice_point(static_cast<int>(n), shift);
+        const BsdfSample sample = sample_glossy(part, outgoing, point.x, {point.y, point.z});
+        if (!(sample.density > 0.0f) || sample.weight == glm::vec3(0.0f))
+            continue;
+        own[n].density = sample.density;
+        const bool outwards = glm::dot(sample.incoming, g_.geometric_normal[pixel]) >= 0.0f;
+        LobePath path;
+        path.ray.origin = g_.scene_position(pixel) +
+                          (outwards ? g_.position_error[pixel] : -g_.position_error[pixel]) * g_.geometric_normal[pixel];
+        path.ray.direction = sample.incoming;
+        path.first = &own[n];
+        path.pixel = pixel;
+        if (glm::dot(part.normal, sample.incoming) < 0.0f)  // the direct light knows only what is reflected
+            path.density = std::numeric_limits<float>::infinity();
+        path.width = sample.alpha;
+        if (bsdf.alpha > 2.0f * Bsdf::kLeastAlpha)
+            path.spread = 1.0f / std::sqrt(std::max(sample.density, 1e-4f) * static_cast<float>(ring.count()));
+        path.key = mix64(key + 2 * n + 1);
+        w.paths.push_back(path);
+    }
+}
+
+void LobePaths::add_emission(const LobePath& path, int lane, const HitSurface& hit, glm::vec3 throughput, float cone_width,
+                             const Workspace& w) const
+{
+    const glm::vec3 emission = light_.emission(w.packet, lane, hit, cone_width);
+    if (emission == glm::vec3(0.0f))
+        return;
+    const float others = path.met > 0 ? light_.density_of_lamp(path.from, w.packet, lane) : 0.0f;
+    path.first->radiance += throughput * emission * power_heuristic(path.density, others);
+}
+
+void LobePaths::add_sky(const LobePath& path, glm::vec3 throughput) const
+{
+    const Environment& sky = light_.environment();
+    const glm::vec3 direction = path.ray.direction;
+    const float soft = path.met > 0 ? power_heuristic(path.density, light_.density_of_sky(path.from, direction)) : 1.0f;
+    const float peak = path.met > 0 ? power_heuristic(path.density, light_.density_of_peaks(path.from, direction))
+                                    : power_heuristic(path.density, 0.0f);
+    path.first->radiance += throughput * (soft * sky.soft(direction) + peak * sky.peak(direction));
+}
+
+void LobePaths::shade(const LobePath& path, int lane, const HitSurface& hit, glm::vec3 throughput, Workspace& w) const
+{
+    const RayPacket& p = w.packet.ray;
+    const glm::vec3 outgoing = -ray_direction(p, lane);
+    const float length = path.length + p.t_max[lane];
+    const float cone_width = path.spread * length;
+    if (path.density > 0.0f)
+        add_emission(path, lane, hit, throughput, cone_width, w);
+    if (path.met == bounces_)
+        return;
+    RandomStream random(path.key);
+    const auto add = [&](const Ray& shadow_ray, glm::vec3 radiance) {
+        if (radiance == glm::vec3(0.0f))
+            return;
+        w.shadow.add(shadow_ray);
+        w.lights.push_back({path.first, throughput * radiance});
+    };
+    const auto add_cached = [&](glm::vec3 albedo) {
+        path.first->radiance += throughput * albedo * std::numbers::inv_pi_v<float> *
+                                light_.indirect_irradiance(hit.point, random, path.met);
+    };
+    if (light_.is_plain(w.packet.instance(lane))) {
+        const HitRadiance::PlainHit plain{hit.point.material, hit.point.uv, hit.uv_per_length, cone_width};
+        light_.direct(hit.point, random, [&](const Ray& shadow_ray, glm::vec3 white) {
+            add(shadow_ray, white * light_.reflectance(plain, hit.point.shading_normal, outgoing, shadow_ray.direction));
+        });
+        add_cached(light_.albedo(plain, glm::dot(hit.point.shading_normal, outgoing)));
+        return;
+    }
+    const Bsdf bsdf = light_.exact_bsdf(w.packet, lane, hit, cone_width);
+    const HitLobes lobes(bsdf, outgoing, path.width);
+    SurfacePoint bent = hit.point;
+    bent.shading_normal = bsdf.normal;
+    light_.each_light(bent, random, [&](const Ray& shadow_ray, glm::vec3 white, const auto& density) {
+        add(shadow_ray, std::numbers::pi_v<float> * lobes.evaluate(shadow_ray.direction, density()) * white);
+    });
+    add_cached(lobes.albedo());
+    go_on(path, bent, lobes, throughput, length, random, w);
+}
+
+void LobePaths::go_on(const LobePath& path, const SurfacePoint& point, const HitLobes& lobes, glm::vec3 throughput, float length,
+                      RandomStream& random, Workspace& w) const
+{
+    const HitLobes::Onward onward = lobes.sample(throughput, random);
+    if (onward.weight == glm::vec3(0.0f))
+        return;
+    LobePath next = path;
+    next.ray = ray_from(point, onward.direction);
+    next.throughput = throughput * onward.weight;
+    next.width = onward.width;
+    next.length = length;
+    next.met = path.met + 1;
+    next.from = point;
+    next.density = onward.density;
+    next.key = mix64(path.key);
+    if (next.met < bounces_ || light_.may_find_light(next.ray.origin, onward.direction))
+        w.next.push_back(next);
+}
+
+void LobePaths::trace_packet(const LobePath* paths, int count, Workspace& w) const
+{
+    for (int lane = 0; lane < count; ++lane)
+        set_lane(w.packet.ray, lane, paths[lane].ray);
+    LaneWeights passed;
+    intersect(rays_, (1u << count) - 1u, w.packet, passed);
+    w.rays += static_cast<std::uint64_t>(count);
+    FacePacket faces;
+    find_faces(rays_, w.packet, faces);
+    for (int lane = 0; lane < count; ++lane) {
+        const LobePath& path = paths[lane];
+        const glm::vec3 throughput = path.throughput * passed.weight[lane];
+        const bool missed = w.packet.geometry[lane] == RayPacket::kMiss;
+        const float distance = missed ? std::numeric_limits<float>::infinity() : w.packet.ray.t_max[lane];
+        if (path.met == 0) {
+            path.first->distance = distance;
+            path.first->target = missed ? path.ray.direction : g_.position(path.pixel) + distance * path.ray.direction;
+        }
+        if (missed) {
+            add_sky(path, throughput);
+            continue;
+        }
+        HitSurface hit = begin_hit(rays_, w.packet, faces, lane);
+        complete_hit(rays_, w.packet, lane, hit);
+        shade(path, lane, hit, throughput, w);
+    }
+}
+
+void LobePaths::trace(std::size_t begin, std::size_t end, RayRing& ring, Workspace& w) const
+{
+    w.shadow.clear();
+    w.lights.clear();
+    w.paths.clear();
+    for (std::size_t i = begin; i < end; ++i)
+        if (g_.covered(i) && has_traced_part(shading_.bsdf[i]))
+            begin_paths(i, ring, w);
+    while (!w.paths.empty()) {
+        w.next.clear();
+        for (std::size_t i = 0; i < w.paths.size(); i += kWidth)
+            trace_packet(&w.paths[i], static_cast<int>(std::min<std::size_t>(kWidth, w.paths.size() - i)), w);
+        std::swap(w.paths, w.next);
+    }
+    w.shadow.trace(rays_);
+    w.shadow_rays += w.shadow.size();
+    for (std::size_t i = 0; i < w.shadow.size(); ++i)
+        if (w.shadow.is_free(i))
+            w.lights[i].ray->radiance += w.lights[i].radiance * w.shadow.transmittance(i);
+}
+
+}  // namespace rcs

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "gbuffer/shading.h"
+#include "glossy/lobe_rays.h"
+#include "light/hit_lobes.h"
+#include "light/hit_radiance.h"
+#include "rays/packet.h"
+#include "rays/shadow_batch.h"
+
+namespace rcs {
+
+/// A path along narrow lobes, at its next ray.
+struct LobePath {
+    Ray ray;
+    std::size_t pixel = 0;
+    LobeRay* first = nullptr;   ///< the pixel's ray that it began with, and that its light is for
+    glm::vec3 throughput{1.0f};  ///< since then
+    float width = 0.0f;         ///< GGX width of the lobes so far, together
+    float spread = 0.0f;        ///< width of the cone of directions that the path stands for, per length
+    float length = 0.0f;        ///< up to this ray's origin [m]
+    int met = 0;                ///< surfaces since the visible point
+    SurfacePoint from;          ///< where this ray starts, if met > 0
+    float density = 0.0f;       ///< of its direction [1/sr]: shares what shines with the sampling of lamps at `from`; 0: what
+                                ///< shines has been counted; +inf: it has not
+    std::uint64_t key = 0;
+};
+
+/// Shoots rays along the lobes of visible points and lights what they meet: by lamps and sky, beyond one bounce by the light
+/// cache, and where that surface has a narrow lobe of its own (HitLobes) by a ray that goes on, a packet of them for each
+/// further surface. The last ray still finds lamps and sky: with N bounces, N surfaces after the visible point reflect.
+class LobePaths {
+public:
+    struct Workspace {
+        std::vector<LobePath> paths, next;
+        HitPacket packet;
+        ShadowBatch shadow;
+        struct PendingLight {
+            LobeRay* ray;
+            glm::vec3 radiance;
+        };
+        std::vector<PendingLight> lights;
+        std::uint64_t rays = 0, shadow_rays = 0;
+
+        Workspace() { reset(packet.ray); }
+    };
+
+    LobePaths(const RayScene& rays, const HitRadiance& light, const GBuffer& g, const View& view, const Shading& shading,
+              int bounces, std::uint64_t seed)
+        : rays_(rays), light_(light), g_(g), camera_(view.camera), shading_(shading), bounces_(bounces), seed_(seed)
+    {
+    }
+
+    /// Fills the ring's rays of the pixels in [begin, end).
+    void trace(std::size_t begin, std::size_t end, RayRing& ring, Workspace& w) const;
+
+private:
+    void begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) const;
+    void trace_packet(const LobePath* paths, int count, Workspace& w) const;
+    void shade(const LobePath& path, int lane, const HitSurface& hit, glm::vec3 throughput, Workspace& w) const;
+    void add_emission(const LobePath& path, int lane, const HitSurface& hit, glm::vec3 throughput, float cone_width,
+                      const Workspace& w) const;
+    void add_sky(const LobePath& path, glm::vec3 throughput) const;
+    void go_on(const LobePath& path, const SurfacePoint& point, const HitLobes& lobes, glm::vec3 throughput, float length,
+               RandomStream& random, Workspace& w) const;
+
+    const RayScene& rays_;
+    const HitRadiance& light_;
+    const GBuffer& g_;
+    const Camera& camera_;
+    const Shading& shading_;
+    int bounces_;
+    std::uint64_t seed_;
+};
+
+}  // namespace rcs

@@ -1,0 +1,135 @@
+#include "glossy/lobe_sharing.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "glossy/traced_lobes.h"
+#include "util/color.h"
+#include "util/random.h"
+
+namespace rcs {
+namespace {
+
+constexpr int kNeighbours = 16;
+
+/// Rays' light weighted by a lobe: the weighted mean, and how uncertain that is.
+struct WeightedLight {
+    glm::vec3 sum{0.0f}, total{0.0f};  // of weight times radiance, and of weights
+    float squares = 0.0f, products = 0.0f, square_weights = 0.0f;  // on luminance: (w L)^2, w L w, w^2
+
+    void add(glm::vec3 weight, glm::vec3 radiance)
+    {
+        const float w = luminance(weight), l = luminance(weight * radiance);
+        sum += weight * radiance;
+        total += weight;
+        squares += l * l;
+        products += l * w;
+        square_weights += w * w;
+    }
+    /// Of sum over total, a ratio of two means.
+    float error_of_ratio() const
+    {
+        const float w = luminance(total);
+        if (!(w > 0.0f))
+            return 0.0f;
+        const float ratio = luminance(sum) / w;
+        return std::sqrt(std::max(0.0f, squares - 2.0f * ratio * products + ratio * ratio * square_weights)) / w;
+    }
+    float error_of_mean(float count) const
+    {
+        const float mean = luminance(sum) / count;
+        return std::sqrt(std::max(0.0f, squares / count - mean * mean) / count);
+    }
+};
+
+}  // namespace
+
+/// Harmonic mean over the pixel's own rays [m].
+float LobeSharing::mean_distance(std::size_t pixel, const RayRing& ring) const
+{
+    float inverse = 0.0f, count = 0.0f;
+    const LobeRay* const own = ring.of(pixel);
+    for (std::size_t n = 0; n < ring.count(); ++n) {
+        if (!(own[n].density > 0.0f))
+            continue;
+        inverse += 1.0f / own[n].distance;
+        count += 1.0f;
+    }
+    return inverse > 0.0f ? count / inverse : std::numeric_limits<float>::infinity();
+}
+
+/// Whether a neighbour lies on the same, about equally glossy surface: within the plane by the pixel's footprint.
+bool LobeSharing::may_share(std::size_t pixel, std::size_t neighbour) const
+{
+    if (!g_.covered(neighbour) || !has_traced_part(shading_.bsdf[neighbour]))
+        return false;
+    const Bsdf &here = shading_.bsdf[pixel], &there = shading_.bsdf[neighbour];
+    const glm::vec3 offset = g_.position(neighbour) - g_.position(pixel);
+    return glm::dot(g_.geometric_normal[pixel], g_.geometric_normal[neighbour]) > 0.9f &&
+           std::abs(glm::dot(offset, g_.geometric_normal[pixel])) < 0.1f * glm::length(offset) + g_.footprint[pixel] &&
+           there.alpha < 2.0f * here.alpha && here.alpha < 2.0f * there.alpha;
+}
+
+LobeLight LobeSharing::share(std::size_t pixel, const RayRing& ring) const
+{
+    const Bsdf part = traced_part(shading_.bsdf[pixel]);
+    const glm::vec3 outgoing = outgoing_at(g_, camera_, pixel);
+    const glm::vec3 position = g_.position(pixel);
+    WeightedLight light;
+    const auto add = [&](std::size_t from) {
+        const LobeRay* const rays = ring.of(from);
+        for (std::size_t n = 0; n < ring.count(); ++n) {
+            const LobeRay& ray = rays[n];
+            if (!(ray.density > 0.0f))
+                continue;
+            glm::vec3 incoming = ray.target;
+            float density = ray.density;
+            if (std::isfinite(ray.distance)) {
+                incoming = ray.target - position;
+                const float d2 = glm::dot(incoming, incoming);
+                incoming /= std::sqrt(d2);
+                density *= d2 / (ray.distance * ray.distance);
+            }
+            const glm::vec3 weight =
+                evaluate_glossy(part, outgoing, incoming) * (std::abs(glm::dot(part.normal, incoming)) / density);
+            light.add(weight, ray.radiance);
+        }
+    };
+    add(pixel);
+    // Beyond the width of the lobe where it hits, a neighbour sees other things.
+    const float narrowest = part.has_coat() ? std::min(part.coat_alpha, part.alpha) : part.alpha;
+    const float reach =
+        std::min(static_cast<float>(RayRing::kMostReach), narrowest * mean_distance(pixel, ring) / g_.footprint[pixel]);
+    if (reach >= 1.0f && !part.transmits()) {
+        const int x = static_cast<int>(pixel % static_cast<std::size_t>(g_.width));
+        const int y = static_cast<int>(pixel / static_cast<std::size_t>(g_.width));
+        const float turn = 2.0f * std::numbers::pi_v<float> * 
+                           to_unit_float(static_cast<std::uint32_t>(mix64(lobe_key(seed_, pixel) + 77)));
+        for (int n = 0; n < kNeighbours; ++n) {
+            // Vogel's spiral: even over the disc.
+            const float radius = reach * std::sqrt((static_cast<float>(n) + 0.5f) / kNeighbours);
+            const float angle = turn + 2.3999632f * static_cast<float>(n);
+            const int nx = x + static_cast<int>(std::lround(radius * std::cos(angle)));
+            const int ny = y + static_cast<int>(std::lround(radius * std::sin(angle)));
+            if (nx < 0 || ny < 0 || nx >= g_.width || ny >= g_.height || (nx == x && ny == y))
+                continue;
+            const std::size_t neighbour =
+                static_cast<std::size_t>(ny) * static_cast<std::size_t>(g_.width) + static_cast<std::size_t>(nx);
+            if (may_share(pixel, neighbour))
+                add(neighbour);
+        }
+    }
+    if (part.transmits()) {
+        const float count = static_cast<float>(ring.count());
+        return {light.sum / count, light.error_of_mean(count)};
+    }
+    const glm::vec3 albedo = specular_albedo(part, glm::dot(part.normal, outgoing));
+    LobeLight reflected{glm::vec3(0.0f), luminance(albedo) * light.error_of_ratio()};
+    for (int c = 0; c < 3; ++c)
+        reflected.radiance[c] = light.total[c] > 0.0f ? albedo[c] * light.sum[c] / light.total[c] : 0.0f;
+    return reflected;
+}
+
+}  // namespace rcs

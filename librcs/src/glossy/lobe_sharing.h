@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include <glm/glm.hpp>
+
+#include "gbuffer/shading.h"
+#include "glossy/lobe_rays.h"
+
+namespace rcs {
+
+/// What one pixel's lobe reflects, and the standard error of its luminance.
+struct LobeLight {
+    glm::vec3 radiance{0.0f};
+    float error = 0.0f;
+};
+
+/// Rays are shared between neighbours on the same surface (Stachowiak 2015, "Stochastic screen-space reflections"):
+/// a pixel weighs every neighbour's hit point by its own lobe over the density with which the neighbour chose it,
+/// and divides by the sum of weights. Lobes much narrower than what neighbours see in common share nothing, so a
+/// mirror stays sharp.
+class LobeSharing {
+public:
+    LobeSharing(const GBuffer& g, const View& view, const Shading& shading, std::uint64_t seed)
+        : g_(g), camera_(view.camera), shading_(shading), seed_(seed)
+    {
+    }
+
+    /// From the rays of the pixel and its neighbours, all of which must be in the ring.
+    LobeLight share(std::size_t pixel, const RayRing& ring) const;
+
+private:
+    float mean_distance(std::size_t pixel, const RayRing& ring) const;
+    bool may_share(std::size_t pixel, std::size_t neighbour) const;
+
+    const GBuffer& g_;
+    const Camera& camera_;
+    const Shading& shading_;
+    std::uint64_t seed_;
+};
+
+}  // namespace rcs
