@@ -135,7 +135,7 @@ std::optional<RecordGoal> Goal::set(const FirstView& first, const RecordForecast
     if (stopped_)
         return std::nullopt;
     if (!(budget > 0.0))
-        return RecordGoal{options_.target_error, 0.0};
+        return RecordGoal{options_.target_error, 0.0, 0.0};
     double left = budget - elapsed() - rest;
     if (round_seconds > 0.0) {
         // Time goes where the error is.
@@ -143,7 +143,7 @@ std::optional<RecordGoal> Goal::set(const FirstView& first, const RecordForecast
         lobe_rounds_ = 1 + static_cast<int>(std::clamp(share * left / round_seconds, 0.0, kMostLobeRounds * 1.0));
         left -= (lobe_rounds_ - 1) * round_seconds;
     }
-    return RecordGoal{options_.target_error, std::max(1e-3, left)};
+    return RecordGoal{options_.target_error, std::max(1e-3, left), forecast.goal_error};
 }
 
 void Goal::place(const RayScene& rays, const FirstView& first, ThreadPool& pool, const LightCache* cache,
