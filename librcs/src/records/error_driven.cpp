@@ -20,7 +20,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kSafety = 0.95;         // of the goal: an estimate scatters
 constexpr double kStep = 0.75;           // of the error, from one look at it to the next
-constexpr double kShareOfSpread = 0.55;  // of the error: errors add up squared, and a closer record takes as many rays
+constexpr double kShareOfSpread = 0.45;  // of the error: errors add up squared, and rays show more of it
 constexpr double kNearGoal = 1.05;       // times the goal: nearer, rays alone are enough
 constexpr double kHardlyLess = 0.97;     // times what it was: a step that does no more is the last of its kind
 constexpr double kMostMore = 4.0;        // rays of one step, over those so far
