@@ -14,10 +14,7 @@ namespace {
 
 // Measured against path-traced references of the shared and built-in scenes (docs/accuracy.md): the spread of the
 // extrapolations is somewhat more than the error of their mean.
-constexpr float kErrorOfSpread = 0.75f;
-
-// The mean absolute value of a normal variable, over its standard deviation: sqrt(2 / pi).
-constexpr double kMeanAbsolute = 0.7978845608028654;
+constexpr float kErrorOfSpread = 0.7f;
 
 /// Sums over windows of an image, by a summed-area table in double precision.
 class WindowSums {
@@ -161,6 +158,7 @@ MeanErrors mean_errors(const SplatBuffer& sums, const ErrorMap& errors)
     for (std::size_t i = 0; i < pixels; ++i)
         mean += light(i) / static_cast<double>(pixels);
     MeanErrors result;
+    result.mean = mean;
     if (!(mean > 0.0))
         return result;
     for (std::size_t i = 0; i < pixels; ++i) {

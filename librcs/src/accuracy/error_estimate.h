@@ -18,9 +18,13 @@ struct ErrorMap {
 /// @param stats  of this splat alone: how large a record is on the image
 ErrorMap error_map(const SplatBuffer& sums, const SplatStats& stats, float overlap);
 
+/// The mean absolute value of a normal variable, over its standard deviation: sqrt(2 / pi).
+inline constexpr double kMeanAbsolute = 0.7978845608028654;
+
 /// Means over all pixels, as ErrorEstimate::mean_relative, if all light were the irradiance.
 struct MeanErrors {
     double noise = 0.0, spread = 0.0, total = 0.0;
+    double mean = 0.0;  ///< irradiance [W m^-2], on luminance
 };
 MeanErrors mean_errors(const SplatBuffer& sums, const ErrorMap& errors);
 

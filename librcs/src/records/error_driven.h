@@ -23,11 +23,12 @@ struct RecordForecast {
 struct RecordGoal {
     double mean_relative = 0.0;  ///< 0: as small as time allows
     double seconds = 0.0;        ///< of wall time from now on; 0: as many as it takes
+    double likely = 0.0;         ///< mean relative error that the seconds are thought to be enough for
 };
 
-/// Places records as the estimated error asks for: first a coarse overture that serves every pixel; then records
-/// closer together where their extrapolations disagree, and more rays where they are noisy, until the goal is met.
-/// The error's two parts are brought down alike, as far as the records allow.
+/// Places records as the estimated error asks for: first a coarse overture that serves every pixel; then, down steps that
+/// are the same for every goal, records closer together where their extrapolations disagree, and more rays where they lower
+/// the mean error most.
 /// @param placement  with options().rays and spacing for the overture; options() are left as the last step used them,
 ///        so that further views are filled alike
 /// @param set_goal  asked after the overture; none stops there

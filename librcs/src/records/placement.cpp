@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
 #include <span>
 #include <string>
 #include <vector>
@@ -150,21 +149,9 @@ std::vector<float> Placement::noise() const
     return noise_around(gatherer_.rays(), surfaces_, view_, options_.error_tolerance, pixels_, pool_, records_);
 }
 
-std::vector<int> Placement::extra(std::span<const float> noise, float noise_target, int most_rays) const
+void Placement::refine(std::span<const int> extra)
 {
-    const float widest = options_.error_tolerance * options_.max_reach;
-    return extra_gathers(records(), noise, gatherer_.rays(), noise_target, widest, most_rays);
-}
-
-void Placement::refine(std::span<const float> noise, float noise_target, int most_rays)
-{
-    gatherer_.gather_more(gbuffer_, pixels_, extra(noise, noise_target, most_rays), records(), pool_, stats_, report_);
-}
-
-std::uint64_t Placement::refining_rays(std::span<const float> noise, float noise_target, int most_rays) const
-{
-    const std::vector<int> gathers = extra(noise, noise_target, most_rays);
-    return static_cast<std::uint64_t>(gatherer_.rays()) * std::accumulate(gathers.begin(), gathers.end(), std::uint64_t{0});
+    gatherer_.gather_more(gbuffer_, pixels_, extra, records(), pool_, stats_, report_);
 }
 
 void place_records(const RayScene& rays, const GBuffer& gbuffer, const View& view, const RecordOptions& options,
@@ -178,7 +165,9 @@ void place_records(const RayScene& rays, const GBuffer& gbuffer, const View& vie
     });
     placement.fill();
     done = 0.5f;  // refining takes about as long
-    placement.refine(placement.noise(), options.noise_target, kMostRays * options.rays);
+    const float widest = options.error_tolerance * options.max_reach;
+    placement.refine(extra_gathers(placement.records(), placement.noise(), placement.rays(), options.noise_target, widest,
+                                   kMostRays * options.rays));
 }
 
 }  // namespace rcs

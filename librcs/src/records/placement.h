@@ -23,12 +23,12 @@ public:
     void fill();
     /// Around each record, as it is now.
     std::vector<float> noise() const;
-    /// More rays where that is more than `noise_target`, up to `most_rays` a record.
-    void refine(std::span<const float> noise, float noise_target, int most_rays);
-    /// Hemisphere rays that refine() would shoot.
-    std::uint64_t refining_rays(std::span<const float> noise, float noise_target, int most_rays) const;
+    /// Gathers again, with extra[i] times rays() more at record i.
+    void refine(std::span<const int> extra);
 
     RecordOptions& options() { return options_; }
+    /// Hemisphere rays of one gather.
+    int rays() const { return gatherer_.rays(); }
     const TiledSurfaces& surfaces() const { return surfaces_; }
     /// The records made here, and the pixel of each.
     std::span<Record> records() { return std::span(records_).last(pixels_.size()); }
@@ -36,8 +36,6 @@ public:
     std::span<const std::uint32_t> pixels() const { return pixels_; }
 
 private:
-    std::vector<int> extra(std::span<const float> noise, float noise_target, int most_rays) const;
-
     const GBuffer& gbuffer_;
     const View& view_;
     RecordOptions options_;

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+namespace rcs {
+
+/// What of a picture's error hangs on one record, as a splat of all of them shows it.
+struct RecordShare {
+    float area = 0.0f;    ///< of the picture that it makes, less where it is too dark to be seen [px]
+    float single = 0.0f;  ///< standard error of the splat's mean around it, relative to it, if each record there had been
+                          ///< gathered with one ray
+    float spread = 0.0f;  ///< error of the first-order expansions around it, relative
+    float rays = 1.0f;    ///< that it has been gathered with
+};
+
+/// The rays that a record is to have: as area * single. The mean error, sum area * single / sqrt(n), is least for the rays
+/// spent if n grows as (area * single)^(2/3); the power 1 costs 10 to 25 % more, and leaves less noise
+/// where there is most of it.
+/// @param level  factor of that   @return at least the share's rays; new ones up to `most`
+float rays_at(const RecordShare& share, double level, float most);
+
+/// What more rays lead to.
+struct Allotment {
+    double level = 0.0;  ///< for rays_at()
+    double error = 0.0;  ///< mean relative error over the picture then, as of normal errors
+    double rays = 0.0;   ///< more than there are
+};
+Allotment allot(std::span<const RecordShare> shares, double level, float most);
+/// With the fewest rays for `error`, or as near to it as `most` rays a record come.
+Allotment allot_for_error(std::span<const RecordShare> shares, double error, float most);
+/// With the least error for so many more rays.
+Allotment allot_for_rays(std::span<const RecordShare> shares, double rays, float most);
+
+/// How many records there are to be in the place of each, so that the mean of the spread becomes `part` of what it is
+/// with the fewest new ones. Spread falls as the square of their distance, so the sum of area * spread / density is least
+/// for a density of sqrt(area * spread). @return in [1, most]
+std::vector<float> densities(std::span<const RecordShare> shares, double part, float most);
+
+}  // namespace rcs
