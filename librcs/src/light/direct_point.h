@@ -70,7 +70,7 @@ public:
         Workspace() { reset(packet.ray); }
     };
 
-    DirectLight(const RayScene& rays, const DirectOptions& options);
+    DirectLight(const RayScene& rays, const DirectOptions& options, const EffectSet& effects);
 
     Lit at(const SurfacePoint& point, const Viewer& viewer, std::uint64_t key, Workspace& w) const;
 
