@@ -59,6 +59,7 @@ public:
         const std::uint64_t bit = std::uint64_t{1} << static_cast<unsigned>(effect);
         bits_ = on ? bits_ | bit : bits_ & ~bit;
     }
+    std::uint64_t bits() const { return bits_; }  ///< by the numbers of Effect
     bool operator==(const EffectSet&) const = default;
 
 private:

@@ -130,7 +130,9 @@ private:
         return decide(effect, called_for, has_material, std::move(reason), options_.effects);
     }
     PlannedEffect& decide(Effect effect, bool called_for, bool has_material, std::string reason, const EffectChoice& choice);
-    void measured(PlannedEffect& e, const Sighting& s, const char* of = "pixels") const;
+    void measured(PlannedEffect& e, const Sighting& s) const;
+    /// Light may reach all that reflects, and nothing else.
+    void bounded(PlannedEffect& e) const;
     std::string dark() const { return words(view_[kReflects], "surface that reflects"); }
     bool on(Effect effect) const { return plan_.needs(effect); }
     void plan_light();
@@ -165,9 +167,16 @@ PlannedEffect& Planner::decide(Effect effect, bool called_for, bool has_material
     return e;
 }
 
-void Planner::measured(PlannedEffect& e, const Sighting& s, const char* of) const
+void Planner::bounded(PlannedEffect& e) const
 {
-    e.of = of;
+    e.of = "pixels";
+    e.basis = PlannedEffect::Basis::bound;
+    e.share = e.high = e.needed ? view_[kReflects].high : 0.0;
+}
+
+void Planner::measured(PlannedEffect& e, const Sighting& s) const
+{
+    e.of = "pixels";
     if (s.how != Sighting::How::seen && s.how != Sighting::How::unsettled)
         return;
     e.basis = PlannedEffect::Basis::measured;
@@ -191,7 +200,7 @@ void Planner::plan_light()
                                      facts_.punctual == 0 ? "no lamp without size shines"
                                      : reflects_          ? plural(facts_.punctual, "lamp without size shines", "lamps without size shine")
                                                           : dark());
-    punctual.of = "pixels";
+    bounded(punctual);
     punctual.cost = "a shadow ray a sample and lamp, and one for each gather hit";
     punctual.rays = samples * view_[kReflects].share * static_cast<double>(facts_.punctual);
 
@@ -199,18 +208,18 @@ void Planner::plan_light()
                                  facts_.triangles == 0 ? "no triangle shines"
                                  : reflects_           ? plural(facts_.triangles, "triangle shines", "triangles shine")
                                                        : dark());
-    area.of = "pixels";
+    bounded(area);
     area.cost = "at least two shadow rays a sample and lamp, more in penumbras, and one for each gather hit";
     area.rays = samples * view_[kReflects].share * options_.direct.area_samples;
 
     const std::string no_sky = "the sky's radiance is 0";
     PlannedEffect& sky = decide(Effect::environment, reflects_ && facts_.sky, facts_.sky,
                                 !facts_.sky ? no_sky : !reflects_ ? dark() : text("the sky is not black; %.3g %% of the picture shows it", 100.0 * view_.sky_share));
-    sky.of = "pixels";
+    bounded(sky);
     sky.cost = "a shadow ray for each gather hit";
     PlannedEffect& peaks = decide(Effect::environment_peaks, reflects_ && facts_.peaks, facts_.peaks,
                                   !facts_.sky ? no_sky : !facts_.peaks ? "no part of the sky is brighter than 8 times its mean" : !reflects_ ? dark() : "parts of the sky are brighter than 8 times its mean");
-    peaks.of = "pixels";
+    bounded(peaks);
     peaks.cost = "shadow rays as for area light";
     peaks.rays = samples * view_[kReflects].share * options_.direct.area_samples;
 
@@ -241,16 +250,15 @@ void Planner::plan_bounces(bool called_for)
         reason = text("surfaces reflect at most %.3g of the light: beyond %d of the %d bounces asked for less than %.2g of the first one's power comes", albedo, wanted, options_.bounces, share);
     else
         reason = text("%d bounces asked for; surfaces reflect up to %.3g of the light", options_.bounces, albedo);
-    PlannedEffect& e = decide(Effect::more_bounces, wanted > 1, options_.bounces > 1, std::move(reason));
-    plan_.bounces = called_for ? std::max(1, wanted) : 0;
-    if (options_.effects.with.has(Effect::more_bounces))
-        plan_.bounces = options_.bounces;
-    if (!e.needed)
-        plan_.bounces = std::min(plan_.bounces, 1);
+    PlannedEffect& e = options_.bounces > 1 ? decide(Effect::more_bounces, wanted > 1, true, std::move(reason))
+                                            : decide(Effect::more_bounces, false, false, std::move(reason), {});
+    plan_.bounces = options_.bounces > 1 && options_.effects.with.has(Effect::more_bounces) ? options_.bounces
+                    : e.needed                                                               ? wanted
+                                                                                             : std::min(wanted, 1);
     e.of = "the first bounce's power";
     e.basis = PlannedEffect::Basis::bound;
     e.share = e.high = e.needed ? std::min(1e3, missing(1)) : 0.0;
-    if (called_for && plan_.bounces < options_.bounces && !e.chosen)
+    if (called_for && plan_.bounces > 0 && plan_.bounces < options_.bounces && !e.chosen)
         e.loss = missing(plan_.bounces);
     e.cost = "a light cache: 64 rays for each of some ten thousand cells, and their shadows";
     e.bytes = 4e7;
@@ -361,7 +369,8 @@ void Planner::plan_picture()
     PlannedEffect& aa = decide(Effect::anti_aliasing, options_.aa > 1 && varied, options_.aa > 1,
                                options_.aa <= 1 ? "one sample a pixel asked for"
                                : varied         ? text("%d samples a pixel asked for", options_.aa)
-                                                : "nothing lies in the view, and the sky is the same everywhere");
+                                                : "nothing lies in the view, and the sky is the same everywhere",
+                               options_.aa > 1 ? options_.effects : EffectChoice{});
     plan_.passes = aa.needed ? options_.aa : 1;
     aa.cost = "all that is done for each pass";
 

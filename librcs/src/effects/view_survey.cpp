@@ -17,7 +17,7 @@ constexpr int kPilotSide = 32;
 constexpr int kMostLayers = 16;  // as render() peels
 
 /// Rays for what the pilot has not met: so many, and so many for each sample of the picture.
-constexpr double kLeastRays = 16384.0, kRaysPerSample = 1.0 / 64.0;
+constexpr double kLeastRays = 16384.0, kRaysPerSample = 1.0 / 256.0;
 
 struct Rectangle {
     double x0 = std::numeric_limits<double>::infinity(), y0 = x0, x1 = -x0, y1 = -x0;  // [px]
