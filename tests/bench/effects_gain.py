@@ -91,7 +91,7 @@ def main():
                     file.write(text)
                 with open(os.path.join(folder, "room.bin"), "wb") as file:
                     file.write(data)
-            base = [arguments.rcsplat, "render", path, "--quiet", "-o", os.path.join(folder, "out.exr")] + arguments.options.split()
+            base = [arguments.rcsplat, "render", path, "--quiet", "-o", os.path.join(folder, "out.png")] + arguments.options.split()
             if camera:
                 base += ["--camera", camera]
 
