@@ -85,7 +85,8 @@ void add_render_arguments(CLI::App& command, RenderArguments& arguments)
                "Ward's a, the error that records may be off by; smaller is finer");
     add_number(command, "--rays", options.records.rays, {16, 65536}, "Hemisphere rays for each record at first");
     add_number(command, "--noise", options.records.noise_target, {0, 1, true},
-               "Standard error wanted at a pixel, relative to its light; noisy places take up to 2,048 rays a record");
+               "Standard error wanted at a pixel, relative to its light, on wide plain surfaces; where records lie closer it may be "
+               "more. Noisy places take up to 2,048 rays a record");
     add_number(command, "--bounces", options.bounces, {0, 64}, "Bounces of indirect light; 8 is about all there is");
     add_number(command, "--aa", options.aa, {1, 64}, "Samples a pixel; 1 samples its centre");
     add_number(command, "--overlap", options.overlap, {1, 16},

@@ -21,7 +21,7 @@ struct PointPictures {
 
 /// One way to make the image: what it cost and how wrong it is.
 struct Measurement {
-    std::string label;        ///< "--accuracy 0.2 --rays 128 --noise 0.06", "64 paths a pixel"
+    std::string label;        ///< "--accuracy 0.2 --rays 128 --noise 0.02", "64 paths a pixel"
     int paths = 0;            ///< paths a pixel; 0: a render
     double seconds = 0.0;     ///< of the image alone: without loading, acceleration structure and files
     std::vector<std::pair<std::string, double>> stage_seconds;  ///< in order of execution; wall time

@@ -63,6 +63,9 @@ double irradiance_of_spot(glm::dvec3 p, glm::dvec3 n)
 
 using test::same_bits;
 
+/// Largest distance of records [px].
+float widest(const RecordOptions& options) { return options.error_tolerance * options.max_reach; }
+
 /// Standard error [W m^-2].
 double error_of(const Record& r)
 {
@@ -107,7 +110,7 @@ struct Field {
         const std::span<const std::uint32_t> own = std::span(pixels).last(fresh);
         const std::vector<float> noise = noise_around(gatherer.rays(), surfaces, view, options.error_tolerance, own, pool, records);
         const std::vector<int> extra =
-            extra_gathers(std::span(records).last(fresh), noise, gatherer.rays(), options.noise_target, 2048);
+            extra_gathers(std::span(records).last(fresh), noise, gatherer.rays(), options.noise_target, widest(options), 2048);
         gatherer.gather_more(gbuffer, std::span(pixels).last(fresh), extra, std::span(records).last(fresh), pool, stats,
                              [](float) {});
         return records;
@@ -118,8 +121,11 @@ struct Field {
     }
 
     /// How many gathers a record's neighbourhood asks for: the splat of variances as a plain double loop.
-    double gathers_wanted(const std::vector<Record>& records, std::size_t k, double target) const
+    double gathers_wanted(const std::vector<Record>& records, std::size_t k, const RecordOptions& options) const
     {
+        const double px = static_cast<double>(records[k].spacing_radius) / static_cast<double>(records[k].footprint);
+        const double area = std::min(1.0, std::pow(px / static_cast<double>(widest(options)), 2.0));
+        const double target = static_cast<double>(options.noise_target) / std::cbrt(area);
         double mean = 0.0, typical = 0.0, variance = 0.0, irradiance = 0.0, weight = 0.0;
         for (std::size_t j = 0; j < records.size(); ++j) {
             const Record& r = records[j];
@@ -195,7 +201,7 @@ TEST(ExtraGathers, GivesRaysByTheNoiseOfTheNeighboursAndLeavesQuietOnesAlone)
     Field field(scene);
     RecordOptions options;
     options.rays = 64;
-    options.noise_target = 0.05f;
+    options.noise_target = 0.02f;
     const std::vector<Record> before = field.first(options);
     const std::vector<Record> after = field.refined(before, options);
     ASSERT_EQ(after.size(), before.size());
@@ -203,7 +209,7 @@ TEST(ExtraGathers, GivesRaysByTheNoiseOfTheNeighboursAndLeavesQuietOnesAlone)
     double expected_rays = 0.0, rms_before = 0.0, rms_after = 0.0;
     std::uint64_t changed = 0;
     for (std::size_t k = 0; k < before.size(); ++k) {
-        const double wanted = field.gathers_wanted(before, k, static_cast<double>(options.noise_target));
+        const double wanted = field.gathers_wanted(before, k, options);
         const double n = std::clamp(std::ceil(wanted), 1.0, static_cast<double>(most));
         expected_rays += cells * (n - 1.0);
         if (std::abs(wanted - 1.0) > 1e-3) {

@@ -11,7 +11,7 @@ namespace rcs {
 
 /// One way to render a view, to be measured against others.
 struct SweepPoint {
-    std::string label;  ///< what a user types for it: "--accuracy 0.2 --rays 128 --noise 0.06"
+    std::string label;  ///< what a user types for it: "--accuracy 0.2 --rays 128 --noise 0.02"
     RenderOptions options;
 };
 

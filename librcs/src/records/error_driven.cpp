@@ -14,7 +14,7 @@ using Clock = std::chrono::steady_clock;
 // the error, so that each gets about half.
 constexpr double kShareOfSpread = 0.5, kShareOfNoise = 0.8;
 constexpr double kSafety = 0.95;      // of the goal: an estimate scatters
-constexpr double kMeanOfNoise = 0.5;  // mean relative error by noise, over what refine() is asked for
+constexpr double kMeanOfNoise = 0.8;  // mean relative error by noise, over what refine() is asked for
 constexpr double kStep = 0.55;        // of the error, in one round: while records are noisy, their spread hides behind it
 constexpr double kNearGoal = 1.2;     // times the goal: nearer, rays are the cheaper way
 constexpr int kMostRounds = 12;

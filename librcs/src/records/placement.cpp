@@ -150,16 +150,21 @@ std::vector<float> Placement::noise() const
     return noise_around(gatherer_.rays(), surfaces_, view_, options_.error_tolerance, pixels_, pool_, records_);
 }
 
+std::vector<int> Placement::extra(std::span<const float> noise, float noise_target, int most_rays) const
+{
+    const float widest = options_.error_tolerance * options_.max_reach;
+    return extra_gathers(records(), noise, gatherer_.rays(), noise_target, widest, most_rays);
+}
+
 void Placement::refine(std::span<const float> noise, float noise_target, int most_rays)
 {
-    const std::vector<int> extra = extra_gathers(records(), noise, gatherer_.rays(), noise_target, most_rays);
-    gatherer_.gather_more(gbuffer_, pixels_, extra, records(), pool_, stats_, report_);
+    gatherer_.gather_more(gbuffer_, pixels_, extra(noise, noise_target, most_rays), records(), pool_, stats_, report_);
 }
 
 std::uint64_t Placement::refining_rays(std::span<const float> noise, float noise_target, int most_rays) const
 {
-    const std::vector<int> extra = extra_gathers(records(), noise, gatherer_.rays(), noise_target, most_rays);
-    return static_cast<std::uint64_t>(gatherer_.rays()) * std::accumulate(extra.begin(), extra.end(), std::uint64_t{0});
+    const std::vector<int> gathers = extra(noise, noise_target, most_rays);
+    return static_cast<std::uint64_t>(gatherer_.rays()) * std::accumulate(gathers.begin(), gathers.end(), std::uint64_t{0});
 }
 
 void place_records(const RayScene& rays, const GBuffer& gbuffer, const View& view, const RecordOptions& options,

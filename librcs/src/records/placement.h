@@ -36,6 +36,8 @@ public:
     std::span<const std::uint32_t> pixels() const { return pixels_; }
 
 private:
+    std::vector<int> extra(std::span<const float> noise, float noise_target, int most_rays) const;
+
     const GBuffer& gbuffer_;
     const View& view_;
     RecordOptions options_;

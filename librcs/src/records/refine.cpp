@@ -86,12 +86,19 @@ std::vector<float> noise_around(int rays, const TiledSurfaces& surfaces, const V
     return around;
 }
 
+float noise_allowed(const Record& record, float widest)
+{
+    const float apart = record.spacing_radius / record.footprint;
+    return apart < widest ? std::pow(widest / apart, 2.0f / 3.0f) : 1.0f;
+}
+
 std::vector<int> extra_gathers(std::span<const Record> records, std::span<const float> noise, int rays,
-                               float noise_target, int most_rays)
+                               float noise_target, float widest, int most_rays)
 {
     std::vector<int> extra(records.size());
     for (std::size_t i = 0; i < records.size(); ++i) {
-        const float excess = noise[i] / noise_target;  // squared only now: it could underflow to 0 / 0
+        // Squared only now: the target's square could underflow.
+        const float excess = noise[i] / (noise_target * noise_allowed(records[i], widest));
         const float gathers = static_cast<float>(records[i].rays) / static_cast<float>(rays);
         const float most = std::max(0.0f, static_cast<float>(most_rays) / static_cast<float>(rays) - gathers);
         extra[i] = static_cast<int>(std::clamp(std::ceil(excess * excess) - gathers, 0.0f, most));
