@@ -228,7 +228,7 @@ std::vector<Case> cases()
         {"mirror behind a screen", mirror_behind_a_screen(), kPlain, "traced-lobes", "none of the picture's samples meets"},
         {"coat", panel_room(coat()), plain_and({"highlights", "traced-lobes"}), "glossy-records", "the scene has no surface with a lobe of roughness 0.55"},
         {"roughness 0.2 to 0.9", rough_texture(0.2f, 0.9f), plain_and({"highlights", "glossy-records", "traced-lobes", "hit-textures"}), "glossy-records", "% of the picture"},
-        {"roughness 0.7 to 0.9", rough_texture(0.7f, 0.9f), plain_and({"highlights", "glossy-records", "hit-textures"}), "traced-lobes", "the scene has no coat"},
+        {"roughness 0.7 to 0.9", rough_texture(0.7f, 0.9f), plain_and({"highlights", "glossy-records", "hit-textures"}), "traced-lobes", "lobes of the scene have roughness 0.7 to 0.9"},
         {"roughness 0.2 to 0.4", rough_texture(0.2f, 0.4f), plain_and({"highlights", "traced-lobes", "hit-textures"}), "glossy-records", "the scene has no surface"},
         {"glass", panel_room(glass()), plain_and({"highlights", "traced-lobes", "transmission", "peeling"}), "transmission", "1 mesh lets light through"},
         {"mask with holes", with_alpha(AlphaMode::mask, 1.0f, 0.0f), plain_and({"alpha-mask", "peeling", "hit-textures"}), "alpha-mask", "1 mesh has alpha below the cutoff"},

@@ -11,6 +11,7 @@
 #include "compose/compose.h"
 #include "compose/views.h"
 #include "effects/effect_counts.h"
+#include "effects/plan_words.h"
 #include "gbuffer/shading.h"
 #include "glossy/traced_lobes.h"
 #include "compose/goal.h"
@@ -100,16 +101,6 @@ std::string percent(double part)
     return text;
 }
 
-/// Names of effects, separated by commas; of those left out although the scene has material for them, with the reason.
-std::string list_effects(const EffectPlan& plan, bool needed)
-{
-    std::string list;
-    for (const PlannedEffect& e : plan.effects)
-        if (e.needed == needed && (needed || e.has_material))
-            list.append(list.empty() ? "" : needed ? "," : "; ").append(name_of(e.effect)).append(needed ? "" : ": " + e.reason);
-    return list;
-}
-
 /// @param records, passes  as they were, which with a target or a budget is not what the options say
 void describe(const RenderOptions& o, const RecordOptions& records, int passes, const Camera& camera,
               const RenderStats& stats, LayeredImage& image)
@@ -137,16 +128,6 @@ void describe(const RenderOptions& o, const RecordOptions& records, int passes, 
     image.metadata["rcs:error-median"] = number(stats.error.median_relative);
     image.metadata["rcs:error-p95"] = number(stats.error.p95_relative);
     image.metadata["rcs:renderer"] = stats.gl_renderer;
-}
-
-/// Says what is left out although the scene has material for it.
-void tell(const EffectPlan& plan, const LogFunction& log)
-{
-    if (!log)
-        return;
-    for (const PlannedEffect& e : plan.effects)
-        if (!e.needed && e.has_material)
-            log(LogLevel::info, "left out: " + std::string(name_of(e.effect)) + ": " + e.reason);
 }
 
 }  // namespace

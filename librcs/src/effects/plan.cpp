@@ -1,23 +1,18 @@
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <limits>
-#include <optional>
 #include <string>
 #include <utility>
 
 #include "compose/views.h"
+#include "effects/scene_facts.h"
 #include "effects/view_survey.h"
-#include "light/lights.h"
 #include "material/bsdf.h"
 #include "radiance/harmonics.h"
 #include "rays/ray_scene_impl.h"
 #include "rcs/effect_plan.h"
 #include "rcs/render.h"
-#include "util/color.h"
+#include "util/text.h"
 
 namespace rcs {
 namespace {
@@ -27,84 +22,12 @@ constexpr double kBounceShare = 1e-3;
 // Of a target for the error, the part that left out bounces may take.
 constexpr double kBounceShareOfTarget = 0.1;
 
-__attribute__((format(printf, 1, 2))) std::string text(const char* format, ...)
-{
-    char buffer[256];
-    va_list arguments;
-    va_start(arguments, format);
-    std::vsnprintf(buffer, sizeof buffer, format, arguments);
-    va_end(arguments);
-    return buffer;
-}
-
 std::string plural(std::size_t n, const char* one, const char* many) { return text("%zu %s", n, n == 1 ? one : many); }
-
-/// What one thing can be of a scene as a whole.
-struct Facts {
-    std::size_t punctual = 0, triangles = 0, instanced = 0, used_meshes = 0, shared_meshes = 0;
-    bool sky = false, peaks = false, lamps = false;
-    double most_albedo = 0.0;
-    float least_roughness = 1.0f, most_roughness = 0.0f;
-    std::array<std::size_t, kTraits> meshes{};  ///< with a trait, that have instances
-    std::uint32_t declared = 0, simulated = 0;  ///< by any of them
-
-    std::size_t with(Trait trait) const
-    {
-        return meshes[static_cast<std::size_t>(std::countr_zero(static_cast<std::uint32_t>(trait)))];
-    }
-};
-
-Facts facts_of(const RayScene& rays)
-{
-    const RayScene::Impl& impl = rays.impl();
-    Facts f;
-    for (const PunctualLight& light : rays.scene().lights)
-        f.punctual += light.intensity != glm::vec3(0.0f) ? 1 : 0;
-    f.triangles = impl.lights->triangles.size();
-    f.sky = !impl.environment.is_black();
-    f.peaks = impl.environment.has_peaks();
-    f.lamps = f.punctual > 0 || f.triangles > 0 || f.peaks;
-    std::vector<int> uses(rays.scene().meshes.size(), 0);
-    for (std::size_t i = 0; i < impl.instances.size(); ++i) {
-        f.instanced += impl.instances[i].instanced ? 1 : 0;
-        ++uses[static_cast<std::size_t>(rays.scene().instances[i].mesh)];
-    }
-    for (std::size_t m = 0; m < uses.size(); ++m) {
-        if (uses[m] == 0)
-            continue;
-        ++f.used_meshes;
-        f.shared_meshes += uses[m] > 1 ? 1 : 0;
-        const MeshTraits& t = impl.traits[m];
-        f.most_albedo = std::max(f.most_albedo, static_cast<double>(t.most_albedo));
-        f.least_roughness = std::min(f.least_roughness, t.least_roughness);
-        f.most_roughness = std::max(f.most_roughness, t.most_roughness);
-        f.declared |= declared_traits(rays.scene().materials[static_cast<std::size_t>(rays.scene().meshes[m].material)]);
-        f.simulated |= impl.simulated[m];
-        for (std::size_t bit = 0; bit < kTraits; ++bit)
-            f.meshes[bit] += t.bits >> bit & 1u;
-    }
-    return f;
-}
-
-/// How a sighting reads. @param what  "a surface that reflects"
-std::string words(const Sighting& s, const char* what)
-{
-    switch (s.how) {
-    case Sighting::How::nowhere: return text("the scene has no %s", what);
-    case Sighting::How::outside: return text("no %s lies in the view", what);
-    case Sighting::How::hidden: return text("none of the picture's samples meets a %s (%llu looked)", what, static_cast<unsigned long long>(s.samples));
-    case Sighting::How::unsettled: return text("a %s may be seen: %llu samples did not meet it and do not rule it out", what, static_cast<unsigned long long>(s.samples));
-    case Sighting::How::seen: break;
-    }
-    if (s.share == 0.0)
-        return text("a sample of the picture meets a %s", what);
-    return text("%.3g %% of the picture shows a %s", 100.0 * s.share, what);
-}
 
 class Planner {
 public:
     Planner(const RayScene& rays, const Camera& camera, const RenderOptions& options)
-        : options_(options), built_(rays.impl().choice), facts_(facts_of(rays)), view_(survey(rays, make_views(camera, options))),
+        : options_(options), built_(rays.impl().choice), facts_(scene_facts(rays)), view_(survey(rays, make_views(camera, options))),
           has_sky_image_(rays.impl().environment.has_image()),
           pixels_(static_cast<double>(options.width) * options.height)
     {
@@ -143,7 +66,7 @@ private:
 
     const RenderOptions& options_;
     const EffectChoice& built_;  // what the rays' scene was built for
-    Facts facts_;
+    SceneFacts facts_;
     Survey view_;
     bool has_sky_image_;
     double pixels_;
@@ -276,13 +199,15 @@ void Planner::plan_indirect()
     measured(indirect, view_[kReflects]);
     indirect.cost = text("records of about 250 bytes with %d rays and more, splatted in each pass", options_.records.rays);
     indirect.bytes = 100.0 * pixels_;
-    const bool forced = indirect.chosen && indirect.needed;
-    plan_bounces(indirect.needed && (reflected || (forced && options_.bounces > 0)));
 
+    const std::string roughness = facts_.least_roughness > facts_.most_roughness
+                                      ? ""
+                                      : text("; lobes of the scene have roughness %.2g to %.2g", static_cast<double>(facts_.least_roughness),
+                                             static_cast<double>(facts_.most_roughness));
     const auto lobes = [&](Effect effect, Trait trait, const char* what) -> PlannedEffect& {
         const Sighting& s = view_[trait];
         PlannedEffect& e = decide(effect, s.possible() && any, facts_.with(trait) > 0,
-                                  s.possible() && !any ? "there is no indirect light" : words(s, what));
+                                  s.possible() && !any ? "there is no indirect light" : words(s, what) + roughness);
         measured(e, s);
         return e;
     };
@@ -297,6 +222,9 @@ void Planner::plan_indirect()
     narrow.cost = text("%d rays for each pixel of such a surface, and the shadow rays of what they hit", options_.lobe_rays);
     narrow.rays = pixels_ * view_[kNarrowLobe].share * options_.lobe_rays;
     narrow.bytes = 16.0 * pixels_;
+
+    const bool forced = indirect.chosen && indirect.needed && options_.bounces > 0;
+    plan_bounces((indirect.needed || narrow.needed) && (reflected || forced));
 }
 
 void Planner::plan_surfaces()

@@ -1,24 +1,20 @@
 #include "effects/scene_effects.h"
 
-#include "rays/ray_scene_impl.h"
+#include "effects/scene_facts.h"
 
 namespace rcs {
 
 EffectSet scene_effects(const RayScene& rays)
 {
+    const SceneFacts facts = scene_facts(rays);
     EffectSet set = EffectSet::all();
-    set.set(Effect::environment, !environment_of(rays).is_black());
-    set.set(Effect::environment_peaks, environment_of(rays).has_peaks());
-    std::uint32_t traits = 0, simulated = 0;
-    for (const RayInstance& instance : rays.impl().instances) {
-        traits |= rays.impl().traits[static_cast<std::size_t>(instance.mesh - rays.scene().meshes.data())].bits;
-        simulated |= instance.simulated;
-    }
-    set.set(Effect::highlights, (traits & kHasLobe) != 0u);
-    set.set(Effect::glossy_records, (traits & kWideLobe) != 0u);
-    set.set(Effect::traced_lobes, (traits & kNarrowLobe) != 0u);
-    set.set(Effect::peeling, (simulated & kSeeThrough) != 0u);
-    set.set(Effect::hit_textures, (traits & kTextured) != 0u);
+    set.set(Effect::environment, facts.sky);
+    set.set(Effect::environment_peaks, facts.peaks);
+    set.set(Effect::highlights, facts.with(kHasLobe) > 0);
+    set.set(Effect::glossy_records, facts.with(kWideLobe) > 0);
+    set.set(Effect::traced_lobes, facts.with(kNarrowLobe) > 0);
+    set.set(Effect::peeling, (facts.simulated & kSeeThrough) != 0u);
+    set.set(Effect::hit_textures, facts.with(kTextured) > 0);
     return set;
 }
 

@@ -9,6 +9,7 @@
 
 #include "rays/ray_scene_impl.h"
 #include "scene/surface.h"
+#include "util/text.h"
 
 namespace rcs {
 namespace {
@@ -224,6 +225,20 @@ Survey Surveyor::run()
 }
 
 }  // namespace
+
+std::string words(const Sighting& s, const char* what)
+{
+    switch (s.how) {
+    case Sighting::How::nowhere: return text("the scene has no %s", what);
+    case Sighting::How::outside: return text("no %s lies in the view", what);
+    case Sighting::How::hidden: return text("none of the picture's samples meets a %s (%llu looked)", what, static_cast<unsigned long long>(s.samples));
+    case Sighting::How::unsettled: return text("a %s may be seen: %llu samples did not meet it and do not rule it out", what, static_cast<unsigned long long>(s.samples));
+    case Sighting::How::seen: break;
+    }
+    if (s.share == 0.0)
+        return text("a sample of the picture meets a %s", what);
+    return text("%.3g %% of the picture shows a %s", 100.0 * s.share, what);
+}
 
 const Sighting& Survey::operator[](Trait trait) const
 {

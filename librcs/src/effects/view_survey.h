@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "effects/mesh_traits.h"
@@ -25,6 +26,9 @@ struct Sighting {
 
     bool possible() const { return how == How::seen || how == How::unsettled; }
 };
+
+/// How a sighting reads, with its number. @param what  "surface that reflects"
+std::string words(const Sighting& sighting, const char* what);
 
 struct Survey {
     std::array<Sighting, kTraits> of;  ///< by bit number of Trait

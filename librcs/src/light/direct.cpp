@@ -41,9 +41,8 @@ DirectLightResult direct_light(const RayScene& rays, const GBuffer& gbuffer, con
                                const DirectOptions& options, ThreadPool& pool, std::uint64_t& shadow_rays)
 {
     validate(options);
-    const EffectSet effects = effects_or_scene(options.effects, rays);
-    const DirectLight light(rays, options, effects);
-    const bool highlights = !shading.bsdf.empty() && effects.has(Effect::highlights);
+    const DirectLight light(rays, options);
+    const bool highlights = !shading.bsdf.empty() && effects_or_scene(options.effects, rays).has(Effect::highlights);
     DirectLightResult result;
     result.irradiance.assign(gbuffer.size(), glm::vec3(0.0f));
     if (highlights)

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "effects/scene_effects.h"
 #include "light/polygon.h"
 #include "rays/ray_scene_impl.h"
 #include "util/color.h"
@@ -32,6 +33,11 @@ glm::vec2 lattice(int n, float shift1, float shift2)
 }
 
 }  // namespace
+
+DirectLight::DirectLight(const RayScene& rays, const DirectOptions& options)
+    : DirectLight(rays, options, effects_or_scene(options.effects, rays))
+{
+}
 
 DirectLight::DirectLight(const RayScene& rays, const DirectOptions& options, const EffectSet& effects)
     : rays_(rays), options_(options), lights_(collect_lights(rays, effects)),

@@ -70,11 +70,13 @@ public:
         Workspace() { reset(packet.ray); }
     };
 
-    DirectLight(const RayScene& rays, const DirectOptions& options, const EffectSet& effects);
+    DirectLight(const RayScene& rays, const DirectOptions& options);
 
     Lit at(const SurfacePoint& point, const Viewer& viewer, std::uint64_t key, Workspace& w) const;
 
 private:
+    DirectLight(const RayScene& rays, const DirectOptions& options, const EffectSet& effects);
+
     /// The lobes that reflect, and how they share the work with the lamps.
     struct Lobes {
         Bsdf bsdf;  // without transmission
