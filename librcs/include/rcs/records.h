@@ -57,7 +57,7 @@ struct RecordOptions {
     int bounces = 1;               ///< in [0, 64]. 0: only the sky's own light arrives; 1: light reflected once as well;
                                    ///< more take a light cache
     std::uint64_t seed = 1;
-    std::optional<EffectSet> effects;  ///< of a plan; none: what the scene has, wherever it lies
+    std::optional<EffectSet> effects = std::nullopt;  ///< of a plan; none: what the scene has, wherever it lies
 };
 
 struct RecordStats {

@@ -35,7 +35,8 @@ struct RenderOptions {
     /// rendered then depends on the machine.
     double budget_seconds = 0.0;
     bool dry_run = false;  ///< stop after the forecast
-    EffectChoice effects;  ///< what is simulated though the plan would not, and what is not though it would
+    EffectChoice effects;  ///< what is simulated though the plan would not, and what is not though it would; alpha,
+                           ///< transmission, normal maps and instancing are chosen in build_ray_scene()
     std::optional<std::vector<std::string>> layers;  ///< to make beside beauty; none: all
     bool auto_exposure = false;  ///< whether a display picture will be made that takes its exposure from this one
     std::uint64_t seed = 1;  ///< of every random stream
