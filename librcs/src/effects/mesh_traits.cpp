@@ -171,16 +171,17 @@ std::uint32_t declared_traits(const Material& m)
 
 std::uint32_t simulated_traits(const MeshTraits& traits, const Material& material, const EffectChoice& choice)
 {
+    // Surfaces that say nothing of it are not asked even on demand: of coincident ones rays would meet others then.
+    const std::uint32_t declared = declared_traits(material);
     std::uint32_t bits = 0;
     const auto add = [&](Effect effect, Trait trait) {
-        if (!choice.without.has(effect) && (choice.with.has(effect) || traits.is(trait)))
+        if ((declared & trait) != 0u && !choice.without.has(effect) && (choice.with.has(effect) || traits.is(trait)))
             bits |= trait;
     };
     add(Effect::alpha_mask, kMasked);
     add(Effect::alpha_blend, kBlended);
     add(Effect::transmission, kTransmits);
-    if (material.normal_texture.used())
-        add(Effect::normal_maps, kBumpy);
+    add(Effect::normal_maps, kBumpy);
     return bits;
 }
 

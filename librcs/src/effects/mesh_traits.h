@@ -43,8 +43,8 @@ std::vector<MeshTraits> find_traits(const Scene& scene);
 /// and kTextured.
 std::uint32_t declared_traits(const Material& material);
 
-/// Which of kMasked, kBlended, kTransmits and kBumpy rays and pixels ask this mesh for: what it has, or what the user
-/// wants asked of every surface.
+/// Which of kMasked, kBlended, kTransmits and kBumpy rays and pixels ask this mesh for: what it has, or what its
+/// material says and the user wants asked anyway.
 std::uint32_t simulated_traits(const MeshTraits& traits, const Material& material, const EffectChoice& choice);
 
 }  // namespace rcs

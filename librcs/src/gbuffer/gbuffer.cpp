@@ -123,8 +123,7 @@ bool is_doubtful(const RayScene& rays, const View& view, const Visibility& v, in
 bool is_masked(const RayScene& rays, std::uint32_t instance)
 {
     return instance != GBuffer::kNone &&
-           (rays.impl().instances[instance].simulated & kMasked) != 0u &&
-           rays.scene().materials[static_cast<std::size_t>(rays.impl().instances[instance].material)].alpha_mode == AlphaMode::mask;
+           (rays.impl().instances[instance].simulated & kMasked) != 0u;
 }
 
 /// Settles doubtful pixels by a ray: what a pixel sees is then exact, the same as for every other ray.
