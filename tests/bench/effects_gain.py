@@ -4,7 +4,7 @@
     tests/bench/effects_gain.py build/release/bin/rcsplat [--pairs 3] [--size 320x320] [SCENE[@CAMERA] ...]
 
 Each pair renders both ways one after the other, in turn first; the ratio all / auto of each pair is printed, and their
-median. Only render()'s own processor time counts: that of loading the scene and starting OpenGL is measured by
+median. Only the processor time of rendering counts: that of loading the scene and starting OpenGL is measured by
 rendering a single pixel of it and taken off. Scenes written by this script (room, emissive, unlit) call for little.
 """
 import argparse
