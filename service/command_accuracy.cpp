@@ -148,7 +148,7 @@ void measure_accuracy(const AccuracyArguments& arguments, const CLI::App& comman
     RunReport run = begin_report(command, arguments.scene, pool);
     const Scene scene = load(arguments.scene, bar, run);
     const View view{find_camera(scene, arguments.scene.camera), run.width, run.height};
-    const RayScene rays = build_rays(scene, pool, bar, run);
+    const RayScene rays = build_rays(scene, EffectChoice{}, pool, bar, run);
     limit_gl_threads(pool.size());
     GlContext gl(bar.log());
     prepare_folders(arguments, plan);

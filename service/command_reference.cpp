@@ -36,7 +36,7 @@ void trace_reference(const ReferenceArguments& arguments, const CLI::App& comman
     const Scene scene = load(arguments.scene, bar, report);
     const View view{find_camera(scene, arguments.scene.camera), report.width, report.height};
     report.camera = view.camera.name;
-    const RayScene rays = build_rays(scene, pool, bar, report);
+    const RayScene rays = build_rays(scene, EffectChoice{}, pool, bar, report);
 
     LayeredImage image = timed(report, "reference", [&] {
         return render_reference(rays, view, arguments.options, pool, bar.progress());

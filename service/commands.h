@@ -12,6 +12,7 @@ namespace rcs::service {
 using Action = std::function<void()>;
 
 void add_render_command(CLI::App& app, Action& action);
+void add_plan_command(CLI::App& app, Action& action);
 void add_reference_command(CLI::App& app, Action& action);
 void add_compare_command(CLI::App& app, Action& action);
 void add_accuracy_command(CLI::App& app, Action& action);

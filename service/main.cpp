@@ -77,6 +77,7 @@ int run(int argc, char** argv)
     app.footer("rcsplat COMMAND --help lists a command's options.");
     rcs::service::Action action;
     rcs::service::add_render_command(app, action);
+    rcs::service::add_plan_command(app, action);
     rcs::service::add_reference_command(app, action);
     rcs::service::add_compare_command(app, action);
     rcs::service::add_accuracy_command(app, action);

@@ -67,10 +67,10 @@ Scene load(const SceneArguments& arguments, ProgressBar& bar, RunReport& report)
     return scene;
 }
 
-RayScene build_rays(const Scene& scene, const ThreadPool& pool, ProgressBar& bar, RunReport& report)
+RayScene build_rays(const Scene& scene, const EffectChoice& effects, const ThreadPool& pool, ProgressBar& bar, RunReport& report)
 {
     bar.show("bvh", 0.0f);
-    RayScene rays = timed(report, "bvh", [&] { return build_ray_scene(scene, pool); });
+    RayScene rays = timed(report, "bvh", [&] { return build_ray_scene(scene, pool, effects); });
     stop_if_interrupted();
     return rays;
 }

@@ -6,6 +6,7 @@
 
 #include "options.h"
 #include "progress_bar.h"
+#include "rcs/effect_plan.h"
 #include "rcs/ray_scene.h"
 #include "rcs/scene.h"
 #include "rcs/thread_pool.h"
@@ -19,7 +20,7 @@ RunReport begin_report(const CLI::App& command, const SceneArguments& arguments,
 /// The scene with the sky that the command line asks for.
 Scene load(const SceneArguments& arguments, ProgressBar& bar, RunReport& report);
 
-RayScene build_rays(const Scene& scene, const ThreadPool& pool, ProgressBar& bar, RunReport& report);
+RayScene build_rays(const Scene& scene, const EffectChoice& effects, const ThreadPool& pool, ProgressBar& bar, RunReport& report);
 
 /// A software GL brings threads of its own; they are to be as few as ours. What the user set stands.
 void limit_gl_threads(int threads);

@@ -13,6 +13,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "plan_json.h"
 #include "rcs/error.h"
 #include "rcs/version.h"
 
@@ -80,6 +81,8 @@ void add_render(Json& json, const RunReport& report)
     json["pixels_per_splat"] =
         per(static_cast<double>(stats.splats.samples), static_cast<double>(stats.splats.splats));
     json["splat_method"] = stats.splat_method;
+    json["plan"] = to_json(stats.plan);
+    json["counts"] = to_json(stats.counts);
     json["gl"] = {{"renderer", stats.gl_renderer}, {"version", stats.gl_version}, {"platform", stats.gl_platform}};
 }
 
@@ -136,6 +139,15 @@ void append_render(std::string& text, const RunReport& report)
            stats.splat_method.c_str(), short_count(pixels).c_str());
     append(text, "error    indirect light is off by about %.1f %% in the mean, %.1f %% in the median, %.1f %% at the 95th percentile\n",
            100.0 * stats.error.mean_relative, 100.0 * stats.error.median_relative, 100.0 * stats.error.p95_relative);
+    std::string left_out;
+    for (const PlannedEffect& e : stats.plan.effects) {
+        if (!e.needed && e.has_material) {
+            left_out.append(left_out.empty() ? "" : ", ").append(name_of(e.effect));
+        }
+    }
+    if (!left_out.empty()) {
+        text.append("left out ").append(left_out).append(" (rcsplat plan says why)\n");
+    }
     append(text, "OpenGL   %s (%s)\n", stats.gl_renderer.c_str(), stats.gl_platform.c_str());
     if (stats.unserved_pixels > 0) {
         append(text, "warning  %s visible pixels have no record\n", short_count(stats.unserved_pixels).c_str());

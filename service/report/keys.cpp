@@ -24,9 +24,15 @@ std::string library_path()
     return dladdr(reinterpret_cast<const void*>(&render), &info) != 0 ? info.dli_fname : "";
 }
 
+void add_effects(Fingerprint& print, const std::optional<EffectSet>& effects)
+{
+    print.add(effects.has_value());
+    print.add(effects ? effects->bits() : 0u);
+}
+
 void add_records(Fingerprint& print, const RecordOptions& options)
 {
-    const auto& [error_tolerance, rays, noise_target, min_reach, max_reach, gradient_limit, radiance, bounces, seed] =
+    const auto& [error_tolerance, rays, noise_target, min_reach, max_reach, gradient_limit, radiance, bounces, seed, effects] =
         options;
     print.add(error_tolerance);
     print.add(rays);
@@ -37,14 +43,16 @@ void add_records(Fingerprint& print, const RecordOptions& options)
     print.add(radiance);
     print.add(bounces);
     print.add(seed);
+    add_effects(print, effects);
 }
 
 void add_direct(Fingerprint& print, const DirectOptions& options)
 {
-    const auto& [area_samples, penumbra_samples, seed] = options;
+    const auto& [area_samples, penumbra_samples, seed, effects] = options;
     print.add(area_samples);
     print.add(penumbra_samples);
     print.add(seed);
+    add_effects(print, effects);
 }
 
 }  // namespace
@@ -89,7 +97,7 @@ void add(Fingerprint& print, const RenderOptions& options)
 {
     // Taken apart by all its members: one more, and this does not compile until it counts here, too.
     const auto& [width, height, aa, bounces, records, direct, lobe_rays, overlap, splat, target_error,
-                 budget_seconds, dry_run, seed] = options;
+                 budget_seconds, dry_run, effects, layers, auto_exposure, seed] = options;
     print.add(width);
     print.add(height);
     print.add(aa);
@@ -102,6 +110,11 @@ void add(Fingerprint& print, const RenderOptions& options)
     print.add(target_error);
     print.add(budget_seconds);
     print.add(dry_run);
+    print.add(effects.with.bits());
+    print.add(effects.without.bits());
+    print.add(layers.has_value());
+    for (const std::string& layer : layers.value_or(std::vector<std::string>{})) print.add(layer);
+    print.add(auto_exposure);
     print.add(seed);
 }
 

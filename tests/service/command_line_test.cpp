@@ -15,6 +15,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "rcs/image_io.h"
 #include "support/rcsplat.h"
 #include "support/temporary_folder.h"
 
@@ -259,6 +260,9 @@ TEST(CommandLine, BadValuesNameTheOptionAndTheValue)
     expect_error({"render", "demo:cornell", "-o", picture, "--budget", "5s", "--rays", "64"}, kBadUsage, "--rays", folder);
     expect_error({"render", "demo:cornell", "-o", picture, "--target-error", "5%", "--noise", "0.1"}, kBadUsage, "--noise", folder);
     expect_error({"render", "demo:cornell", "--dry-run", "--accuracy", "0.1"}, kBadUsage, "--accuracy", folder);
+    expect_error({"render", "demo:cornell", "-o", folder / "a.png", "--effects", "mirrors"}, kBadUsage, "mirrors", folder);
+    expect_error({"render", "demo:cornell", "-o", folder / "a.png", "--with", "motion"}, kBadUsage, "motion", folder);
+    expect_error({"plan", "demo:cornell", "--without", "all"}, kBadUsage, "--without", folder);
     expect_error({"paint", "demo:cornell"}, kBadUsage, "paint", folder);
     expect_error({}, kBadUsage, "subcommand", folder);
     expect_error({"reference", "demo:cornell", "-o", folder / "a.exr", "--spp", "8"}, kBadUsage, "--spp", folder);
@@ -268,7 +272,7 @@ TEST(CommandLine, BadValuesNameTheOptionAndTheValue)
 
 TEST(CommandLine, HelpOfEveryCommandHasAnExampleAndTheDefaults)
 {
-    for (const std::string command : {"render", "reference", "compare", "accuracy"}) {
+    for (const std::string command : {"render", "plan", "reference", "compare", "accuracy"}) {
         const Outcome help = rcsplat({command, "--help"});
         EXPECT_EQ(help.code, 0);
         EXPECT_NE(help.out.find("Example: rcsplat " + command), std::string::npos) << help.out;
@@ -277,6 +281,50 @@ TEST(CommandLine, HelpOfEveryCommandHasAnExampleAndTheDefaults)
     const Outcome version = rcsplat({"--version"});
     EXPECT_EQ(version.code, 0);
     EXPECT_EQ(version.out.rfind("rcsplat ", 0), 0u) << version.out;
+}
+
+TEST(CommandLine, PlanSaysWhatARenderWouldDoAndWhy)
+{
+    const TemporaryFolder folder;
+    const Outcome text = rcsplat({"plan", "demo:cornell", "--size", "48x48", "-o", folder / "a.png"});
+    ASSERT_EQ(text.code, 0) << text.err;
+    EXPECT_NE(text.out.find("on   area-light             2 triangles shine\n"), std::string::npos) << text.out;
+    EXPECT_NE(text.out.find("off  punctual-light         no lamp without size shines\n"), std::string::npos) << text.out;
+    EXPECT_NE(text.out.find("off  layer-normal           no output keeps it\n"), std::string::npos) << text.out;
+    EXPECT_TRUE(folder.names().empty()) << "nothing is written";
+
+    const Outcome json = rcsplat({"plan", "demo:cornell", "--size", "48x48", "--bounces", "3", "--without", "more-bounces", "--json"});
+    ASSERT_EQ(json.code, 0) << json.err;
+    const auto plan = nlohmann::json::parse(json.out).at("plan");
+    EXPECT_EQ(plan.at("bounces"), 1);
+    bool found = false;
+    for (const auto& effect : plan.at("effects")) {
+        if (effect.at("name") != "more-bounces")
+            continue;
+        found = true;
+        EXPECT_EQ(effect.at("needed"), false);
+        EXPECT_EQ(effect.at("chosen_by_user"), true);
+        EXPECT_NE(effect.at("reason").get<std::string>().find("left out on demand"), std::string::npos);
+    }
+    EXPECT_TRUE(found);
+}
+
+TEST(CommandLine, ARenderKeepsItsPlanAndSaysWhatItLeavesOut)
+{
+    const TemporaryFolder folder;
+    const Outcome outcome = rcsplat(small_render("demo:spheres", {"-o", folder / "a.exr", "--stats", folder / "a.json", "--log-level",
+                                                                  "info", "--without", "traced-lobes"}));
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_NE(outcome.err.find("left out: traced-lobes: left out on demand"), std::string::npos) << outcome.err;
+    const auto stats = nlohmann::json::parse(bytes_of(folder / "a.json"));
+    EXPECT_EQ(stats.at("rays").at("lobe"), 0);
+    EXPECT_EQ(stats.at("counts").at("passes").at("lobes"), 0);
+    EXPECT_GT(stats.at("counts").at("passes").at("splat_glossy"), 0);
+    EXPECT_EQ(stats.at("plan").at("effects").size(), 31u);
+    const rcs::LayeredImage image = rcs::read_image(folder / "a.exr");
+    EXPECT_NE(image.metadata.at("rcs:effects").find("glossy-records"), std::string::npos);
+    EXPECT_EQ(image.metadata.at("rcs:effects").find("traced-lobes"), std::string::npos);
+    EXPECT_NE(image.metadata.at("rcs:effects-left-out").find("traced-lobes: left out on demand"), std::string::npos);
 }
 
 TEST(CommandLine, ADryRunPrintsAForecastOrThatThereIsNone)

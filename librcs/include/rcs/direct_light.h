@@ -2,10 +2,12 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include <glm/glm.hpp>
 
+#include "rcs/effect_plan.h"
 #include "rcs/gbuffer.h"
 #include "rcs/ray_scene.h"
 #include "rcs/thread_pool.h"
@@ -16,6 +18,7 @@ struct DirectOptions {
     int area_samples = 16;      ///< shadow rays per pixel towards lamps with area where visibility is uniform, in [1, 1024]
     int penumbra_samples = 64;  ///< the same where it is mixed, in [area_samples, 65536]
     std::uint64_t seed = 1;
+    std::optional<EffectSet> effects = std::nullopt;  ///< of a plan; none: what the scene has, wherever it lies
 };
 
 /// @throws Error bad_argument: the field, its value and its range

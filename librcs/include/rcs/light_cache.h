@@ -2,7 +2,9 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 
+#include "rcs/effect_plan.h"
 #include "rcs/gbuffer.h"
 #include "rcs/log.h"
 #include "rcs/ray_scene.h"
@@ -32,6 +34,7 @@ struct LightCacheOptions {
     int max_cells = 80'000;  ///< that the visible points' rays may find, and again as many that those cells' rays find,
                              ///< in [1, 2^24]; beyond, all of them are taken coarser
     std::uint64_t seed = 1;
+    std::optional<EffectSet> effects = std::nullopt;  ///< of a plan; none: what the scene has, wherever it lies
 };
 
 struct LightCacheStats {

@@ -40,7 +40,7 @@ public:
 
     const Scene& scene() const noexcept;
     std::size_t triangle_count() const noexcept;
-    /// Whether any surface lets rays through: by an alpha mask, by blending, or as a thin transmitting wall.
+    /// Whether rays ask any surface if they may go on: for an alpha mask, for blending, or as a thin transmitting wall.
     bool has_transparency() const noexcept;
     const Impl& impl() const noexcept { return *impl_; }
 
@@ -48,8 +48,13 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
+struct EffectChoice;
+
+/// Surfaces are asked for what they let through where their textures, factors or vertex colours say that they may.
 /// @throws Error out_of_memory, internal (what Embree reported)
 RayScene build_ray_scene(const Scene& scene, const ThreadPool& pool);
+/// The same, with transmission, alpha, normal maps and instancing also where the user says so.
+RayScene build_ray_scene(const Scene& scene, const ThreadPool& pool, const EffectChoice& effects);
 
 /// Nearest hit along the ray, both sides of every triangle. Watertight (Embree's robust mode). Surfaces that let
 /// light through stop a ray by chance, which is decided by a hash of ray and triangle.

@@ -3,6 +3,7 @@
 /// Everything librcs offers. See README.md for the way of the data.
 #include "rcs/camera.h"
 #include "rcs/direct_light.h"
+#include "rcs/effect_plan.h"
 #include "rcs/error.h"
 #include "rcs/error_estimate.h"
 #include "rcs/fingerprint.h"

@@ -3,10 +3,12 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include <glm/glm.hpp>
 
+#include "rcs/effect_plan.h"
 #include "rcs/gbuffer.h"
 #include "rcs/light_cache.h"
 #include "rcs/log.h"
@@ -55,6 +57,7 @@ struct RecordOptions {
     int bounces = 1;               ///< in [0, 64]. 0: only the sky's own light arrives; 1: light reflected once as well;
                                    ///< more take a light cache
     std::uint64_t seed = 1;
+    std::optional<EffectSet> effects = std::nullopt;  ///< of a plan; none: what the scene has, wherever it lies
 };
 
 struct RecordStats {

@@ -2,11 +2,13 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "rcs/direct_light.h"
+#include "rcs/effect_plan.h"
 #include "rcs/error_estimate.h"
 #include "rcs/image.h"
 #include "rcs/light_cache.h"
@@ -33,6 +35,10 @@ struct RenderOptions {
     /// rendered then depends on the machine.
     double budget_seconds = 0.0;
     bool dry_run = false;  ///< stop after the forecast
+    EffectChoice effects;  ///< what is simulated though the plan would not, and what is not though it would; alpha,
+                           ///< transmission, normal maps and instancing are chosen in build_ray_scene()
+    std::optional<std::vector<std::string>> layers;  ///< to make beside beauty; none: all
+    bool auto_exposure = false;  ///< whether a display picture will be made that takes its exposure from this one
     std::uint64_t seed = 1;  ///< of every random stream
 };
 
@@ -57,7 +63,28 @@ struct GlossyStats {
     std::uint64_t rays = 0, shadow_rays = 0;
 };
 
+/// What each purpose took: 0 for what the plan leaves out. Rays and fetches are the process's between begin and end of
+/// render(), so renders at the same time count each other's.
+struct EffectCounts {
+    std::uint64_t camera_rays = 0;      ///< that settle edges and masks, and look behind surfaces
+    std::uint64_t punctual_rays = 0, area_rays = 0, peak_rays = 0;  ///< shadow rays of pixels
+    std::uint64_t highlight_rays = 0;   ///< of pixels, along lobes towards lamps
+    std::uint64_t hit_lamp_rays = 0, hit_sky_rays = 0;  ///< shadow rays of gather hits, lobes and cells
+    std::uint64_t alpha_tests = 0;      ///< surfaces that rays asked if they may go on
+    std::uint64_t hit_textures = 0;     ///< fetches where rays hit
+    std::uint64_t normal_maps = 0;      ///< fetches
+    std::uint64_t gbuffers = 0, peeled_layers = 0, direct_passes = 0, splats = 0, glossy_splats = 0, lobe_passes = 0,
+        error_passes = 0;
+    std::uint64_t gl_bytes = 0;         ///< of textures and buffers made, one after the other
+    std::uint64_t shading_bytes = 0;    ///< of BSDFs and coverage, the most at a time
+    std::uint64_t record_bytes = 0, radiance_bytes = 0;  ///< of records at the end; the second is part of the first
+    std::uint64_t layer_bytes = 0;      ///< of the picture
+    std::vector<std::string> shaders;   ///< variants used
+};
+
 struct RenderStats {
+    EffectPlan plan;
+    EffectCounts counts;
     Forecast forecast;  ///< empty without a target or budget
     std::vector<std::pair<std::string, double>> stage_seconds;  ///< in order of execution; wall time
     RecordStats records;

@@ -20,6 +20,7 @@ enum class SplatMethod {
 struct SplatOptions {
     float error_tolerance = 0.2f;  ///< a; scales the tolerance to a change of normal
     float overlap = 1.0f;          ///< influence radius = overlap x spacing radius, >= 1
+    bool error_sums = true;        ///< also sum up what the error estimate takes
 };
 
 /// Sums over the records at each pixel, row by row from the top left.
@@ -30,7 +31,8 @@ struct SplatBuffer {
     std::vector<float> weight;                              ///< sum w_k
     std::vector<float> count;                               ///< records with w_k > 0
     /// What the error estimate takes (sum w_k l_k(p)^2, sum w_k v_k, sum w_k^2 v_k), of each record's luminance l_k as it
-    /// is extrapolated and its variance v_k, in units of `luminance_unit` [W m^-2] and its square.
+    /// is extrapolated and its variance v_k, in units of `luminance_unit` [W m^-2] and its square. Empty without
+    /// SplatOptions::error_sums.
     std::vector<float> squares, variance, variance_of_sum;
     float luminance_unit = 1.0f;
     /// sum w_k L_k(p, lobe): radiance that the pixel's specular lobe reflects, over the lobe's directional albedo

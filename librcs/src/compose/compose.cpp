@@ -1,6 +1,8 @@
 #include "compose/compose.h"
 
+#include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <numbers>
 
@@ -20,9 +22,16 @@ Image& layer(LayeredImage& image, const char* name, const GBuffer& g, int channe
     return result;
 }
 
-void add(Image& image, std::size_t pixel, glm::vec3 value)
+/// Where a layer is summed up; null if nobody asks for it.
+struct Sums {
+    Image *emission, *direct, *indirect, *error, *irradiance, *albedo, *normal, *depth, *records;
+};
+
+void add(Image* image, std::size_t pixel, glm::vec3 value)
 {
-    float* p = image.pixels.data() + 3 * pixel;
+    if (!image)
+        return;
+    float* p = image->pixels.data() + 3 * pixel;
     p[0] += value.r;
     p[1] += value.g;
     p[2] += value.b;
@@ -43,6 +52,24 @@ constexpr const char* kErrorLayer = "indirect_error";
 constexpr int kErrorParts = 2;
 constexpr std::size_t kOfRecords = 0, kOfTraced = 1;
 
+Sums find_sums(const EffectSet& effects, const GBuffer& g, LayeredImage& sums)
+{
+    const auto find = [&](const char* name, int channels, std::initializer_list<Effect> wanted_by) {
+        const bool wanted = std::any_of(wanted_by.begin(), wanted_by.end(), [&](Effect e) { return effects.has(e); });
+        return wanted ? &layer(sums, name, g, channels) : nullptr;
+    };
+    using enum Effect;
+    return {find("emission", 3, {layer_emission, emission}),
+            find("direct", 3, {layer_direct, punctual_light, area_light, environment_peaks}),
+            find("indirect", 3, {layer_indirect, indirect_diffuse, traced_lobes}),
+            find(kErrorLayer, kErrorParts, {layer_indirect_error, error_estimate}),
+            find("irradiance", 3, {layer_irradiance}),
+            find("albedo", 3, {layer_albedo}),
+            find("normal", 3, {layer_normal}),
+            find("depth", 1, {layer_depth}),
+            find("records", 1, {layer_records})};
+}
+
 /// One standard error from the two parts. @param image  sums of `passes`; becomes their mean
 void finish_error(int passes, Image& image)
 {
@@ -61,15 +88,7 @@ std::size_t accumulate_pass(const GBuffer& g, const View& view, const Shading& s
 {
     const SplatBuffer& indirect = light.indirect;
     Image& beauty = layer(sums, "beauty", g, 4);
-    Image& emission = layer(sums, "emission", g, 3);
-    Image& direct_layer = layer(sums, "direct", g, 3);
-    Image& indirect_layer = layer(sums, "indirect", g, 3);
-    Image& error_layer = layer(sums, kErrorLayer, g, kErrorParts);
-    Image& irradiance_layer = layer(sums, "irradiance", g, 3);
-    Image& albedo = layer(sums, "albedo", g, 3);
-    Image& normal = layer(sums, "normal", g, 3);
-    Image& depth = layer(sums, "depth", g, 1);
-    Image& records = layer(sums, "records", g, 1);
+    const Sums to = find_sums(light.effects, g, sums);
     const bool first = weight.empty();
     const bool orthographic = view.camera.projection == Projection::orthographic;
     const glm::dvec3 forward = -glm::dvec3(view.camera.world_from_view[2]);
@@ -77,29 +96,34 @@ std::size_t accumulate_pass(const GBuffer& g, const View& view, const Shading& s
     for (std::size_t i = 0; i < g.size(); ++i) {
         const glm::vec3 passes = first ? glm::vec3(1.0f) : weight[i];
         if (!g.covered(i)) {
-            add(emission, i, passes * g.emission[i]);
-            if (first)
-                depth.pixels[i] = std::numeric_limits<float>::infinity();
+            add(to.emission, i, passes * g.emission[i]);
+            if (first && to.depth)
+                to.depth->pixels[i] = std::numeric_limits<float>::infinity();
             continue;
         }
         const glm::vec3 share = shading.coverage.empty() ? passes : passes * shading.coverage[i];
-        add(emission, i, share * g.emission[i]);
+        add(to.emission, i, share * g.emission[i]);
         const glm::vec3 reflectance = share * g.albedo[i] * kInversePi;
-        glm::vec3 direct = reflectance * light.direct.irradiance[i];
-        if (!light.direct.glossy.empty())
-            direct += share * light.direct.glossy[i];
-        add(direct_layer, i, direct);
+        if (!light.direct.irradiance.empty()) {
+            glm::vec3 direct = reflectance * light.direct.irradiance[i];
+            if (!light.direct.glossy.empty())
+                direct += share * light.direct.glossy[i];
+            add(to.direct, i, direct);
+        }
         if (!light.traced.radiance.empty()) {
-            add(indirect_layer, i, share * light.traced.radiance[i]);
-            const float error = luminance(share) * light.traced.error[i];
-            error_layer.pixels[kErrorParts * i + kOfTraced] += error * error;
+            add(to.indirect, i, share * light.traced.radiance[i]);
+            if (to.error) {
+                const float error = luminance(share) * light.traced.error[i];
+                to.error->pixels[kErrorParts * i + kOfTraced] += error * error;
+            }
         }
         beauty.pixels[4 * i + 3] += luminance(share);
         if (first) {
             const glm::vec3 p = g.position(i);
-            add(albedo, i, g.albedo[i]);
-            add(normal, i, g.normal(i));
-            depth.pixels[i] += orthographic ? static_cast<float>(glm::dot(glm::dvec3(p), forward)) : glm::length(p);
+            add(to.albedo, i, g.albedo[i]);
+            add(to.normal, i, g.normal(i));
+            if (to.depth)
+                to.depth->pixels[i] += orthographic ? static_cast<float>(glm::dot(glm::dvec3(p), forward)) : glm::length(p);
         }
         if (indirect.width == 0)
             continue;
@@ -112,11 +136,13 @@ std::size_t accumulate_pass(const GBuffer& g, const View& view, const Shading& s
         glm::vec3 radiance = reflectance * e;
         if (!shading.bsdf.empty())
             radiance += share * glossy_radiance(shading, indirect, i, glm::dot(g.normal(i), outgoing_at(g, view.camera, i)));
-        add(indirect_layer, i, radiance);
-        error_layer.pixels[kErrorParts * i + kOfRecords] += light.indirect_error.total(i) * luminance(radiance);
+        add(to.indirect, i, radiance);
+        if (to.error && !light.indirect_error.noise.empty())
+            to.error->pixels[kErrorParts * i + kOfRecords] += light.indirect_error.total(i) * luminance(radiance);
         if (first) {
-            add(irradiance_layer, i, e);
-            records.pixels[i] += indirect.count[i];
+            add(to.irradiance, i, e);
+            if (to.records)
+                to.records->pixels[i] += indirect.count[i];
         }
     }
     return unserved;
@@ -134,13 +160,22 @@ void finish_passes(int passes, LayeredImage& sums)
             value *= scale;
     }
     Image& beauty = sums.layers["beauty"];
-    const Image& emission = sums.layers["emission"];
-    const Image& direct = sums.layers["direct"];
-    const Image& indirect = sums.layers["indirect"];
     const std::size_t pixels = beauty.pixels.size() / 4;
-    for (std::size_t i = 0; i < pixels; ++i)
-        for (std::size_t c = 0; c < 3; ++c)
-            beauty.pixels[4 * i + c] = emission.pixels[3 * i + c] + direct.pixels[3 * i + c] + indirect.pixels[3 * i + c];
+    for (const char* part : {"emission", "direct", "indirect"}) {
+        const auto found = sums.layers.find(part);
+        if (found == sums.layers.end())
+            continue;
+        for (std::size_t i = 0; i < pixels; ++i)
+            for (std::size_t c = 0; c < 3; ++c)
+                beauty.pixels[4 * i + c] += found->second.pixels[3 * i + c];
+    }
+}
+
+void keep_layers(const EffectSet& effects, LayeredImage& image)
+{
+    std::erase_if(image.layers, [&](const auto& named) {
+        return named.first != "beauty" && !effects.has(find_effect("layer-" + named.first));
+    });
 }
 
 }  // namespace rcs

@@ -8,6 +8,7 @@
 #include "gbuffer/shading.h"
 #include "light/direct.h"
 #include "glossy/traced_lobes.h"
+#include "rcs/effect_plan.h"
 #include "rcs/gbuffer.h"
 #include "rcs/image.h"
 #include "rcs/splat.h"
@@ -16,6 +17,7 @@ namespace rcs {
 
 /// Light at the visible points of one pass; what is empty does not take part.
 struct PassLight {
+    EffectSet effects = EffectSet::all();  ///< that take part, and the layers wanted
     DirectLightResult direct;
     SplatBuffer indirect;               ///< the records' sums; width 0: none
     ErrorMap indirect_error;            ///< of it
@@ -31,5 +33,8 @@ std::size_t accumulate_pass(const GBuffer& gbuffer, const View& view, const Shad
 
 /// Divides the sums by the number of passes and adds up beauty.
 void finish_passes(int passes, LayeredImage& sums);
+
+/// Drops what beauty and the estimate were made from if nobody wants it.
+void keep_layers(const EffectSet& effects, LayeredImage& image);
 
 }  // namespace rcs

@@ -9,12 +9,13 @@
 
 #include "accuracy/error_estimate.h"
 #include "compose/compose.h"
+#include "compose/views.h"
+#include "effects/effect_counts.h"
+#include "effects/plan_words.h"
 #include "gbuffer/shading.h"
 #include "glossy/traced_lobes.h"
 #include "light/hit_lobes.h"
-#include "radiance/lobes.h"
 #include "compose/goal.h"
-#include "rays/ray_scene_impl.h"
 #include "rcs/error.h"
 #include "rcs/version.h"
 
@@ -58,14 +59,6 @@ bool look_behind(const Shading& shading, std::vector<glm::vec3>& weight)
     return any;
 }
 
-bool has_lobe(const GBuffer& gbuffer, const Shading& shading, bool (*is_such)(const Bsdf&))
-{
-    for (std::size_t i = 0; i < shading.bsdf.size(); ++i)
-        if (gbuffer.covered(i) && is_such(shading.bsdf[i]))
-            return true;
-    return false;
-}
-
 /// Adds the wall time of a stage to the statistics.
 class StageClock {
 public:
@@ -95,24 +88,6 @@ private:
     const ProgressFunction& progress_;
 };
 
-/// Where pass i of n samples the pixel: its centre if there is one pass, else the first n points of the
-/// R2 sequence (Roberts 2018), which fill the square evenly for every n.
-glm::dvec2 pixel_offset(int pass, int passes)
-{
-    if (passes == 1)
-        return {0.5, 0.5};
-    const auto wrap = [](double x) { return x - std::floor(x); };
-    return {wrap(0.5 + 0.7548776662466927 * pass), wrap(0.5 + 0.5698402910980532 * pass)};
-}
-
-std::vector<View> make_views(const Camera& camera, const RenderOptions& options)
-{
-    std::vector<View> views;
-    for (int pass = 0; pass < options.aa; ++pass)
-        views.push_back({camera, options.width, options.height, pixel_offset(pass, options.aa)});
-    return views;
-}
-
 SplatMethod choose_method(SplatMethod wanted, const GlContext& gl)
 {
     if (wanted != SplatMethod::automatic)
@@ -134,6 +109,8 @@ std::string percent(double part)
 void describe(const RenderOptions& o, const RecordOptions& records, int passes, const Camera& camera,
               const RenderStats& stats, LayeredImage& image)
 {
+    image.metadata["rcs:effects"] = list_effects(stats.plan, true);
+    image.metadata["rcs:effects-left-out"] = list_effects(stats.plan, false);
     const auto number = [](auto value) { return std::to_string(value); };
     image.metadata["rcs:version"] = kVersion;
     image.metadata["rcs:camera"] = camera.name;
@@ -183,14 +160,25 @@ void RenderStats::add(const std::string& stage, double seconds)
         found->second += seconds;
 }
 
-RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, const RenderOptions& options,
+RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, const RenderOptions& wanted,
                     ThreadPool& pool, std::vector<Record> cache, const LogFunction& log,
                     const ProgressFunction& progress, const ForecastFunction& forecast)
 {
-    validate(options);
-    Goal goal(options);
+    validate(wanted);
     RenderResult result;
     RenderStats& stats = result.stats;
+    EffectCounts& counts = stats.counts;
+    const EffectTally tally(gl);
+    StageClock clock(stats, progress);
+    stats.plan = clock.run("plan", [&] { return plan_effects(rays, camera, wanted); });
+    const EffectPlan& plan = stats.plan;
+    tell(plan, log);
+    const EffectSet effects = plan.set();
+    RenderOptions options = wanted;
+    options.aa = plan.passes;
+    options.bounces = plan.bounces;
+
+    Goal goal(options);
     stats.threads = pool.size();
     stats.gl_renderer = gl.renderer();
     stats.gl_version = gl.version();
@@ -200,33 +188,35 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
     RecordOptions record_options = options.records;
     record_options.seed = options.seed;
     record_options.bounces = options.bounces;
+    record_options.radiance = plan.needs(Effect::glossy_records);
+    record_options.effects = effects;
     DirectOptions direct_options = options.direct;
     direct_options.seed = options.seed;
+    direct_options.effects = effects;
     const int lobe_rays = goal.rays_of_round((options.lobe_rays + options.aa - 1) / options.aa);
-    SplatOptions wide{options.records.error_tolerance, options.overlap};
-    // Without a bounce, records still bring the light of the sky.
-    const bool has_indirect = options.bounces > 0 || !environment_of(rays).is_black();
-    StageClock clock(stats, progress);
-    if (options.dry_run && !has_indirect)
+    SplatOptions wide{options.records.error_tolerance, options.overlap, plan.needs(Effect::error_estimate)};
+    const bool has_lamps = plan.needs(Effect::punctual_light) || plan.needs(Effect::area_light) || plan.needs(Effect::environment_peaks);
+    const bool has_records = plan.needs(Effect::indirect_diffuse), has_traced = plan.needs(Effect::traced_lobes);
+    if (options.dry_run && !has_records)
         return result;  // nothing to forecast
 
     const std::vector<View> views = make_views(camera, options);
     const float texture_scale = 1.0f / std::sqrt(static_cast<float>(options.aa));
     std::vector<Record> records = std::move(cache);
+    if (record_options.radiance)
+        std::erase_if(records, [](const Record& r) { return r.radiance.empty(); });
     std::optional<LightCache> light_cache;
     int lobe_rounds = 1;  // of tracing, in each pass
     for (int pass = 0; pass < goal.passes(); ++pass) {
         const View& view = views[static_cast<std::size_t>(pass)];
         Shading shading;
         GBuffer gbuffer =
-            clock.run("gbuffer", [&] { return render_gbuffer(gl, rays, view, texture_scale, pool, shading); });
-        if (!shading.bsdf.empty() && !record_options.radiance) {
-            record_options.radiance = true;
-            std::erase_if(records, [](const Record& r) { return r.radiance.empty(); });
-        }
-        if (options.bounces > 1 && !light_cache) {
+            clock.run("gbuffer", [&] { return render_gbuffer(gl, rays, view, texture_scale, pool, effects, shading); });
+        ++counts.gbuffers;
+        note_bytes(shading, counts);
+        if (plan.needs(Effect::more_bounces) && !light_cache) {
             light_cache = clock.run("bounces", [&] {
-                LightCacheOptions cache_options{.bounces = options.bounces - 1, .seed = options.seed};
+                LightCacheOptions cache_options{.bounces = options.bounces - 1, .seed = options.seed, .effects = effects};
                 if (has_narrow_lobes(rays.scene()))
                     cache_options.kept_fewer = std::min(cache_options.bounces - 1, kKeptFewer);
                 return build_light_cache(rays, gbuffer, view, cache_options, pool, stats.light_cache, progress);
@@ -236,23 +226,26 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
         std::vector<glm::vec3> weight;  // of the surfaces behind transparent ones
         for (int layer = 0; layer < kMostLayers; ++layer) {
             PassLight light;
-            light.direct = clock.run("direct", [&] {
-                return direct_light(rays, gbuffer, view, shading, direct_options, pool, stats.direct_shadow_rays);
-            });
-            if (has_indirect) {
-                const bool has_lobes = has_lobe(gbuffer, shading, lit_by_records);
-                const auto trace = [&](int round) {
-                    return clock.run("glossy", [&] {
-                        const std::uint64_t seed =
-                            stream_key(direct_options.seed, Stream::glossy, static_cast<std::uint64_t>(round));
-                        return trace_lobes(rays, {rays, bounced}, gbuffer, view, shading, {lobe_rays, options.bounces, seed},
-                                           pool, stats.traced);
-                    });
-                };
-                if (has_lobe(gbuffer, shading, has_traced_part))
-                    light.traced = trace(0);
-                const FirstView first{gbuffer, view, shading, light, has_lobes};
-                const bool is_first = pass == 0 && layer == 0;
+            light.effects = effects;
+            if (has_lamps) {
+                light.direct = clock.run("direct", [&] {
+                    return direct_light(rays, gbuffer, view, shading, direct_options, pool, stats.direct_shadow_rays);
+                });
+                ++counts.direct_passes;
+            }
+            const FirstView first{gbuffer, view, shading, light, record_options.radiance};
+            const bool is_first = pass == 0 && layer == 0;
+            const auto trace = [&](int round) {
+                ++counts.lobe_passes;
+                return clock.run("glossy", [&] {
+                    const std::uint64_t seed = stream_key(direct_options.seed, Stream::glossy, static_cast<std::uint64_t>(round));
+                    return trace_lobes(rays, {rays, bounced, effects}, gbuffer, view, shading, {lobe_rays, options.bounces, seed},
+                                       pool, stats.traced);
+                });
+            };
+            if (has_traced)
+                light.traced = trace(0);
+            if (has_records) {
                 // Records of earlier passes are shared; this one adds where it sees what they did not.
                 clock.run("records", [&] {
                     if (goal.is_set() && is_first)
@@ -263,23 +256,26 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
                 if (goal.stopped())
                     return result;
                 wide.error_tolerance = record_options.error_tolerance;
-                const Shading* const glossy = has_lobes ? &shading : nullptr;
+                const Shading* const glossy = record_options.radiance ? &shading : nullptr;
                 SplatStats splats;
                 light.indirect = clock.run("splat", [&] {
                     return method == SplatMethod::quads
                                ? splat_quads(gl, records, gbuffer, view, wide, splats, glossy)
                                : splat_tiles(records, gbuffer, view, wide, pool, splats, glossy);
                 });
+                ++(glossy ? counts.glossy_splats : counts.splats);
                 stats.splats.splats += splats.splats;
                 stats.splats.samples += splats.samples;
-                light.indirect_error = clock.run("error", [&] { return error_map(light.indirect, splats, options.overlap); });
-                lobe_rounds = std::max(lobe_rounds, goal.lobe_rounds());
-                for (int round = 1; !light.traced.radiance.empty() &&
-                                    (round < lobe_rounds || (is_first && goal.wants_more_lobes(first, round)));
-                     ++round) {
-                    add_round(light.traced, trace(round), round);
-                    lobe_rounds = std::max(lobe_rounds, round + 1);
+                if (wide.error_sums) {
+                    light.indirect_error = clock.run("error", [&] { return error_map(light.indirect, splats, options.overlap); });
+                    ++counts.error_passes;
                 }
+            }
+            lobe_rounds = std::max(lobe_rounds, goal.lobe_rounds());
+            for (int round = 1;
+                 has_traced && (round < lobe_rounds || (is_first && goal.wants_more_lobes(first, round))); ++round) {
+                add_round(light.traced, trace(round), round);
+                lobe_rounds = std::max(lobe_rounds, round + 1);
             }
             clock.run("compose", [&] {
                 stats.unserved_pixels += accumulate_pass(gbuffer, view, shading, light, weight, result.image);
@@ -287,11 +283,15 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
             if (!look_behind(shading, weight))
                 break;
             clock.run("gbuffer", [&] { peel_gbuffer(rays, view, texture_scale, pool, weight, gbuffer, shading); });
+            ++counts.peeled_layers;
         }
         ++direct_options.seed;
     }
     clock.run("compose", [&] { finish_passes(goal.passes(), result.image); });
-    stats.error = clock.run("error", [&] { return estimate_error(result.image); });
+    if (plan.needs(Effect::error_estimate))
+        stats.error = clock.run("error", [&] { return estimate_error(result.image); });
+    keep_layers(effects, result.image);
+    tally.finish(gl, records, result.image, counts);
     describe(options, record_options, goal.passes(), camera, stats, result.image);
     if (log && options.target_error > 0.0 && stats.error.mean_relative > kNotReached * options.target_error)
         log(LogLevel::warning, "the error of indirect light is estimated as " + percent(stats.error.mean_relative) +

@@ -10,6 +10,7 @@
 #include "rays/ray_scene_impl.h"
 #include "rcs/error.h"
 #include "scene/surface.h"
+#include "util/counters.h"
 
 namespace rcs {
 namespace {
@@ -32,13 +33,12 @@ GBuffer allocate(const View& view, Visibility visibility)
     return g;
 }
 
-Shading allocate_shading(const RayScene& rays, std::size_t pixels)
+Shading allocate_shading(const EffectSet& effects, std::size_t pixels)
 {
     Shading s;
-    const std::vector<Material>& materials = rays.scene().materials;
-    if (!std::all_of(materials.begin(), materials.end(), is_lambertian))
+    if (effects.has(Effect::highlights) || effects.has(Effect::glossy_records) || effects.has(Effect::traced_lobes))
         s.bsdf.resize(pixels);
-    if (rays.has_transparency()) {
+    if (effects.has(Effect::peeling)) {
         s.coverage.assign(pixels, 1.0f);
         s.through.assign(pixels, glm::vec3(0.0f));
     }
@@ -120,7 +120,7 @@ bool is_doubtful(const RayScene& rays, const View& view, const Visibility& v, in
 bool is_masked(const RayScene& rays, std::uint32_t instance)
 {
     return instance != GBuffer::kNone &&
-           rays.scene().materials[static_cast<std::size_t>(rays.impl().instances[instance].material)].alpha_mode == AlphaMode::mask;
+           (rays.impl().instances[instance].simulated & kMasked) != 0u;
 }
 
 /// Settles doubtful pixels by a ray: what a pixel sees is then exact, the same as for every other ray.
@@ -133,6 +133,7 @@ void settle_edges(const RayScene& rays, const View& view, ThreadPool& pool, Visi
                 const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.width) + static_cast<std::size_t>(x);
                 if (!is_masked(rays, drawn.instance[i]) && !is_doubtful(rays, view, drawn, x, y))
                     continue;
+                tally(Count::camera_rays);
                 const auto hit = find_visible(rays, camera_ray(view, x + view.pixel_offset.x, y + view.pixel_offset.y));
                 v.instance[i] = hit ? hit->instance : GBuffer::kNone;
                 v.primitive[i] = hit ? hit->primitive : GBuffer::kNone;
@@ -158,12 +159,12 @@ void for_each_camera_ray(const View& view, ThreadPool& pool, const Visit& visit)
 }  // namespace
 
 GBuffer render_gbuffer(GlContext& gl, const RayScene& rays, const View& view, float texture_scale, ThreadPool& pool,
-                       Shading& shading)
+                       const EffectSet& effects, Shading& shading)
 {
     Visibility visibility = render_visibility(gl, rays.scene(), view);
     settle_edges(rays, view, pool, visibility);
     GBuffer g = allocate(view, std::move(visibility));
-    shading = allocate_shading(rays, g.size());
+    shading = allocate_shading(effects, g.size());
     for_each_camera_ray(view, pool, [&](std::size_t i, const CameraRay& ray) {
         if (!g.covered(i)) {
             g.emission[i] = environment_of(rays).radiance(glm::vec3(glm::normalize(ray.direction)));
@@ -179,7 +180,7 @@ GBuffer render_gbuffer(GlContext& gl, const RayScene& rays, const View& view, fl
 GBuffer render_gbuffer(GlContext& gl, const RayScene& rays, const View& view, float texture_scale, ThreadPool& pool)
 {
     Shading unused;
-    return render_gbuffer(gl, rays, view, texture_scale, pool, unused);
+    return render_gbuffer(gl, rays, view, texture_scale, pool, EffectSet{}, unused);
 }
 
 void peel_gbuffer(const RayScene& rays, const View& view, float texture_scale, ThreadPool& pool,
@@ -193,6 +194,7 @@ void peel_gbuffer(const RayScene& rays, const View& view, float texture_scale, T
             return;
         float after = static_cast<float>(glm::dot(glm::dvec3(g.position(i)) + g.camera_position - ray.origin, ray.direction) /
                                          glm::dot(ray.direction, ray.direction));
+        tally(Count::camera_rays);
         std::optional<Hit> hit = find_visible(rays, ray, after);
         // The surface just left may be met again by a rounding.
         while (hit && hit->instance == instance && hit->primitive == primitive)

@@ -7,20 +7,22 @@
 
 #include "material/bsdf.h"
 #include "rcs/camera.h"
+#include "rcs/effect_plan.h"
 #include "rcs/gbuffer.h"
 
 namespace rcs {
 
 /// How the visible points of a G-buffer reflect, where that takes more than their albedo, and what shows behind them.
 struct Shading {
-    std::vector<Bsdf> bsdf;           ///< per pixel; empty if all surfaces are Lambertian
-    std::vector<float> coverage;      ///< part of the pixel that the surface fills; empty if all are opaque, as is
+    std::vector<Bsdf> bsdf;           ///< per pixel; empty if no lobe is simulated
+    std::vector<float> coverage;      ///< part of the pixel that the surface fills; empty if none is looked behind, as is
     std::vector<glm::vec3> through;   ///< the colour that comes straight through the surface
 };
 
-/// render_gbuffer() of gbuffer.h, and how its points reflect.
+/// render_gbuffer() of gbuffer.h, and how its points reflect as far as the effects ask for it: highlights, glossy records
+/// and traced lobes for BSDFs, peeling for what shows behind.
 GBuffer render_gbuffer(GlContext& gl, const RayScene& rays, const View& view, float texture_scale, ThreadPool& pool,
-                       Shading& shading);
+                       const EffectSet& effects, Shading& shading);
 
 /// The next surfaces behind those of `gbuffer`, where `weight` says that they matter: replaces both buffers.
 /// @param weight  per pixel: how much of the light from there reaches the camera; 0: the pixel becomes empty and black

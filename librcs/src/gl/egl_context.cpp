@@ -147,7 +147,7 @@ GlContext::Impl::~Impl()
 {
     if (context == EGL_NO_CONTEXT) return;
     // The programs go with the context, whichever thread or context is current now.
-    for (auto& [names, program] : programs) program.release();
+    for (auto& [variant, program] : programs) program.release();
     if (eglGetCurrentContext() == context)
         eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
     eglDestroyContext(display, context);
@@ -161,10 +161,13 @@ void GlContext::Impl::make_current()
                     "the OpenGL context cannot be used in this thread: " + egl_error_name());
 }
 
-GLuint GlContext::Impl::program(const std::string& vertex, const std::string& fragment)
+GLuint GlContext::Impl::program(const std::string& vertex, const std::string& fragment, const ShaderDefines& defines)
 {
-    GlProgram& program = programs[{vertex, fragment}];
-    if (program.id() == 0) program = build_program(shader_sources(), vertex, fragment);
+    std::string variant = vertex + " " + fragment;
+    for (const std::string& name : defines) variant += " " + name;
+    used.insert(variant);
+    GlProgram& program = programs[variant];
+    if (program.id() == 0) program = build_program(shader_sources(), vertex, fragment, defines);
     return program.id();
 }
 

@@ -1,8 +1,8 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
-#include <utility>
 
 #include <epoxy/egl.h>
 
@@ -18,7 +18,8 @@ struct GlContext::Impl {
     EGLContext context = EGL_NO_CONTEXT;
     std::string platform, renderer, version;
     bool software = false;
-    std::map<std::pair<std::string, std::string>, GlProgram> programs;  ///< by vertex and fragment shader
+    std::map<std::string, GlProgram> programs;  ///< by vertex and fragment shader and defines
+    std::set<std::string> used;  ///< of these, since a render began
 
     Impl() = default;
     ~Impl();
@@ -29,7 +30,7 @@ struct GlContext::Impl {
     void make_current();
 
     /// The program of these two files of shaders/, built when it is first asked for.
-    GLuint program(const std::string& vertex, const std::string& fragment);
+    GLuint program(const std::string& vertex, const std::string& fragment, const ShaderDefines& defines = {});
 };
 
 }  // namespace rcs

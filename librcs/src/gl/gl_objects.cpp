@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "rcs/error.h"
+#include "util/counters.h"
 
 namespace rcs {
 namespace {
@@ -18,6 +19,17 @@ const char* gl_error_name(GLenum error)
         case GL_OUT_OF_MEMORY: return "GL_OUT_OF_MEMORY";
         case GL_CONTEXT_LOST: return "GL_CONTEXT_LOST";
         default: return "an unknown GL error";
+    }
+}
+
+std::uint64_t texel_bytes(GLenum internal_format)
+{
+    switch (internal_format) {
+        case GL_RGBA32F: return 16;
+        case GL_RG32UI: return 8;
+        case GL_R32F:
+        case GL_DEPTH_COMPONENT32F: return 4;
+        default: throw Error(ErrorCode::internal, "a texture format of unknown size");
     }
 }
 
@@ -42,6 +54,7 @@ GlTexture make_texture(GLenum internal_format, int width, int height)
     GLuint id = 0;
     glCreateTextures(GL_TEXTURE_2D, 1, &id);
     GlTexture texture(id);
+    tally(Count::gl_bytes, texel_bytes(internal_format) * static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height));
     glTextureStorage2D(id, 1, internal_format, width, height);
     glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
     glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
@@ -53,6 +66,7 @@ GlBuffer make_buffer(GLsizeiptr bytes)
     GLuint id = 0;
     glCreateBuffers(1, &id);
     GlBuffer buffer(id);
+    tally(Count::gl_bytes, static_cast<std::uint64_t>(bytes));
     glNamedBufferStorage(id, std::max<GLsizeiptr>(bytes, 1), nullptr, GL_DYNAMIC_STORAGE_BIT);
     return buffer;
 }
@@ -64,8 +78,9 @@ GlFramebuffer make_framebuffer(const std::string& stage, std::initializer_list<G
     GlFramebuffer framebuffer(id);
     std::vector<GLenum> attachments;
     for (const GLuint color : colors) {
-        attachments.push_back(GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(attachments.size()));
-        glNamedFramebufferTexture(id, attachments.back(), color, 0);
+        const GLenum attachment = GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(attachments.size());
+        attachments.push_back(color != 0 ? attachment : GL_NONE);
+        if (color != 0) glNamedFramebufferTexture(id, attachment, color, 0);
     }
     if (depth != 0) glNamedFramebufferTexture(id, GL_DEPTH_ATTACHMENT, depth, 0);
     glNamedFramebufferDrawBuffers(id, static_cast<GLsizei>(attachments.size()), attachments.data());

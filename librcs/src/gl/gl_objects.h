@@ -60,7 +60,7 @@ GlTexture make_texture(GLenum internal_format, int width, int height);
 /// Storage of `bytes`, filled later with glNamedBufferSubData.
 GlBuffer make_buffer(GLsizeiptr bytes);
 
-/// Draws to the given textures as colour attachments 0, 1, ...; `depth` may be 0.
+/// Draws to the given textures as colour attachments 0, 1, ..., of which some may be 0, as may `depth`.
 /// @throws Error gl_unavailable if the driver cannot draw to this combination
 GlFramebuffer make_framebuffer(const std::string& stage, std::initializer_list<GLuint> colors, GLuint depth);
 

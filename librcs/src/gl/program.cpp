@@ -44,9 +44,18 @@ void append_file(const ShaderFiles& sources, const std::string& name, ResolvedSh
     throw Error(ErrorCode::internal, message);
 }
 
-GlShader compile(const ShaderFiles& sources, const std::string& name, GLenum kind)
+/// Defines belong behind #version, which has to come first.
+void define(const ShaderDefines& defines, std::string& text)
 {
-    const ResolvedShader resolved = resolve_includes(sources, name);
+    std::string lines;
+    for (const std::string& name : defines) lines += "#define " + name + "\n";
+    if (!lines.empty()) text.insert(text.find('\n') + 1, lines + "#line 2 0\n");
+}
+
+GlShader compile(const ShaderFiles& sources, const std::string& name, GLenum kind, const ShaderDefines& defines)
+{
+    ResolvedShader resolved = resolve_includes(sources, name);
+    define(defines, resolved.text);
     GlShader shader(glCreateShader(kind));
     const char* text = resolved.text.c_str();
     glShaderSource(shader.id(), 1, &text, nullptr);
@@ -71,10 +80,11 @@ ResolvedShader resolve_includes(const ShaderFiles& sources, const std::string& n
     return shader;
 }
 
-GlProgram build_program(const ShaderFiles& sources, const std::string& vertex, const std::string& fragment)
+GlProgram build_program(const ShaderFiles& sources, const std::string& vertex, const std::string& fragment,
+                        const ShaderDefines& defines)
 {
-    const GlShader vertex_shader = compile(sources, vertex, GL_VERTEX_SHADER);
-    const GlShader fragment_shader = compile(sources, fragment, GL_FRAGMENT_SHADER);
+    const GlShader vertex_shader = compile(sources, vertex, GL_VERTEX_SHADER, {});
+    const GlShader fragment_shader = compile(sources, fragment, GL_FRAGMENT_SHADER, defines);
     GlProgram program(glCreateProgram());
     glAttachShader(program.id(), vertex_shader.id());
     glAttachShader(program.id(), fragment_shader.id());

@@ -20,8 +20,13 @@ struct ResolvedShader {
 /// @throws Error internal: a file that does not exist
 ResolvedShader resolve_includes(const ShaderFiles& sources, const std::string& name);
 
+/// Names that a variant of a shader is compiled with, as by #define.
+using ShaderDefines = std::vector<std::string>;
+
 /// Compiles and links a vertex and a fragment shader in the current context.
+/// @param defines  of the fragment shader
 /// @throws Error internal, with the driver's log
-GlProgram build_program(const ShaderFiles& sources, const std::string& vertex, const std::string& fragment);
+GlProgram build_program(const ShaderFiles& sources, const std::string& vertex, const std::string& fragment,
+                        const ShaderDefines& defines = {});
 
 }  // namespace rcs

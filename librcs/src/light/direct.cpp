@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "effects/scene_effects.h"
 #include "light/direct_point.h"
 #include "rcs/error.h"
 
@@ -20,8 +21,6 @@ SurfacePoint surface_of(const GBuffer& g, std::size_t i)
 
 DirectLight::Viewer viewer_of(const GBuffer& g, const View& view, const Shading& shading, std::size_t i)
 {
-    if (shading.bsdf.empty())
-        return {};
     const bool parallel = view.camera.projection == Projection::orthographic;
     return {&shading.bsdf[i], parallel ? glm::vec3(view.camera.world_from_view[2]) : glm::normalize(-g.position(i))};
 }
@@ -43,9 +42,10 @@ DirectLightResult direct_light(const RayScene& rays, const GBuffer& gbuffer, con
 {
     validate(options);
     const DirectLight light(rays, options);
+    const bool highlights = !shading.bsdf.empty() && effects_or_scene(options.effects, rays).has(Effect::highlights);
     DirectLightResult result;
     result.irradiance.assign(gbuffer.size(), glm::vec3(0.0f));
-    if (!shading.bsdf.empty())
+    if (highlights)
         result.glossy.assign(gbuffer.size(), glm::vec3(0.0f));
     std::vector<DirectLight::Workspace> workspaces(static_cast<std::size_t>(pool.size()));
     pool.parallel_for(gbuffer.size(), 1024, [&](std::size_t begin, std::size_t end, int thread) {
@@ -53,10 +53,10 @@ DirectLightResult direct_light(const RayScene& rays, const GBuffer& gbuffer, con
         for (std::size_t i = begin; i < end; ++i) {
             if (!gbuffer.covered(i))
                 continue;
-            const Lit lit = light.at(surface_of(gbuffer, i), viewer_of(gbuffer, view, shading, i),
+            const Lit lit = light.at(surface_of(gbuffer, i), highlights ? viewer_of(gbuffer, view, shading, i) : DirectLight::Viewer{},
                                      stream_key(options.seed, Stream::direct, i), w);
             result.irradiance[i] = lit.irradiance;
-            if (!shading.bsdf.empty())
+            if (highlights)
                 result.glossy[i] = lit.glossy;
         }
     });

@@ -6,6 +6,7 @@
 
 #include "light/direct_point.h"
 #include "light/polygon.h"
+#include "util/counters.h"
 
 namespace rcs {
 namespace {
@@ -140,6 +141,7 @@ void DirectLight::add_lobe_rays(const SurfacePoint& point, const Lobes& lobes, s
     LaneWeights weights;
     intersect(rays_, active, w.packet, weights);
     w.rays += static_cast<std::uint64_t>(std::popcount(active));
+    tally(Count::highlight_rays, static_cast<std::uint64_t>(std::popcount(active)));
     const float n = static_cast<float>(lobes.samples);
     for (int i = 0; i < lobes.samples; ++i) {
         if ((active >> i & 1u) == 0u)

@@ -4,9 +4,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "effects/scene_effects.h"
 #include "light/polygon.h"
 #include "rays/ray_scene_impl.h"
 #include "util/color.h"
+#include "util/counters.h"
 
 namespace rcs {
 namespace {
@@ -33,7 +35,13 @@ glm::vec2 lattice(int n, float shift1, float shift2)
 }  // namespace
 
 DirectLight::DirectLight(const RayScene& rays, const DirectOptions& options)
-    : rays_(rays), options_(options), lights_(collect_lights(rays)), sky_(environment_of(rays)),
+    : DirectLight(rays, options, effects_or_scene(options.effects, rays))
+{
+}
+
+DirectLight::DirectLight(const RayScene& rays, const DirectOptions& options, const EffectSet& effects)
+    : rays_(rays), options_(options), lights_(collect_lights(rays, effects)),
+      sky_(effects.has(Effect::environment_peaks) ? environment_of(rays) : black_environment()),
       candidates_(lights_, lights_.triangles.size() <= kTriangleCandidates ? kTriangleCandidates : kTriangleCandidates / 2, false)
 {
 }
@@ -90,6 +98,7 @@ void DirectLight::add_punctual(const SurfacePoint& point, const Lobes& lobes, Wo
         if ((is_behind && lobes.transmission == glm::vec3(0.0f)) || luminance(s.irradiance) <= 0.0f)
             continue;
         ++w.rays;
+        tally(Count::punctual_rays);
         const Ray ray = shadow_ray_from(point, s.to_light, s.distance);
         if (!rays_.has_transparency() && occluded(rays_, ray))
             continue;
@@ -187,6 +196,7 @@ void DirectLight::shoot(const SurfacePoint& point, const Lobes& lobes, LampView&
     }
     w.shadow.trace(rays_);
     w.rays += w.shadow.size();
+    tally(Count::area_rays, w.shadow.size());
     for (std::size_t i = 0; i < w.shadow.size(); ++i) {
         if (!w.shadow.is_free(i))
             continue;
@@ -276,6 +286,7 @@ void DirectLight::add_peaks(const SurfacePoint& point, const Lobes& lobes, std::
         samples += more;
         w.shadow.trace(rays_);
         w.rays += w.shadow.size();
+        tally(Count::peak_rays, w.shadow.size());
         std::size_t free = 0;
         for (std::size_t i = 0; i < w.shadow.size(); ++i) {
             if (!w.shadow.is_free(i))

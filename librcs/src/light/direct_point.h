@@ -69,6 +69,8 @@ public:
     Lit at(const SurfacePoint& point, const Viewer& viewer, std::uint64_t key, Workspace& w) const;
 
 private:
+    DirectLight(const RayScene& rays, const DirectOptions& options, const EffectSet& effects);
+
     /// The lobes that reflect, and how they share the work with the lamps.
     struct Lobes {
         Bsdf bsdf;  // without transmission

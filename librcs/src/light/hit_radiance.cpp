@@ -30,13 +30,13 @@ glm::vec3 cosine_direction(const SurfacePoint& point, RandomStream& random)
 
 namespace {
 
-bool is_plain(const Material& m, const Mesh& mesh)
+bool is_plain(const Material& m, const Mesh& mesh, std::uint32_t simulated)
 {
     const bool wide = m.specular == 0.0f ||
                       (m.roughness * m.roughness >= HitRadiance::kWideAlpha && !m.metallic_roughness_texture.used() &&
                        !m.specular_texture.used() && !m.specular_color_texture.used());
     return wide && m.metallic == 0.0f && m.transmission == 0.0f && m.clearcoat == 0.0f && !m.unlit &&
-           !m.normal_texture.used() && mesh.colors.empty() && m.base_color_texture.uv_set == 0;
+           (simulated & kBumpy) == 0u && mesh.colors.empty() && m.base_color_texture.uv_set == 0;
 }
 
 /// The dielectric lobe of a plain material (KHR_materials_specular, KHR_materials_ior).
@@ -52,23 +52,31 @@ Bsdf plain_lobe(const Material& m)
 
 }  // namespace
 
-HitRadiance::HitRadiance(const RayScene& rays, const LightCache* cache)
-    : rays_(rays), scene_(rays.scene()), cache_(cache), lights_(collect_lights(rays)), sky_(scene_.sky_radiance),
-      environment_(environment_of(rays)), has_sky_(!environment_.is_black())
+HitRadiance::HitRadiance(const RayScene& rays, const LightCache* cache, const EffectSet& effects)
+    : rays_(rays), scene_(rays.scene()), cache_(cache), lights_(collect_lights(rays, effects)),
+      sky_(effects.has(Effect::environment) ? scene_.sky_radiance : glm::vec3(0.0f)),
+      environment_(effects.has(Effect::environment) ? environment_of(rays) : black_environment()),
+      has_sky_(effects.has(Effect::environment)), has_textures_(effects.has(Effect::hit_textures))
 {
-    for (const Instance& instance : scene_.instances) {
-        const Mesh& mesh = scene_.meshes[static_cast<std::size_t>(instance.mesh)];
-        plain_.push_back(rcs::is_plain(scene_.materials[static_cast<std::size_t>(mesh.material)], mesh));
-    }
-    for (const Material& material : scene_.materials)
+    for (const RayInstance& instance : rays.impl().instances)
+        plain_.push_back(rcs::is_plain(scene_.materials[static_cast<std::size_t>(instance.material)], *instance.mesh, instance.simulated));
+    for (const Material& material : scene_.materials) {
         lobe_.push_back(plain_lobe(material));
+        glm::vec3& color = mean_color_.emplace_back(material.base_color);
+        if (material.base_color_texture.used()) {
+            const Texture& texture = scene_.textures[static_cast<std::size_t>(material.base_color_texture.texture)];
+            color *= glm::vec3(texel_value(texture.levels.back(), 0, 0));
+        }
+    }
 }
 
 MaterialValues HitRadiance::values(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const
 {
     const Hit at{packet.ray.t_max[lane], packet.u[lane], packet.v[lane], packet.instance(lane), packet.primitive[lane]};
     const float width = hit.uv_per_length * cone_width;
-    return material_at(rays_, at, hit.point, -ray_direction(packet.ray, lane), {{width, 0.0f}, {0.0f, width}});
+    if (has_textures_)
+        tally(Count::hit_textures);
+    return material_at(rays_, at, hit.point, -ray_direction(packet.ray, lane), {{width, 0.0f}, {0.0f, width}, !has_textures_});
 }
 
 bool HitRadiance::may_find_light(glm::vec3 origin, glm::vec3 unit_direction) const
@@ -107,8 +115,9 @@ Bsdf HitRadiance::bsdf(const HitPacket& packet, int lane, const HitSurface& hit,
 glm::vec3 HitRadiance::base_color(const PlainHit& hit) const
 {
     const Material& material = scene_.materials[static_cast<std::size_t>(hit.material)];
-    if (!material.base_color_texture.used())
-        return material.base_color;
+    if (!has_textures_ || !material.base_color_texture.used())
+        return mean_color_[static_cast<std::size_t>(hit.material)];
+    tally(Count::hit_textures);
     const Texture& texture = scene_.textures[static_cast<std::size_t>(material.base_color_texture.texture)];
     const int level = mip_level(texture, hit.uv_per_length, hit.cone_width);
     return material.base_color * glm::vec3(sample_slot_nearest(scene_, material.base_color_texture, hit.uv, level));

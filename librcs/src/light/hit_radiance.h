@@ -16,6 +16,7 @@
 #include "rcs/ray_scene.h"
 #include "scene/environment.h"
 #include "scene/surface.h"
+#include "util/counters.h"
 #include "util/random.h"
 
 namespace rcs {
@@ -32,7 +33,7 @@ public:
     static constexpr float kLeastAlpha = 0.3f;
 
     /// @param cache  may be null: then there is no more than the direct part
-    HitRadiance(const RayScene& rays, const LightCache* cache);
+    HitRadiance(const RayScene& rays, const LightCache* cache, const EffectSet& effects);
 
     bool has_cache() const { return cache_ != nullptr; }
     glm::vec3 sky_radiance() const { return sky_; }
@@ -109,9 +110,10 @@ private:
     HitLights lights_;
     glm::vec3 sky_;
     const Environment& environment_;
-    bool has_sky_;
+    bool has_sky_, has_textures_;
     std::vector<std::uint8_t> plain_;  // per instance, 0 or 1
     std::vector<Bsdf> lobe_;           // per material: the lobe of plain surfaces
+    std::vector<glm::vec3> mean_color_;  // per material: of its base
 };
 
 /// Directional albedo of all that reflects: radiance towards `outgoing` times pi, per irradiance, if that is uniform.
@@ -133,14 +135,20 @@ template <typename Add>
 void HitRadiance::each_light(const SurfacePoint& point, RandomStream& random, const Add& add) const
 {
     const HitLights::Sample lamp = lights_.sample(point, random);
-    if (lamp.irradiance != glm::vec3(0.0f))
+    if (lamp.irradiance != glm::vec3(0.0f)) {
+        tally(Count::hit_lamp_rays);
         add(shadow_ray_from(point, lamp.to_light, lamp.distance), std::numbers::inv_pi_v<float> * lamp.irradiance,
             [&] { return lights_.density(point, lamp.lamp, lamp.to_light); });
+    }
     if (has_sky_) {
-        const glm::vec3 direction = cosine_direction(point, random);
-        if (glm::dot(direction, point.geometric_normal) > 0.0f)
+        // Where the sky is black its samples must not move those that follow: a picture does not change by it.
+        RandomStream of_black = random;
+        const glm::vec3 direction = cosine_direction(point, environment_.is_black() ? of_black : random);
+        if (glm::dot(direction, point.geometric_normal) > 0.0f) {
+            tally(Count::hit_sky_rays);
             add(shadow_ray_from(point, direction, std::numeric_limits<float>::infinity()), environment_.soft_blurred(direction),
                 [&] { return density_of_sky(point, direction); });
+        }
     }
 }
 

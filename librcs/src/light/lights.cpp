@@ -116,6 +116,21 @@ Lights collect_lights(const RayScene& rays)
     return lights;
 }
 
+Lights collect_lights(const RayScene& rays, const EffectSet& effects)
+{
+    Lights lights = collect_lights(rays);
+    if (!effects.has(Effect::punctual_light))
+        lights.punctual.clear();
+    if (!effects.has(Effect::area_light) && !lights.triangles.empty()) {
+        lights.triangles.clear();
+        lights.first_of_instance.assign(lights.first_of_instance.size(), Lights::kNone);
+        lights.tree = std::make_shared<const LightTree>(lights.triangles);
+    }
+    if (!effects.has(Effect::environment_peaks))
+        lights.sky = nullptr;
+    return lights;
+}
+
 bool Lights::has_peaks() const
 {
     return sky && sky->has_peaks();

@@ -6,6 +6,7 @@
 
 #include <glm/glm.hpp>
 
+#include "rcs/effect_plan.h"
 #include "rcs/ray_scene.h"
 #include "rcs/scene.h"
 
@@ -54,6 +55,8 @@ struct Lights {
 };
 /// The scene's, which were found when `rays` was built. Refers to `rays`.
 Lights collect_lights(const RayScene& rays);
+/// Those of them that a plan has.
+Lights collect_lights(const RayScene& rays, const EffectSet& effects);
 /// Finds them.
 Lights find_lights(const RayScene& rays);
 

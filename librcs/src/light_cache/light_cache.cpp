@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "effects/scene_effects.h"
 #include "light_cache/bounces.h"
 #include "light_cache/cell_rays.h"
 #include "light_cache/light_cache_impl.h"
@@ -57,7 +58,7 @@ std::vector<SurfaceSample> visible_points(const GBuffer& g, std::uint64_t seed)
 class Builder {
 public:
     Builder(const RayScene& rays, const CellGrid& grid, const LightCacheOptions& options, ThreadPool& pool)
-        : rays_(rays), radiance_(rays, nullptr), options_(options), pool_(pool)
+        : rays_(rays), radiance_(rays, nullptr, effects_or_scene(options.effects, rays)), options_(options), pool_(pool)
     {
         cache_->grid = grid;
         for (int i = 0; i < pool.size(); ++i)

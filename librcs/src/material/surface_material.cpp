@@ -5,8 +5,10 @@
 #include <cmath>
 
 #include "material/normal_map.h"
+#include "rays/ray_scene_impl.h"
 #include "scene/surface.h"
 #include "scene/texture.h"
+#include "util/counters.h"
 
 namespace rcs {
 namespace {
@@ -47,6 +49,7 @@ public:
     glm::vec4 operator()(const TextureSlot& slot) const
     {
         if (!slot.used()) return glm::vec4(1.0f);
+        if (filter_.mean) return texel_value(scene_.textures[static_cast<std::size_t>(slot.texture)].levels.back(), 0, 0);
         if (slot.uv_set == 0) return sample_slot(scene_, slot, uv_, filter_.duv_dx, filter_.duv_dy);
         if (mesh_.uvs1.empty()) return sample_slot(scene_, slot, glm::vec2(0.0f), glm::vec2(0.0f), glm::vec2(0.0f));
         const glm::vec2 uv = interpolated(mesh_.uvs1, mesh_.triangles[hit_.primitive], hit_.u, hit_.v);
@@ -91,7 +94,8 @@ TangentPair tangent_frame(const RayScene& rays, const Hit& hit, const Mesh& mesh
 glm::vec3 normal_at(const RayScene& rays, const Hit& hit, const Mesh& mesh, const Material& material,
                     const SurfacePoint& point, const Lookup& look_up)
 {
-    if (!material.normal_texture.used()) return point.shading_normal;
+    if ((rays.impl().instances[hit.instance].simulated & kBumpy) == 0u) return point.shading_normal;
+    tally(Count::normal_maps);
     const float side = point.front ? 1.0f : -1.0f;
     return side * mapped_normal(side * point.shading_normal, tangent_frame(rays, hit, mesh, material.normal_texture),
                                 look_up(material.normal_texture), material.normal_scale);
@@ -104,7 +108,7 @@ float ggx_width(float perceptual)
 }
 
 /// Sets the lobes from colour and material (glTF 2.0 appendix B and the extensions named in Material).
-void set_lobes(const Material& m, glm::vec3 base_color, const Lookup& look_up, Bsdf& bsdf)
+void set_lobes(const Material& m, glm::vec3 base_color, const Lookup& look_up, bool transmits, Bsdf& bsdf)
 {
     bsdf.diffuse = base_color;
     if (is_lambertian(m)) return;
@@ -119,7 +123,7 @@ void set_lobes(const Material& m, glm::vec3 base_color, const Lookup& look_up, B
     bsdf.f0 = glm::mix(dielectric, base_color, metallic);
     bsdf.f90 = glm::mix(specular, 1.0f, metallic);
 
-    const float through = m.transmission * look_up(m.transmission_texture).r;
+    const float through = transmits ? m.transmission * look_up(m.transmission_texture).r : 0.0f;
     bsdf.diffuse = base_color * ((1.0f - metallic) * (1.0f - through));
     bsdf.transmission = base_color * ((1.0f - metallic) * through);
     bsdf.coat = m.clearcoat * look_up(m.clearcoat_texture).r;
@@ -139,7 +143,8 @@ MaterialValues material_at(const RayScene& rays, const Hit& hit, const SurfacePo
     if (!mesh.colors.empty()) base *= interpolated(mesh.colors, mesh.triangles[hit.primitive], hit.u, hit.v);
 
     MaterialValues values;
-    values.alpha = coverage(material, base.a);
+    const std::uint32_t simulated = rays.impl().instances[hit.instance].simulated;
+    values.alpha = (simulated & (kMasked | kBlended)) != 0u ? coverage(material, base.a) : 1.0f;
     values.bsdf.geometric_normal = point.geometric_normal;
     values.bsdf.normal = point.shading_normal;
     if (material.unlit) {
@@ -148,8 +153,8 @@ MaterialValues material_at(const RayScene& rays, const Hit& hit, const SurfacePo
     }
     values.emission = emitted_radiance(material, point.front);
     if (values.emission != glm::vec3(0.0f)) values.emission *= glm::vec3(look_up(material.emission_texture));
-    set_lobes(material, glm::clamp(glm::vec3(base), 0.0f, 1.0f), look_up, values.bsdf);
-    if (!is_lambertian(material) || material.normal_texture.used()) {
+    set_lobes(material, glm::clamp(glm::vec3(base), 0.0f, 1.0f), look_up, (simulated & kTransmits) != 0u, values.bsdf);
+    if (!is_lambertian(material) || (simulated & kBumpy) != 0u) {
         const glm::vec3 normal = normal_at(rays, hit, mesh, material, point, look_up);
         values.bsdf.normal = keep_mirror_above(normal, point.geometric_normal, direction);
     }

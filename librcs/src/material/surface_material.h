@@ -15,6 +15,7 @@ struct SurfacePoint;
 /// ray's cone. Zero: one bilinear lookup at full size.
 struct TextureFilter {
     glm::vec2 duv_dx{0.0f}, duv_dy{0.0f};
+    bool mean = false;  ///< of the whole texture instead
 };
 
 /// What a material is at one point, all textures and vertex colours looked up.

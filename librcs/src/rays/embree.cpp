@@ -16,6 +16,7 @@
 #include "rays/ray_scene_impl.h"
 #include "rays/transparency.h"
 #include "rcs/error.h"
+#include "util/counters.h"
 
 namespace rcs {
 namespace {
@@ -96,9 +97,11 @@ void filter(const RTCFilterFunctionNArguments* arguments)
     RTCRayN* ray = arguments->ray;
     RTCHitN* hit = arguments->hit;
     const unsigned n = arguments->N;
+    std::uint64_t asked = 0;
     for (unsigned i = 0; i < n; ++i) {
         if (arguments->valid[i] != -1)
             continue;
+        ++asked;
         const std::uint32_t instance = RTCHitN_instID(hit, n, i, 0);
         Meeting m;
         m.lane = RTCRayN_id(ray, n, i);
@@ -110,6 +113,7 @@ void filter(const RTCFilterFunctionNArguments* arguments)
         if (goes_on(passage, m))
             arguments->valid[i] = 0;
     }
+    tally(Count::alpha_tests, asked);
 }
 
 /// A triangle geometry that reads `positions` and the mesh's indices in place.
@@ -256,11 +260,24 @@ bool RayScene::has_transparency() const noexcept
     return impl_->has_transparency;
 }
 
-RayScene build_ray_scene(const Scene& scene, const ThreadPool& pool)
+RayScene build_ray_scene(const Scene& scene, const ThreadPool& pool) { return build_ray_scene(scene, pool, EffectChoice{}); }
+
+RayScene build_ray_scene(const Scene& scene, const ThreadPool& pool, const EffectChoice& effects)
 {
     validate(scene);
     auto impl = std::make_unique<RayScene::Impl>();
     impl->scene = &scene;
+    impl->choice = effects;
+    impl->traits = find_traits(scene);
+    for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
+        const Material& material = scene.materials[static_cast<std::size_t>(scene.meshes[m].material)];
+        impl->simulated.push_back(simulated_traits(impl->traits[m], material, effects));
+        Bounds& bounds = impl->bounds.emplace_back();
+        for (const glm::vec3& p : scene.meshes[m].positions) {
+            bounds.min = glm::min(bounds.min, glm::dvec3(p));
+            bounds.max = glm::max(bounds.max, glm::dvec3(p));
+        }
+    }
     impl->environment = Environment(scene);
     impl->embree = std::make_unique<EmbreeScene>(pool.size());
     EmbreeScene& embree = *impl->embree;
@@ -289,11 +306,12 @@ RayScene build_ray_scene(const Scene& scene, const ThreadPool& pool)
         target.mirrored = glm::determinant(linear) < 0.0;
         target.normal_from_object = glm::mat3(glm::transpose(glm::inverse(linear)));
         impl->triangle_count += mesh.triangles.size();
-        const bool filtered = lets_light_through(scene.materials[static_cast<std::size_t>(mesh.material)]);
+        target.simulated = impl->simulated[m];
+        const bool filtered = (target.simulated & kSeeThrough) != 0u;
         impl->has_transparency = impl->has_transparency || (filtered && !mesh.triangles.empty());
         if (mesh.triangles.empty())
             continue;
-        if (uses[m] == 1) {
+        if (uses[m] == 1 || effects.without.has(Effect::instancing)) {
             target.positions = padded(mesh.positions, &instance.world_from_object);
             attach(embree.top, new_triangles(embree.device, target.positions, mesh, filtered),
                    static_cast<std::uint32_t>(i));

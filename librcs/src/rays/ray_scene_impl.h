@@ -7,6 +7,8 @@
 
 #include <glm/glm.hpp>
 
+#include "effects/mesh_traits.h"
+#include "rcs/effect_plan.h"
 #include "rcs/ray_scene.h"
 #include "scene/environment.h"
 
@@ -36,6 +38,7 @@ struct RayInstance {
     bool smooth = false;     ///< the mesh has vertex normals
     bool mirrored = false;   ///< the transform turns front faces clockwise
     bool instanced = false;  ///< traced through an Embree instance; else baked into scene space
+    std::uint32_t simulated = 0;  ///< the mesh's, as below
     std::vector<glm::vec3> positions;  ///< baked: corners in scene space, and one more element at the end
     glm::mat4x3 scene_from_object{1.0f};
     glm::mat3 normal_from_object{1.0f};  ///< object normals to scene space, not unit
@@ -49,6 +52,10 @@ struct RayScene::Impl {
     std::vector<std::vector<glm::vec3>> object_positions;  ///< per mesh, of those that are instanced
     std::size_t triangle_count = 0;
     bool has_transparency = false;
+    EffectChoice choice;               ///< that the scene was built for
+    std::vector<MeshTraits> traits;        ///< per mesh
+    std::vector<std::uint32_t> simulated;  ///< per mesh: simulated_traits()
+    std::vector<Bounds> bounds;            ///< per mesh, object space
     Environment environment;
     std::unique_ptr<const Lights> lights;
 

@@ -54,11 +54,6 @@ bool note(Passage& passage, const Meeting& m, glm::vec3 weight)
 
 }  // namespace
 
-bool lets_light_through(const Material& material)
-{
-    return material.alpha_mode != AlphaMode::opaque || material.transmission > 0.0f;
-}
-
 Veil veil_at(const RayScene& rays, const Hit& hit, glm::vec3 direction)
 {
     Veil veil;

@@ -8,9 +8,6 @@
 
 namespace rcs {
 
-/// Whether rays have to ask this material if they may go on.
-bool lets_light_through(const Material& material);
-
 /// A surface as a ray goes through it: how much of it is there, and the colour of the light that goes straight on,
 /// between its texels and through its thin wall.
 struct Veil {

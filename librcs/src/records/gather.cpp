@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "effects/scene_effects.h"
 #include "light/hit_radiance.h"
 #include "radiance/radiance_sums.h"
 #include "rays/hit_surface.h"
@@ -164,7 +165,7 @@ void note_cells(const Frame& frame, const HitPacket& packet, const FacePacket& f
 class Gatherer {
 public:
     Gatherer(const RayScene& rays, const RecordOptions& options, const LightCache* cache)
-        : rays_(rays), radiance_(rays, cache), has_bounce_(options.bounces > 0), keeps_radiance_(options.radiance)
+        : rays_(rays), radiance_(rays, cache, effects_or_scene(options.effects, rays)), has_bounce_(options.bounces > 0), keeps_radiance_(options.radiance)
     {
     }
 

@@ -87,4 +87,11 @@ private:
     float peak_share_ = 0.0f;  // of samples of the whole that go to the peaks
 };
 
+/// Of no scene.
+inline const Environment& black_environment()
+{
+    static const Environment black;
+    return black;
+}
+
 }  // namespace rcs

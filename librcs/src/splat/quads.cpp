@@ -21,20 +21,22 @@ constexpr int kLobeVectors = kHarmonics / 4;  // vec4 a pixel
 
 /// Buffers of the width of the image and the height of a band of it.
 struct BandBuffers {
-    GlTexture positions, normals, sums, counts, errors;
+    GlTexture positions, normals, sums, counts;
+    GlTexture errors;  // only if they are estimated
     GlTexture glossy;  // only with glossy light, like the next
     GlBuffer lobes;
     GlFramebuffer framebuffer;
 };
 
-BandBuffers make_band_buffers(int width, int rows, bool glossy)
+BandBuffers make_band_buffers(int width, int rows, bool glossy, bool with_errors)
 {
     BandBuffers buffers;
     buffers.positions = make_texture(GL_RGBA32F, width, rows);
     buffers.normals = make_texture(GL_RGBA32F, width, rows);
     buffers.sums = make_texture(GL_RGBA32F, width, rows);
     buffers.counts = make_texture(GL_R32F, width, rows);
-    buffers.errors = make_texture(GL_RGBA32F, width, rows);
+    if (with_errors)
+        buffers.errors = make_texture(GL_RGBA32F, width, rows);
     static_assert(RCS_SPLAT_TARGET_SUMS == 0 && RCS_SPLAT_TARGET_COUNT == 1 && RCS_SPLAT_TARGET_ERROR == 2 &&
                   RCS_SPLAT_TARGET_GLOSSY == 3);
     if (!glossy) {
@@ -91,7 +93,12 @@ void upload_lobes(const GBuffer& gbuffer, const View& view, const Shading& shadi
 
 void set_state(GlContext::Impl& gl, const GBuffer& gbuffer, const BandBuffers& buffers, bool glossy)
 {
-    glUseProgram(gl.program("splat.vert", glossy ? "splat_glossy.frag" : "splat.frag"));
+    ShaderDefines variant;
+    if (glossy)
+        variant.emplace_back("RCS_SPLAT_GLOSSY");
+    if (buffers.errors.id() != 0)
+        variant.emplace_back("RCS_SPLAT_ERRORS");
+    glUseProgram(gl.program("splat.vert", "splat.frag", variant));
     if (glossy)
         glBindBufferBase(GL_SHADER_STORAGE_BUFFER, RCS_SPLAT_BUFFER_LOBES, buffers.lobes.id());
     glUniform2i(RCS_SPLAT_UNIFORM_IMAGE_SIZE, gbuffer.width, gbuffer.height);
@@ -143,20 +150,22 @@ void read_back(int first_row, int rows, SplatBuffer& s)
 {
     read_target(RCS_SPLAT_TARGET_SUMS, first_row, rows, s.width, {&s.weighted_r, &s.weighted_g, &s.weighted_b, &s.weight});
     read_target(RCS_SPLAT_TARGET_COUNT, first_row, rows, s.width, {&s.count});
-    read_target(RCS_SPLAT_TARGET_ERROR, first_row, rows, s.width, {&s.squares, &s.variance, &s.variance_of_sum});
+    if (!s.squares.empty())
+        read_target(RCS_SPLAT_TARGET_ERROR, first_row, rows, s.width, {&s.squares, &s.variance, &s.variance_of_sum});
     if (!s.glossy_r.empty())
         read_target(RCS_SPLAT_TARGET_GLOSSY, first_row, rows, s.width, {&s.glossy_r, &s.glossy_g, &s.glossy_b});
 }
 
-SplatBuffer make_splat_buffer(const GBuffer& gbuffer, bool glossy)
+SplatBuffer make_splat_buffer(const GBuffer& gbuffer, bool glossy, bool with_errors)
 {
     SplatBuffer splats;
     splats.width = gbuffer.width;
     splats.height = gbuffer.height;
-    for (auto* plane :
-         {&splats.weighted_r, &splats.weighted_g, &splats.weighted_b, &splats.weight, &splats.count, &splats.squares,
-          &splats.variance, &splats.variance_of_sum})
+    for (auto* plane : {&splats.weighted_r, &splats.weighted_g, &splats.weighted_b, &splats.weight, &splats.count})
         plane->resize(gbuffer.size());
+    if (with_errors)
+        for (auto* plane : {&splats.squares, &splats.variance, &splats.variance_of_sum})
+            plane->resize(gbuffer.size());
     if (glossy)
         for (auto* plane : {&splats.glossy_r, &splats.glossy_g, &splats.glossy_b})
             plane->resize(gbuffer.size());
@@ -169,7 +178,7 @@ SplatBuffer splat_quads(GlContext& gl, const std::vector<Record>& records, const
                         const View& view, const SplatOptions& options, SplatStats& stats, const Shading* glossy)
 {
     const bool has_lobes = glossy != nullptr;
-    SplatBuffer splats = make_splat_buffer(gbuffer, has_lobes);
+    SplatBuffer splats = make_splat_buffer(gbuffer, has_lobes, options.error_sums);
     splats.luminance_unit = luminance_unit(records);
     GpuRecords from;
     append_gpu_records(records, gbuffer.camera_position, view, options, has_lobes, splats.luminance_unit, from);
@@ -189,7 +198,7 @@ SplatBuffer splat_quads(GlContext& gl, const std::vector<Record>& records, const
         const std::size_t row_bytes = static_cast<std::size_t>(gbuffer.width) * kLobeVectors * sizeof(glm::vec4);
         max_rows = std::max(1, std::min(max_rows, static_cast<int>(block_bytes / row_bytes)));
     }
-    const BandBuffers buffers = make_band_buffers(gbuffer.width, max_rows, has_lobes);
+    const BandBuffers buffers = make_band_buffers(gbuffer.width, max_rows, has_lobes, options.error_sums);
     const std::size_t block_records = std::min(
         block_bytes / (has_lobes ? sizeof(gpu::GpuRadiance) : sizeof(gpu::GpuRecord)), from.records.size());
     const GlBuffer block = make_buffer(static_cast<GLsizeiptr>(block_records * sizeof(gpu::GpuRecord)));
@@ -210,7 +219,8 @@ SplatBuffer splat_quads(GlContext& gl, const std::vector<Record>& records, const
         glViewport(0, -first_row, gbuffer.width, gbuffer.height);
         glClearBufferfv(GL_COLOR, RCS_SPLAT_TARGET_SUMS, zero);
         glClearBufferfv(GL_COLOR, RCS_SPLAT_TARGET_COUNT, zero);
-        glClearBufferfv(GL_COLOR, RCS_SPLAT_TARGET_ERROR, zero);
+        if (options.error_sums)
+            glClearBufferfv(GL_COLOR, RCS_SPLAT_TARGET_ERROR, zero);
         if (has_lobes)
             glClearBufferfv(GL_COLOR, RCS_SPLAT_TARGET_GLOSSY, zero);
         draw_records(from, block, radiance_block, block_records);

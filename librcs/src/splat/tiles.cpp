@@ -100,8 +100,11 @@ RCS_ALWAYS_INLINE void splat_glossy_row(const float* weighted_r, const float* we
     }
 }
 
+/// What a splat sums up.
+enum class Sums { weights, light, light_and_errors };
+
 /// Sums one record over rows [y0, y1) of the tile.
-template <bool kWeightsOnly>
+template <Sums kWhat>
 RCS_ALWAYS_INLINE void splat_rows(const TiledSurfaces::Tile& t, TileSums& sums, const gpu::GpuRecord& record, int y0,
                                   int y1, GlossyTile* glossy, const gpu::GpuRadiance* radiance)
 {
@@ -125,7 +128,7 @@ RCS_ALWAYS_INLINE void splat_rows(const TiledSurfaces::Tile& t, TileSums& sums, 
                                                                          inv_radius, inv_normal);
             const float w = raw * factor;
             sums.weight[i] += w;
-            if constexpr (!kWeightsOnly) {
+            if constexpr (kWhat != Sums::weights) {
                 const float rx = kny * nz - knz * ny, ry = knz * nx - knx * nz, rz = knx * ny - kny * nx;
                 const float r = gpu::rcs_extrapolate(e.r, dx, dy, dz, rx, ry, rz, gt[0].x, gt[0].y, gt[0].z, gr[0].x,
                                                      gr[0].y, gr[0].z);
@@ -139,15 +142,17 @@ RCS_ALWAYS_INLINE void splat_rows(const TiledSurfaces::Tile& t, TileSums& sums, 
                 sums.r[i] += weighted_r[i - row];
                 sums.g[i] += weighted_g[i - row];
                 sums.b[i] += weighted_b[i - row];
-                const float l = per_unit * gpu::rcs_luminance(r, g, b);
-                sums.squares[i] += w * l * l;
-                sums.variance[i] += w * variance;
-                sums.variance_of_sum[i] += w * (w * variance);
+                if constexpr (kWhat == Sums::light_and_errors) {
+                    const float l = per_unit * gpu::rcs_luminance(r, g, b);
+                    sums.squares[i] += w * l * l;
+                    sums.variance[i] += w * variance;
+                    sums.variance_of_sum[i] += w * (w * variance);
+                }
                 sums.count[i] += raw > 0.0f ? 1.0f : 0.0f;
                 reached |= raw > 0.0f;
             }
         }
-        if (!kWeightsOnly && glossy && glossy->lit[y] && reached != 0)
+        if (kWhat != Sums::weights && glossy && glossy->lit[y] && reached != 0)
             splat_glossy_row(weighted_r, weighted_g, weighted_b, &radiance->coefficients[0].x, glossy->lobes[y],
                              glossy->r + row, glossy->g + row, glossy->b + row);
     }
@@ -162,13 +167,13 @@ struct TileRecords {
     int top;  // row of the image where the tile begins
 };
 
-template <bool kWeightsOnly>
+template <Sums kWhat>
 RCS_ALWAYS_INLINE void splat_tile(const TiledSurfaces::Tile& tile, TileSums& sums, const TileRecords& from,
                                   GlossyTile* glossy)
 {
     for (const std::uint32_t* i = from.begin; i != from.end; ++i) {
         const gpu::GpuRecord& record = from.records[*i];
-        splat_rows<kWeightsOnly>(tile, sums, record, std::max(record.pixels.y - from.top, 0),
+        splat_rows<kWhat>(tile, sums, record, std::max(record.pixels.y - from.top, 0),
                                  std::min(record.pixels.w - from.top, kTile), glossy,
                                  glossy ? from.radiance + *i : nullptr);
     }
@@ -177,13 +182,19 @@ RCS_ALWAYS_INLINE void splat_tile(const TiledSurfaces::Tile& tile, TileSums& sum
 RCS_MULTIVERSION
 void splat_tile_sums(const TiledSurfaces::Tile& tile, TileSums& sums, const TileRecords& from, GlossyTile* glossy)
 {
-    splat_tile<false>(tile, sums, from, glossy);
+    splat_tile<Sums::light_and_errors>(tile, sums, from, glossy);
+}
+
+RCS_MULTIVERSION
+void splat_tile_light(const TiledSurfaces::Tile& tile, TileSums& sums, const TileRecords& from, GlossyTile* glossy)
+{
+    splat_tile<Sums::light>(tile, sums, from, glossy);
 }
 
 RCS_MULTIVERSION
 void splat_tile_weights(const TiledSurfaces::Tile& tile, TileSums& sums, const TileRecords& from)
 {
-    splat_tile<true>(tile, sums, from, nullptr);
+    splat_tile<Sums::weights>(tile, sums, from, nullptr);
 }
 
 /// Calls visit(pixel in the image, pixel in the tile) for the part of tile `t` inside the image.
@@ -286,9 +297,11 @@ SplatBuffer splat_tiles(std::span<const Record> records, const TiledSurfaces& su
     out.width = surfaces.width;
     out.height = surfaces.height;
     const std::size_t pixels = static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height);
-    for (auto* plane : {&out.weighted_r, &out.weighted_g, &out.weighted_b, &out.weight, &out.count, &out.squares,
-                        &out.variance, &out.variance_of_sum})
+    for (auto* plane : {&out.weighted_r, &out.weighted_g, &out.weighted_b, &out.weight, &out.count})
         plane->assign(pixels, 0.0f);
+    if (options.error_sums)
+        for (auto* plane : {&out.squares, &out.variance, &out.variance_of_sum})
+            plane->assign(pixels, 0.0f);
     out.luminance_unit = luminance_unit(records);
     if (glossy)
         for (auto* plane : {&out.glossy_r, &out.glossy_g, &out.glossy_b})
@@ -303,16 +316,18 @@ SplatBuffer splat_tiles(std::span<const Record> records, const TiledSurfaces& su
         TileSums sums{};
         const auto lobes = glossy ? std::make_unique<GlossyTile>() : nullptr;
         const bool lit = glossy && find_lobes(surfaces, t, view.camera, *glossy, *lobes);
-        splat_tile_sums(surfaces.tiles[t], sums, in_tile, lit ? lobes.get() : nullptr);
+        (options.error_sums ? splat_tile_sums : splat_tile_light)(surfaces.tiles[t], sums, in_tile, lit ? lobes.get() : nullptr);
         for_each_pixel(surfaces, t, [&](std::size_t to, std::size_t at) {
             out.weighted_r[to] = sums.r[at];
             out.weighted_g[to] = sums.g[at];
             out.weighted_b[to] = sums.b[at];
             out.weight[to] = sums.weight[at];
             out.count[to] = sums.count[at];
-            out.squares[to] = sums.squares[at];
-            out.variance[to] = sums.variance[at];
-            out.variance_of_sum[to] = sums.variance_of_sum[at];
+            if (options.error_sums) {
+                out.squares[to] = sums.squares[at];
+                out.variance[to] = sums.variance[at];
+                out.variance_of_sum[to] = sums.variance_of_sum[at];
+            }
             if (lit) {
                 out.glossy_r[to] = lobes->r[at];
                 out.glossy_g[to] = lobes->g[at];

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "rcs/error.h"
+#include "util/counters.h"
 
 namespace rcs {
 
@@ -35,7 +36,7 @@ struct ThreadPool::State {
         for (;;) {
             const std::size_t begin = next.fetch_add(grain, std::memory_order_relaxed);
             if (begin >= count)
-                return;
+                return flush_counts();
             try {
                 (*body)(begin, std::min(begin + grain, count), thread);
             } catch (...) {

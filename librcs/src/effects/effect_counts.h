@@ -1,0 +1,26 @@
+#pragma once
+
+#include "gbuffer/shading.h"
+#include "rcs/render.h"
+#include "util/counters.h"
+
+namespace rcs {
+
+/// Brings what hot loops counted since it was made into EffectCounts.
+class EffectTally {
+public:
+    explicit EffectTally(GlContext& gl);
+    void finish(GlContext& gl, const std::vector<Record>& records, const LayeredImage& image, EffectCounts& counts) const;
+
+private:
+    std::array<std::uint64_t, kCounts> before_;
+};
+
+inline void note_bytes(const Shading& shading, EffectCounts& counts)
+{
+    const std::uint64_t bytes = shading.bsdf.size() * sizeof(Bsdf) + shading.coverage.size() * sizeof(float) +
+                                shading.through.size() * sizeof(glm::vec3);
+    counts.shading_bytes = bytes > counts.shading_bytes ? bytes : counts.shading_bytes;
+}
+
+}  // namespace rcs
