@@ -20,6 +20,9 @@ void add_effects(CLI::App& command, const std::string& name, std::vector<std::st
 
 EffectChoice parse_choice(const RenderArguments& arguments)
 {
+    for (const std::string& name : arguments.without)
+        if (std::find(arguments.with.begin(), arguments.with.end(), name) != arguments.with.end())
+            throw Error(ErrorCode::bad_argument, "--without: " + name + " is also given to --with");
     EffectChoice choice = parse_effects(arguments.effects);
     const auto turn = [&](const std::vector<std::string>& names, bool on) {
         for (const std::string& name : names) {

@@ -262,6 +262,8 @@ TEST(CommandLine, BadValuesNameTheOptionAndTheValue)
     expect_error({"render", "demo:cornell", "--dry-run", "--accuracy", "0.1"}, kBadUsage, "--accuracy", folder);
     expect_error({"render", "demo:cornell", "-o", folder / "a.png", "--effects", "mirrors"}, kBadUsage, "mirrors", folder);
     expect_error({"render", "demo:cornell", "-o", folder / "a.png", "--with", "motion"}, kBadUsage, "motion", folder);
+    expect_error({"render", "demo:cornell", "-o", folder / "a.png", "--with", "highlights", "--without", "highlights"}, kBadUsage,
+                 "--without: highlights is also given to --with", folder);
     expect_error({"plan", "demo:cornell", "--without", "all"}, kBadUsage, "--without", folder);
     expect_error({"paint", "demo:cornell"}, kBadUsage, "paint", folder);
     expect_error({}, kBadUsage, "subcommand", folder);
