@@ -36,23 +36,6 @@ glm::vec3 at(const RenderResult& result, const char* layer, int x, int y)
     return {p[0], p[1], p[2]};
 }
 
-Material glossy(float metallic, float roughness, glm::vec3 color)
-{
-    Material material;
-    material.base_color = color;
-    material.metallic = metallic;
-    material.roughness = roughness;
-    material.specular = 1.0f;
-    material.double_sided = true;
-    return material;
-}
-
-int add(Scene& scene, const Material& material)
-{
-    scene.materials.push_back(material);
-    return static_cast<int>(scene.materials.size()) - 1;
-}
-
 // A convex white body under a white sky cannot be told from the sky, whatever its gloss: what it
 // absorbs or makes up shows as a difference. Every technique has its turn: roughness 0 to 0.5 is ray traced, the
 // rest lit by records.
@@ -62,7 +45,7 @@ TEST(GlossyRender, AWhiteFurnaceHidesEveryRoughness)
         for (int step = 0; step <= 10; ++step) {
             Scene scene;
             scene.sky_radiance = glm::vec3(1.0f);
-            const int material = add(scene, glossy(metallic, 0.1f * static_cast<float>(step), glm::vec3(1.0f)));
+            const int material = test::add_material(scene, test::glossy(metallic, 0.1f * static_cast<float>(step), glm::vec3(1.0f)));
             test::add_mesh(scene, test::icosphere({0, 0, 0}, 1.0f, 4, material));
             scene.cameras.push_back(look_at_camera("front", {0, 0, 4}, {0, 0, 0}, 0.6));
             const RenderResult result = render_first(scene, 48);
@@ -86,7 +69,7 @@ TEST(GlossyRender, AWhiteFurnaceHidesEveryRoughness)
 Scene mirror_before_a_wall(float roughness)
 {
     Scene scene;
-    const int mirror = add(scene, glossy(1.0f, roughness, glm::vec3(0.8f, 0.6f, 0.4f)));
+    const int mirror = test::add_material(scene, test::glossy(1.0f, roughness, glm::vec3(0.8f, 0.6f, 0.4f)));
     const int wall = test::add_material(scene, glm::vec3(0.5f), glm::vec3(0.0f), true);
     test::add_mesh(scene, test::quad({-5, 0, 5}, {10, 0, 0}, {0, 0, -10}, mirror));
     test::add_mesh(scene, test::quad({-50, -1, -5}, {100, 0, 0}, {0, 50, 0}, wall));
@@ -135,7 +118,7 @@ TEST(GlossyRender, OfALambertianSceneShootsNoLobeRaysAndKeepsNoRadiance)
 Scene pane_before_a_glow(const Material& pane)
 {
     Scene scene;
-    const int in_front = add(scene, pane);
+    const int in_front = test::add_material(scene, pane);
     const int glow = test::add_material(scene, glm::vec3(0.0f), glm::vec3(2.0f), true);
     test::add_mesh(scene, test::quad({-4, -4, 0}, {8, 0, 0}, {0, 8, 0}, in_front));
     test::add_mesh(scene, test::quad({-9, -9, -3}, {18, 0, 0}, {0, 18, 0}, glow));
@@ -161,7 +144,7 @@ TEST(GlossyRender, BlendsWhatLiesBehind)
 
 TEST(GlossyRender, SeesThroughThinGlass)
 {
-    Material glass = glossy(0.0f, 0.0f, {0.9f, 0.5f, 0.2f});
+    Material glass = test::glossy(0.0f, 0.0f, {0.9f, 0.5f, 0.2f});
     glass.transmission = 1.0f;
     const RenderResult result = render_first(pane_before_a_glow(glass), 17);
     // At normal incidence 4 % is reflected, of a black surrounding; the rest takes the pane's colour.

@@ -48,14 +48,7 @@ glm::vec3 mean(const LayeredImage& image)
 
 int add_surface(Scene& scene, float metallic, float roughness, glm::vec3 color)
 {
-    Material material;
-    material.base_color = color;
-    material.metallic = metallic;
-    material.roughness = roughness;
-    material.specular = 1.0f;
-    material.double_sided = true;
-    scene.materials.push_back(material);
-    return static_cast<int>(scene.materials.size()) - 1;
+    return test::add_material(scene, test::glossy(metallic, roughness, color));
 }
 
 /// Two plates face each other, and a beam from the camera goes zigzag between them at 45 degrees, meets them so many times, and

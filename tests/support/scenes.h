@@ -30,6 +30,24 @@ inline int add_material(Scene& scene, glm::vec3 albedo, glm::vec3 emission = glm
     return static_cast<int>(scene.materials.size()) - 1;
 }
 
+/// Metal, or a dielectric of index 1.5, seen from both sides.
+inline Material glossy(float metallic, float roughness, glm::vec3 color)
+{
+    Material material;
+    material.base_color = color;
+    material.metallic = metallic;
+    material.roughness = roughness;
+    material.specular = 1.0f;
+    material.double_sided = true;
+    return material;
+}
+
+inline int add_material(Scene& scene, const Material& material)
+{
+    scene.materials.push_back(material);
+    return static_cast<int>(scene.materials.size()) - 1;
+}
+
 /// Adds the mesh with one instance of it.
 inline void add_mesh(Scene& scene, Mesh mesh, const glm::dmat4& world_from_object = glm::dmat4(1.0))
 {

@@ -23,17 +23,6 @@ glm::vec3 lattice_point(int n, glm::vec3 shift)
     return p - glm::floor(p);
 }
 
-void set_lane(RayPacket& packet, int lane, const Ray& ray)
-{
-    packet.origin_x[lane] = ray.origin.x;
-    packet.origin_y[lane] = ray.origin.y;
-    packet.origin_z[lane] = ray.origin.z;
-    packet.direction_x[lane] = ray.direction.x;
-    packet.direction_y[lane] = ray.direction.y;
-    packet.direction_z[lane] = ray.direction.z;
-    packet.t_max[lane] = std::numeric_limits<float>::infinity();
-}
-
 }  // namespace
 
 void LobePaths::begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) const
@@ -151,7 +140,7 @@ void LobePaths::go_on(const LobePath& path, const SurfacePoint& point, const Hit
 void LobePaths::trace_packet(const LobePath* paths, int count, Workspace& w) const
 {
     for (int lane = 0; lane < count; ++lane)
-        set_lane(w.packet.ray, lane, paths[lane].ray);
+        set_lane(w.packet.ray, static_cast<std::size_t>(lane), paths[lane].ray);
     LaneWeights passed;
     intersect(rays_, (1u << count) - 1u, w.packet, passed);
     w.rays += static_cast<std::uint64_t>(count);

@@ -126,14 +126,7 @@ void DirectLight::add_lobe_rays(const SurfacePoint& point, const Lobes& lobes, s
         if (s.weight == glm::vec3(0.0f) || !(s.density > 0.0f) || !(glm::dot(point.geometric_normal, s.incoming) > 0.0f) ||
             !(glm::dot(point.shading_normal, s.incoming) > 0.0f) || !may_meet_lamp(point, s.incoming))
             continue;
-        const Ray r = ray_from(point, s.incoming);
-        ray.origin_x[i] = r.origin.x;
-        ray.origin_y[i] = r.origin.y;
-        ray.origin_z[i] = r.origin.z;
-        ray.direction_x[i] = s.incoming.x;
-        ray.direction_y[i] = s.incoming.y;
-        ray.direction_z[i] = s.incoming.z;
-        ray.t_max[i] = std::numeric_limits<float>::infinity();
+        set_lane(ray, static_cast<std::size_t>(i), ray_from(point, s.incoming));
         active |= 1u << i;
     }
     if (active == 0)

@@ -39,13 +39,7 @@ std::uint32_t CellRays::aim(const SurfaceSample& place, int first, glm::vec2 shi
         const float sine = std::sqrt(sin2);
         const glm::vec3 d = sine * std::cos(phi) * frame.x + sine * std::sin(phi) * frame.y +
                             std::sqrt(1.0f - sin2) * frame.z;
-        ray.origin_x[i] = origin.x;
-        ray.origin_y[i] = origin.y;
-        ray.origin_z[i] = origin.z;
-        ray.direction_x[i] = d.x;
-        ray.direction_y[i] = d.y;
-        ray.direction_z[i] = d.z;
-        ray.t_max[i] = std::numeric_limits<float>::infinity();
+        set_lane(ray, static_cast<std::size_t>(i), {origin, d});
         active |= static_cast<std::uint32_t>(glm::dot(d, place.geometric_normal) > 0.0f) << i;
     }
     return active;

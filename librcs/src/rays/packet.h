@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 
@@ -43,6 +44,18 @@ struct alignas(64) HitPacket {
 
 /// Sets what every ray shares: no time, all geometry, t_min 0.
 void reset(RayPacket& packet);
+
+/// Puts a ray into a lane; its t_min counts as 0.
+inline void set_lane(RayPacket& packet, std::size_t lane, const Ray& ray)
+{
+    packet.origin_x[lane] = ray.origin.x;
+    packet.origin_y[lane] = ray.origin.y;
+    packet.origin_z[lane] = ray.origin.z;
+    packet.direction_x[lane] = ray.direction.x;
+    packet.direction_y[lane] = ray.direction.y;
+    packet.direction_z[lane] = ray.direction.z;
+    packet.t_max[lane] = ray.t_max;
+}
 
 /// What becomes of rays at surfaces that let light through. Masked texels below the cutoff never stop one.
 enum class RayFilter {

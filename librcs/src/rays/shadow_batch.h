@@ -21,14 +21,7 @@ public:
             packets_.emplace_back();
             reset(packets_.back());
         }
-        RayPacket& p = packets_[packet];
-        p.origin_x[lane] = ray.origin.x;
-        p.origin_y[lane] = ray.origin.y;
-        p.origin_z[lane] = ray.origin.z;
-        p.direction_x[lane] = ray.direction.x;
-        p.direction_y[lane] = ray.direction.y;
-        p.direction_z[lane] = ray.direction.z;
-        p.t_max[lane] = ray.t_max;
+        set_lane(packets_[packet], lane, ray);
         ++count_;
     }
 
