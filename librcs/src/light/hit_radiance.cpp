@@ -107,8 +107,8 @@ Bsdf HitRadiance::exact_bsdf(const HitPacket& packet, int lane, const HitSurface
 Bsdf HitRadiance::bsdf(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const
 {
     Bsdf result = exact_bsdf(packet, lane, hit, cone_width);
-    result.alpha = std::max(result.alpha, kLeastAlpha);
-    result.coat_alpha = std::max(result.coat_alpha, kLeastAlpha);
+    result.alpha = std::max(result.alpha, least_alpha(result.f0));
+    result.coat_alpha = std::max(result.coat_alpha, least_alpha(glm::vec3(result.coat * Bsdf::kCoatF0)));
     return result;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <numbers>
@@ -28,9 +29,12 @@ int mip_level(const Texture& texture, float uv_per_length, float cone_width);
 /// sky, still needs a shadow ray for each of its terms; the rest is looked up in a light cache.
 class HitRadiance {
 public:
-    /// Specular lobes at hits are at least so wide (GGX alpha): what narrower ones do with small lamps, a few hundred
-    /// rays would see as single bright dots (path space regularisation: Kaplanyan and Dachsbacher 2013).
+    /// Specular lobes of perfect reflectance are at least so wide at hits (GGX alpha): what narrower ones do with small
+    /// lamps, a few hundred rays would see as single bright dots (path space regularisation: Kaplanyan and Dachsbacher 2013).
     static constexpr float kLeastAlpha = 0.3f;
+    /// Of a lobe with this reflectance at normal incidence: a lobe's peak grows as that over its width squared, and no
+    /// peak is to be higher. So a dielectric's lobe stays as it is down to a roughness of 0.25.
+    static float least_alpha(glm::vec3 f0) { return kLeastAlpha * std::sqrt(std::max({f0.x, f0.y, f0.z})); }
 
     /// @param cache  may be null: then there is no more than the direct part
     HitRadiance(const RayScene& rays, const LightCache* cache, const EffectSet& effects);
@@ -92,7 +96,7 @@ public:
     /// over walls sends that all one way: taken for diffuse, Sponza's floor came out a tenth too dark.
     glm::vec3 reflectance(const PlainHit& hit, glm::vec3 normal, glm::vec3 outgoing, glm::vec3 incoming) const;
 
-    /// How any other surface reflects towards the origin of a packet's ray, as it is, and with lobes at least kLeastAlpha
+    /// How any other surface reflects towards the origin of a packet's ray, as it is, and with lobes at least least_alpha()
     /// wide. @param hit  complete
     Bsdf exact_bsdf(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;
     Bsdf bsdf(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;

@@ -12,7 +12,6 @@ namespace rcs {
 namespace {
 
 constexpr float kInversePi = std::numbers::inv_pi_v<float>;
-constexpr float kCoatF0 = 0.04f;  // glTF's clear coat has an index of refraction of 1.5
 
 /// A GGX lobe as one viewer sees it.
 struct Lobe {
@@ -56,7 +55,7 @@ struct Layers {
             transmission *= 1.0f - specular.albedo;
         }
         if (!b.has_coat()) return;
-        coat.set_fresnel(glm::vec3(kCoatF0), 1.0f);
+        coat.set_fresnel(glm::vec3(Bsdf::kCoatF0), 1.0f);
         coat.gain *= b.coat;
         coat.albedo *= b.coat;
         const glm::vec3 below = 1.0f - coat.albedo;

@@ -29,6 +29,8 @@ struct Bsdf {
 
     /// A mirror is a lobe of this width: narrower than any pixel, wide enough for float arithmetic.
     static constexpr float kLeastAlpha = 1e-3f;
+    /// glTF's clear coat has an index of refraction of 1.5.
+    static constexpr float kCoatF0 = 0.04f;
     /// Transmission by a lobe up to this width shows what is straight behind it (half a degree).
     static constexpr float kStraightAlpha = 0.01f;
 
