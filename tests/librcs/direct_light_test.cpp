@@ -157,6 +157,26 @@ TEST(DirectIrradiance, InPenumbraAtDefaultsIsUnbiasedAndAsGoodAsRandomRays)
     EXPECT_NEAR(d.ratio_of_means, 1.0, 0.006);
 }
 
+/// Slats that hide nine tenths of a lamp from everywhere: its few first rays mostly say that it is hidden.
+TEST(DirectIrradiance, ThroughNarrowSlitsIsUnbiased)
+{
+    Scene scene = floor_scene();
+    add_lamp(scene, {-2.0f, -2.0f}, {2.0f, 2.0f}, 4.0f, 1.0f);
+    for (int slat = -100; slat < 100; ++slat)
+        test::add_mesh(scene, test::quad({0.1f * static_cast<float>(slat), 2.0f, -10.0f}, {0.09f, 0, 0}, {0, 0, 20.0f}, 0));
+    const std::vector<glm::vec2> points = random_points(400, 1.0f, 6);
+    const auto mean = [&](const DirectOptions& options) {
+        double sum = 0.0;
+        for (const glm::vec3 e : light(scene, test::points_on_floor(points), options))
+            sum += static_cast<double>(e.r) / static_cast<double>(points.size());
+        return sum;
+    };
+    DirectOptions many;
+    many.area_samples = many.penumbra_samples = 1024;
+    // 400 points, whose 80 rays each leave 30 % of noise.
+    EXPECT_NEAR(mean({}) / mean(many), 1.0, 0.045);
+}
+
 TEST(DirectIrradiance, OfPunctualLightsIsTheirFormula)
 {
     Scene scene = floor_scene();

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "material/bsdf.h"
 #include "rcs/error.h"
 #include "rcs/records.h"
 #include "support/floor_points.h"
@@ -99,6 +100,51 @@ TEST(GatherRecords, BesideALitWallGainAsTheNormalTurnsTowardsIt)
         EXPECT_NEAR(rotation.z, expected, 0.03 * expected) << rays;
         EXPECT_NEAR(rotation.x, 0.0, 0.03 * expected) << rays;
         EXPECT_NEAR(rotation.y, 0.0, 1e-5) << rays;
+    }
+}
+
+/// Irradiance at (x, 0, 0) from a ceiling [-3, 3] x [-3, 3] at y = 2 that reflects a point light of intensity 1 at (0, 1, 0):
+/// a midpoint sum over it.
+double light_by_ceiling(double x, const Bsdf& ceiling)
+{
+    const int n = 600;
+    double sum = 0.0;
+    for (int j = 0; j < n; ++j) {
+        for (int i = 0; i < n; ++i) {
+            const glm::dvec3 q(-3.0 + 6.0 * (i + 0.5) / n, 2.0, -3.0 + 6.0 * (j + 0.5) / n);
+            const glm::dvec3 to_light = glm::dvec3(0.0, 1.0, 0.0) - q, to_point = glm::dvec3(x, 0.0, 0.0) - q;
+            const double l2 = glm::dot(to_light, to_light), p2 = glm::dot(to_point, to_point);
+            const double arrives = -to_light.y / (l2 * std::sqrt(l2));
+            const glm::vec3 f = evaluate(ceiling, glm::vec3(glm::normalize(to_point)), glm::vec3(glm::normalize(to_light)));
+            sum += arrives * static_cast<double>(f.g) * to_point.y * to_point.y / (p2 * p2);
+        }
+    }
+    return sum * 36.0 / (n * n);
+}
+
+TEST(GatherRecords, BelowAGlossyCeilingHaveTheLightOfItsLobe)
+{
+    const float roughness = 0.35f;
+    Bsdf ceiling;
+    ceiling.normal = ceiling.geometric_normal = {0, -1, 0};
+    ceiling.f0 = glm::vec3(0.04f);
+    ceiling.f90 = 1.0f;
+    ceiling.alpha = roughness * roughness;
+    Scene scene;
+    test::add_mesh(scene, test::quad({-10, 0, -10}, {0, 0, 20}, {20, 0, 0}, test::add_material(scene, glm::vec3(0.5f))));
+    const int lobe_alone = test::add_material(scene, test::glossy(0.0f, roughness, glm::vec3(0.0f)));
+    test::add_mesh(scene, test::quad({-3, 2, -3}, {6, 0, 0}, {0, 0, 6}, lobe_alone));
+    scene.lights = {test::point_light({0.0, 1.0, 0.0}, glm::vec3(1.0f))};
+    RecordOptions options;
+    options.rays = 16384;
+    const std::vector<float> places = {0.0f, 1.0f, 2.0f, 2.5f};
+    std::vector<glm::vec2> points;
+    for (const float x : places)
+        points.emplace_back(x, 0.0f);
+    const std::vector<Record> records = gather(scene, test::points_on_floor(points), options);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const double expected = light_by_ceiling(static_cast<double>(places[i]), ceiling);
+        EXPECT_NEAR(static_cast<double>(records[i].irradiance.g), expected, 0.02 * expected) << places[i];
     }
 }
 

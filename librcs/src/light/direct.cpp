@@ -1,6 +1,9 @@
 #include "light/direct.h"
 
+#include <algorithm>
+#include <cstdint>
 #include <string>
+#include <vector>
 
 #include "effects/scene_effects.h"
 #include "light/direct_point.h"
@@ -23,6 +26,24 @@ DirectLight::Viewer viewer_of(const GBuffer& g, const View& view, const Shading&
 {
     const bool parallel = view.camera.projection == Projection::orthographic;
     return {&shading.bsdf[i], parallel ? glm::vec3(view.camera.world_from_view[2]) : glm::normalize(-g.position(i))};
+}
+
+// Neighbours this near tell whether a lamp is in part hidden [px]: 25 pixels have shot at least 50 rays at it.
+constexpr int kReach = 2;
+
+/// What the pixel and its neighbours see together.
+LampSight sight_around(const std::vector<LampSight>& sight, int width, int height, int x, int y)
+{
+    LampSight all;
+    for (int ny = std::max(0, y - kReach); ny <= std::min(height - 1, y + kReach); ++ny) {
+        const std::size_t row = static_cast<std::size_t>(ny) * static_cast<std::size_t>(width);
+        for (int nx = std::max(0, x - kReach); nx <= std::min(width - 1, x + kReach); ++nx) {
+            const LampSight& s = sight[row + static_cast<std::size_t>(nx)];
+            all.free |= s.free;
+            all.hidden |= s.hidden;
+        }
+    }
+    return all;
 }
 
 }  // namespace
@@ -48,16 +69,35 @@ DirectLightResult direct_light(const RayScene& rays, const GBuffer& gbuffer, con
     if (highlights)
         result.glossy.assign(gbuffer.size(), glm::vec3(0.0f));
     std::vector<DirectLight::Workspace> workspaces(static_cast<std::size_t>(pool.size()));
+    const auto light_pixel = [&](std::size_t i, std::uint64_t mixed, DirectLight::Workspace& w) {
+        const Lit lit = light.at(surface_of(gbuffer, i), highlights ? viewer_of(gbuffer, view, shading, i) : DirectLight::Viewer{},
+                                 stream_key(options.seed, Stream::direct, i), w, mixed);
+        result.irradiance[i] = lit.irradiance;
+        if (highlights)
+            result.glossy[i] = lit.glossy;
+    };
+    const bool looks_twice = light.takes_mixed();
+    std::vector<LampSight> sight(looks_twice ? gbuffer.size() : 0);
     pool.parallel_for(gbuffer.size(), 1024, [&](std::size_t begin, std::size_t end, int thread) {
         DirectLight::Workspace& w = workspaces[static_cast<std::size_t>(thread)];
         for (std::size_t i = begin; i < end; ++i) {
             if (!gbuffer.covered(i))
                 continue;
-            const Lit lit = light.at(surface_of(gbuffer, i), highlights ? viewer_of(gbuffer, view, shading, i) : DirectLight::Viewer{},
-                                     stream_key(options.seed, Stream::direct, i), w);
-            result.irradiance[i] = lit.irradiance;
-            if (highlights)
-                result.glossy[i] = lit.glossy;
+            light_pixel(i, 0, w);
+            if (looks_twice)
+                sight[i] = w.sight;
+        }
+    });
+    // Penumbras are where a lamp is free at one pixel and hidden at the next.
+    pool.parallel_for(sight.size(), 1024, [&](std::size_t begin, std::size_t end, int thread) {
+        for (std::size_t i = begin; i < end; ++i) {
+            if (sight[i].seen() == 0)
+                continue;
+            const int x = static_cast<int>(i % static_cast<std::size_t>(gbuffer.width));
+            const int y = static_cast<int>(i / static_cast<std::size_t>(gbuffer.width));
+            const std::uint64_t mixed = sight_around(sight, gbuffer.width, gbuffer.height, x, y).mixed() & sight[i].seen();
+            if (mixed != 0)
+                light_pixel(i, mixed, workspaces[static_cast<std::size_t>(thread)]);
         }
     });
     for (const DirectLight::Workspace& w : workspaces)

@@ -25,6 +25,12 @@ constexpr int kLeastSamples = 2;
 // A highlight makes a lamp at most so many times more important than diffuse reflection by a white surface.
 constexpr float kMostHighlight = 4.0f;
 
+constexpr std::uint64_t bit_of_lamp(std::uint32_t number)
+{
+    return 1ull << number % 63u;
+}
+constexpr std::uint64_t kBitOfPeaks = 1ull << 63;
+
 /// Point n of the rank-1 lattice of the plastic number (Roberts 2018), shifted.
 glm::vec2 lattice(int n, float shift1, float shift2)
 {
@@ -69,10 +75,11 @@ glm::vec3 DirectLight::glossy(const Lobes& lobes, glm::vec3 to_light) const
     return cosine * evaluate_glossy(lobes.bsdf, lobes.outgoing, to_light);
 }
 
-Lit DirectLight::at(const SurfacePoint& point, const Viewer& viewer, std::uint64_t key, Workspace& w) const
+Lit DirectLight::at(const SurfacePoint& point, const Viewer& viewer, std::uint64_t key, Workspace& w, std::uint64_t mixed) const
 {
     Lit lit;
     Lobes lobes = make_lobes(viewer);
+    w.sight = {};
     add_punctual(point, lobes, w, lit);
     if (lights_.triangles.empty() && !sky_.has_peaks())
         return lit;
@@ -81,9 +88,9 @@ Lit DirectLight::at(const SurfacePoint& point, const Viewer& viewer, std::uint64
     if (!lights_.triangles.empty())
         find_lamps(point, lobes, random, w);
     choose_samples(point, w, lobes);
-    add_triangles(point, lobes, random, key, w, lit);
+    add_triangles(point, lobes, random, key, mixed, w, lit);
     if (sky_.has_peaks())
-        add_peaks(point, lobes, key, w, lit);
+        add_peaks(point, lobes, key, mixed, w, lit);
     if (lobes.samples > 0)
         add_lobe_rays(point, lobes, key, w, lit);
     return lit;
@@ -209,9 +216,10 @@ void DirectLight::shoot(const SurfacePoint& point, const Lobes& lobes, LampView&
     lamp.samples += samples;
 }
 
-/// No noise where a lamp is wholly seen or wholly hidden; more rays where it is neither.
+/// No noise where a lamp is wholly seen or wholly hidden; more rays where it may be neither. Were that for the point's own
+/// few rays to decide, a lamp of which a tenth is seen would often count as hidden.
 void DirectLight::add_triangles(const SurfacePoint& point, const Lobes& lobes, RandomStream& random, std::uint64_t key,
-                                Workspace& w, Lit& lit) const
+                                std::uint64_t mixed, Workspace& w, Lit& lit) const
 {
     float total = 0.0f;
     for (const LampView& lamp : w.lamps)
@@ -243,7 +251,11 @@ void DirectLight::add_triangles(const SurfacePoint& point, const Lobes& lobes, R
         const float share = lamp.importance / total;
         const auto count = [&](int samples) { return static_cast<int>(std::ceil(static_cast<float>(samples) * share)); };
         shoot(point, lobes, lamp, std::max(candidates_.draws() ? 1 : kLeastSamples, count(options_.area_samples)), key, w);
-        if (lamp.free > 0.0 && lamp.free < lamp.possible * (1.0 - 1e-6))
+        const bool has_free = lamp.free > 0.0, has_hidden = lamp.free < lamp.possible * (1.0 - 1e-6);
+        const std::uint64_t bit = bit_of_lamp(lamp.number);
+        w.sight.free |= has_free ? bit : 0u;
+        w.sight.hidden |= has_hidden ? bit : 0u;
+        if (candidates_.draws() ? has_free && has_hidden : (mixed & bit) != 0u)
             shoot(point, lobes, lamp, count(options_.penumbra_samples), key, w);
         // A share of a known sum has next to no noise, but is biased where what it is a share of varies.
         if (lights_.triangles[lamp.triangle].varied)
@@ -254,7 +266,8 @@ void DirectLight::add_triangles(const SurfacePoint& point, const Lobes& lobes, R
     }
 }
 
-void DirectLight::add_peaks(const SurfacePoint& point, const Lobes& lobes, std::uint64_t key, Workspace& w, Lit& lit) const
+void DirectLight::add_peaks(const SurfacePoint& point, const Lobes& lobes, std::uint64_t key, std::uint64_t mixed,
+                            Workspace& w, Lit& lit) const
 {
     if (!(sky_.peak_estimate(point.shading_normal) > 0.0f))
         return;
@@ -296,9 +309,11 @@ void DirectLight::add_peaks(const SurfacePoint& point, const Lobes& lobes, std::
             if (lobes.any)
                 highlight += glm::dvec3(w.shadow.transmittance(i) * w.glossy[i]);
         }
-        return free > 0 && free < w.shadow.size();
+        w.sight.free |= free > 0 ? kBitOfPeaks : 0u;
+        w.sight.hidden |= free < w.shadow.size() ? kBitOfPeaks : 0u;
     };
-    if (shoot_peaks(options_.area_samples))
+    shoot_peaks(options_.area_samples);
+    if ((mixed & kBitOfPeaks) != 0u)
         shoot_peaks(options_.penumbra_samples);
     lit.irradiance += glm::vec3(irradiance / static_cast<double>(samples));
     lit.glossy += glm::vec3(highlight / static_cast<double>(samples));

@@ -24,6 +24,15 @@ struct Lit {
     glm::vec3 glossy{0.0f};
 };
 
+/// Which lamps a point finds free and which hidden, in part or wholly, by the shadow rays that it has shot; of many lamps
+/// several share a bit.
+struct LampSight {
+    std::uint64_t free = 0, hidden = 0;
+
+    std::uint64_t seen() const { return free | hidden; }
+    std::uint64_t mixed() const { return free & hidden; }
+};
+
 /// Light of lamps and of the sky's peaks at single points. Diffuse: the exact unoccluded irradiance of each triangle
 /// times the share of it that shadow rays find free. Glossy: the same shadow rays times the BSDF; where a lobe is
 /// narrower than the lamps, rays along the lobe as well, combined by the power heuristic (Veach and Guibas 1995).
@@ -59,6 +68,7 @@ public:
         std::vector<float> weight;               // of each shadow ray
         std::vector<glm::vec3> radiance, glossy;  // it brings: if radiance varies, and by the glossy lobes
         HitPacket packet;
+        LampSight sight;  // of the last point
         std::uint64_t rays = 0;
 
         Workspace() { reset(packet.ray); }
@@ -66,7 +76,11 @@ public:
 
     DirectLight(const RayScene& rays, const DirectOptions& options);
 
-    Lit at(const SurfacePoint& point, const Viewer& viewer, std::uint64_t key, Workspace& w) const;
+    /// @param mixed  lamps (bits as of LampSight) that may be hidden in part, and get more shadow rays
+    Lit at(const SurfacePoint& point, const Viewer& viewer, std::uint64_t key, Workspace& w, std::uint64_t mixed = ~0ull) const;
+
+    /// Whether `mixed` counts for anything. Of many lamps few are drawn, others at each point: of these it is told by their own rays.
+    bool takes_mixed() const { return (!lights_.triangles.empty() && !candidates_.draws()) || sky_.has_peaks(); }
 
 private:
     DirectLight(const RayScene& rays, const DirectOptions& options, const EffectSet& effects);
@@ -88,8 +102,10 @@ private:
     void choose_samples(const SurfacePoint& point, const Workspace& w, Lobes& lobes) const;
 
     void add_punctual(const SurfacePoint& point, const Lobes& lobes, Workspace& w, Lit& lit) const;
-    void add_triangles(const SurfacePoint& point, const Lobes& lobes, RandomStream& random, std::uint64_t key, Workspace& w, Lit& lit) const;
-    void add_peaks(const SurfacePoint& point, const Lobes& lobes, std::uint64_t key, Workspace& w, Lit& lit) const;
+    void add_triangles(const SurfacePoint& point, const Lobes& lobes, RandomStream& random, std::uint64_t key,
+                       std::uint64_t mixed, Workspace& w, Lit& lit) const;
+    void add_peaks(const SurfacePoint& point, const Lobes& lobes, std::uint64_t key, std::uint64_t mixed, Workspace& w,
+                   Lit& lit) const;
     void add_lobe_rays(const SurfacePoint& point, const Lobes& lobes, std::uint64_t key, Workspace& w, Lit& lit) const;
 
     void find_lamps(const SurfacePoint& point, const Lobes& lobes, RandomStream& random, Workspace& w) const;
