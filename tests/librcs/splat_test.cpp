@@ -64,6 +64,7 @@ std::vector<Record> random_records(const GBuffer& g, int count, unsigned seed)
             r.rotation_gradient[c] = glm::vec3(unit(random), unit(random), unit(random)) - 0.5f;
         }
         r.spacing_radius = 0.02f + 0.5f * unit(random) * unit(random);
+        r.breadth = 0.3f + 0.7f * unit(random);
         r.gradient_scale = k % 3 == 0 ? unit(random) : 1.0f;
         r.noise = 0.1f * unit(random);
         r.harmonic_mean_distance = 1.0f;
@@ -91,7 +92,8 @@ std::vector<Pixel> double_loop(const std::vector<Record>& records, const GBuffer
             const glm::dvec3 n(g.normal(i));
             const glm::dvec3 d = glm::dvec3(g.position(i)) - k;
             const double overlap = static_cast<double>(o.overlap);
-            const double radius = record.spacing_radius * std::max(std::min(2.0, overlap), overlap * record.gradient_scale);
+            const double wide = std::max(std::min(2.0, overlap), overlap * record.gradient_scale);
+            const double radius = record.spacing_radius * std::max(1.0, record.breadth * wide);
             const double tolerance = static_cast<double>(o.error_tolerance) * o.overlap;
             const double across = glm::dot(d, kn);
             const double error = std::sqrt(glm::dot(d, d) + 3.0 * across * across) / radius +

@@ -15,7 +15,8 @@ constexpr double kMostForPasses = 0.4;
 // sponza and sibenik.
 constexpr double kSplatWithLobes = 5.0;
 constexpr int kMostLobeRounds = 64;
-constexpr double kLobeShare = 0.2;  // of the squared error: records come to 0.95 of the target, and not everywhere are lobes
+// Errors of lobes and records are in different pixels, for the most part: so much of one is added to the other.
+constexpr double kLobesAdd = 0.8;
 
 constexpr double kForecastErrors[] = {0.2, 0.1, 0.05, 0.03, 0.02, 0.01};
 
@@ -116,10 +117,12 @@ std::optional<RecordGoal> Goal::set(const FirstView& first, const RecordForecast
     light.indirect_error = records.errors;
     const double of_lobes = lobe_error(first, light) / std::sqrt(static_cast<double>(passes_));
     const double of_records = std::max(1e-6, picture_error(first, std::move(light), 0.0f));
+    // Records leave room for the lobes: they stop short of the goal, and are not all of the light.
+    const double left_by_records = 1.0 - kShareOfGoal * of_records / std::max(1e-6, mean_errors(records.sums, records.errors).total);
     const double round_seconds = seconds_of(stats, "glossy") * passes_;
     const auto seconds_to = [&](double error) {
-        // Rounds of tracing that leave the records most of the error.
-        const double rounds = std::clamp(std::ceil(of_lobes * of_lobes / (kLobeShare * error * error)), 1.0, kMostLobeRounds * 1.0);
+        const double too_much = kLobesAdd * of_lobes / (std::max(1.0 - kShareOfGoal, left_by_records) * error);
+        const double rounds = std::clamp(std::ceil(too_much * too_much), 1.0, kMostLobeRounds * 1.0);
         return before + rest + records.seconds_to(error) + (rounds - 1.0) * round_seconds;
     };
     Forecast& forecast = stats.forecast;

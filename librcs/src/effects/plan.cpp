@@ -132,7 +132,7 @@ void Planner::plan_light()
                                  : reflects_           ? plural(facts_.triangles, "triangle shines", "triangles shine")
                                                        : dark());
     bounded(area);
-    area.cost = "at least two shadow rays a sample and lamp, more in penumbras, and one for each gather hit";
+    area.cost = "a shadow ray a sample and lamp or more, most in penumbras, and one for each gather hit";
     area.rays = samples * view_[kReflects].share * options_.direct.area_samples;
 
     const std::string no_sky = "the sky's radiance is 0";

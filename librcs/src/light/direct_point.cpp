@@ -18,10 +18,6 @@ constexpr float kInversePi = std::numbers::inv_pi_v<float>;
 // Triangles that together send less than this share of the lamps' light are represented by one shadow ray.
 constexpr float kSmallShare = 0.02f;
 
-// Least shadow rays towards a triangle of its own: two see whether its visibility is mixed. Of many that were drawn,
-// each stands for others that lie elsewhere: one.
-constexpr int kLeastSamples = 2;
-
 // A highlight makes a lamp at most so many times more important than diffuse reflection by a white surface.
 constexpr float kMostHighlight = 4.0f;
 
@@ -250,7 +246,7 @@ void DirectLight::add_triangles(const SurfacePoint& point, const Lobes& lobes, R
     for (LampView& lamp : w.lamps) {
         const float share = lamp.importance / total;
         const auto count = [&](int samples) { return static_cast<int>(std::ceil(static_cast<float>(samples) * share)); };
-        shoot(point, lobes, lamp, std::max(candidates_.draws() ? 1 : kLeastSamples, count(options_.area_samples)), key, w);
+        shoot(point, lobes, lamp, count(options_.area_samples), key, w);
         const bool has_free = lamp.free > 0.0, has_hidden = lamp.free < lamp.possible * (1.0 - 1e-6);
         const std::uint64_t bit = bit_of_lamp(lamp.number);
         w.sight.free |= has_free ? bit : 0u;

@@ -10,6 +10,8 @@ namespace rcs {
 namespace {
 
 constexpr int kBisections = 40;
+constexpr double kPowerOfRays = 0.8;
+constexpr double kNearFloor = 1.05;  // what spread alone leaves: nearer it, rays do little
 
 /// The least value in [low, high] for which `enough` holds, which does for all greater ones; `high` if for none.
 template <typename Enough>
@@ -26,7 +28,7 @@ double area_of(std::span<const RecordShare> shares)
 {
     double area = 0.0;
     for (const RecordShare& s : shares)
-        area += static_cast<double>(s.area);
+        area += static_cast<double>(s.count * s.area);
     return area;
 }
 
@@ -35,9 +37,14 @@ constexpr double kLeastLevel = 1e-3, kMostLevel = 1e12;
 
 }  // namespace
 
+float spread_at(const RecordShare& s, float density)
+{
+    return s.spread * std::pow(density, static_cast<float>(-kSpreadFall));
+}
+
 float rays_at(const RecordShare& s, double level, float most)
 {
-    const double wanted = level * static_cast<double>(s.area * s.single);
+    const double wanted = level * std::pow(static_cast<double>(s.area * s.single), kPowerOfRays);
     return std::max(s.rays, std::min(most, static_cast<float>(wanted)));
 }
 
@@ -50,8 +57,8 @@ Allotment allot(std::span<const RecordShare> shares, double level, float most)
     for (const RecordShare& s : shares) {
         const float rays = rays_at(s, level, most);
         const float noise = s.single / std::sqrt(rays);
-        result.error += kMeanAbsolute * static_cast<double>(s.area * std::hypot(noise, s.spread)) / area;
-        result.rays += static_cast<double>(rays - s.rays);
+        result.error += kMeanAbsolute * static_cast<double>(s.count * s.area * std::hypot(noise, s.spread)) / area;
+        result.rays += static_cast<double>(s.count * (rays - s.rays));
     }
     return result;
 }
@@ -59,7 +66,7 @@ Allotment allot(std::span<const RecordShare> shares, double level, float most)
 Allotment allot_for_error(std::span<const RecordShare> shares, double error, float most)
 {
     // What no rays reach is not tried for at any price.
-    const double reachable = std::max(error, 1.01 * allot(shares, kMostLevel, most).error);
+    const double reachable = std::max(error, kNearFloor * allot(shares, kMostLevel, most).error);
     return allot(shares, least(kLeastLevel, kMostLevel, [&](double level) { return allot(shares, level, most).error <= reachable; }),
                  most);
 }
@@ -72,8 +79,10 @@ Allotment allot_for_rays(std::span<const RecordShare> shares, double rays, float
 
 std::vector<float> densities(std::span<const RecordShare> shares, double part, float most)
 {
+    // Of sum area * spread * density^-f, with so many records in all, the least.
     const auto density = [&](const RecordShare& s, double level) {
-        return std::clamp(static_cast<float>(level * std::sqrt(static_cast<double>(s.area * s.spread))), 1.0f, most);
+        const double wanted = level * std::pow(static_cast<double>(s.area * s.spread), 1.0 / (1.0 + kSpreadFall));
+        return std::clamp(static_cast<float>(wanted), 1.0f, most);
     };
     double now = 0.0;
     for (const RecordShare& s : shares)
@@ -81,7 +90,7 @@ std::vector<float> densities(std::span<const RecordShare> shares, double part, f
     const double level = least(1e-6, 1e6, [&](double tried) {
         double then = 0.0;
         for (const RecordShare& s : shares)
-            then += static_cast<double>(s.area * s.spread / density(s, tried));
+            then += static_cast<double>(s.area * spread_at(s, density(s, tried)));
         return then <= part * now;
     });
     std::vector<float> result;

@@ -12,11 +12,11 @@ struct RecordShare {
                           ///< gathered with one ray
     float spread = 0.0f;  ///< error of the first-order expansions around it, relative
     float rays = 1.0f;    ///< that it has been gathered with
+    float count = 1.0f;   ///< of records that are like this one, each with this area and these rays
 };
 
-/// The rays that a record is to have: as area * single. The mean error, sum area * single / sqrt(n), is least for the rays
-/// spent if n grows as (area * single)^(2/3); the power 1 costs 10 to 25 % more, and leaves less noise
-/// where there is most of it.
+/// The rays that a record is to have: as (area * single)^0.8. The mean error, sum area * single / sqrt(n), is least for the
+/// rays spent with the power 2/3; a larger one leaves less noise where there is most of it, for somewhat more of them.
 /// @param level  factor of that   @return at least the share's rays; new ones up to `most`
 float rays_at(const RecordShare& share, double level, float most);
 
@@ -33,8 +33,11 @@ Allotment allot_for_error(std::span<const RecordShare> shares, double error, flo
 Allotment allot_for_rays(std::span<const RecordShare> shares, double rays, float most);
 
 /// How many records there are to be in the place of each, so that the mean of the spread becomes `part` of what it is
-/// with the fewest new ones. Spread falls as the square of their distance, so the sum of area * spread / density is least
-/// for a density of sqrt(area * spread). @return in [1, most]
+/// with the fewest new ones. Of second order it would fall as the square of their distance; closer records also see what
+/// wider ones do not, and it falls as density^-kSpreadFall. @return in [1, most]
 std::vector<float> densities(std::span<const RecordShare> shares, double part, float most);
+inline constexpr double kSpreadFall = 0.85;
+/// What is left of its spread then.
+float spread_at(const RecordShare& share, float density);
 
 }  // namespace rcs

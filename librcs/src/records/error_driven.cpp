@@ -11,6 +11,7 @@
 
 #include "rcs/metrics.h"
 #include "records/allotment.h"
+#include "splat/gpu_records.h"
 #include "util/color.h"
 
 namespace rcs {
@@ -18,13 +19,18 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kSafety = 0.95;         // of the goal: an estimate scatters
-constexpr double kStep = 0.75;           // of the error, from one look at it to the next
-constexpr double kShareOfSpread = 0.45;  // of the error: errors add up squared, and rays show more of it
+constexpr double kStep = 0.7;            // of the error, from one look at it to the next
+constexpr double kShareOfSpread = 0.6;   // of the error: errors add up squared, and rays show more of it
 constexpr double kNearGoal = 1.05;       // times the goal: nearer, rays alone are enough
-constexpr double kHardlyLess = 0.97;     // times what it was: a step that does no more is the last of its kind
+constexpr float kHardlyMore = 1.05f;     // times the closest spacing: as close as they may
+constexpr double kHardlyLess = 0.95;     // times what it was: a step that does no more is the last of its kind
+constexpr float kRaysOfRecord = 100.0f;  // finding its place takes as long as so many
+constexpr std::size_t kPlanned = 8192;   // of the records are enough to plan by
+constexpr double kStalled = 0.995;       // times what it was, just before the goal
 constexpr double kMostMore = 4.0;        // rays of one step, over those so far
-constexpr int kMostSharpenings = 4;      // in a step
+constexpr double kLeastMore = 0.05;      // the same: the last step to the goal may promise to take next to none
+constexpr double kReached = 1.01;        // times the goal is there
+constexpr int kMostSharpenings = 3;      // in a step
 constexpr int kMostSteps = 24;
 constexpr float kMostRays = 16384.0f;    // per record
 constexpr float kMostDensity = 4.0f;     // of records in one round, over what it was
@@ -62,7 +68,7 @@ private:
     void look();
     void scale_shares(bool noise);
     std::vector<RecordShare> share_out() const;
-    void sharpen(double spread);
+    void sharpen(double part);
     void refine(const Allotment& allotment);
     double all_rays() const
     {
@@ -124,7 +130,7 @@ std::vector<RecordShare> Steering::share_out() const
         const std::uint32_t pixel = placement_.pixels()[k];
         const Record& r = records[k];
         // The weight of one splat is a cone; where all that overlap add up to W, a record makes 1 / W of its pixels.
-        const float radius = overlap_ * r.spacing_radius / r.footprint;
+        const float radius = influence_radius(r, overlap_) / r.footprint;
         const float light = luminance({sums_.weighted_r[pixel], sums_.weighted_g[pixel], sums_.weighted_b[pixel]});
         const float seen = light / (light + dark * sums_.weight[pixel]);
         shares[k].area = seen * std::numbers::pi_v<float> / 3.0f * radius * radius / sums_.weight[pixel];
@@ -147,37 +153,48 @@ void Steering::overture()
 
 double Steering::seconds_to(double error) const
 {
-    const double wanted = kSafety * error;
+    const double wanted = kShareOfGoal * error;
     if (errors_.total <= wanted)
         return 0.0;
+    // Some of the records say enough.
+    const std::size_t stride = (shares_.size() + kPlanned - 1) / kPlanned;
     std::vector<RecordShare> shares;
-    double rays = 0.0;  // of closer records: they gather from scratch, and each makes a smaller part of the picture
+    for (std::size_t k = 0; k < shares_.size(); k += stride)
+        shares.push_back(shares_[k]);
     const double part = kShareOfSpread * wanted / std::max(errors_.spread, 1e-9);
-    const std::vector<float> density = densities(shares_, part, kMostForecast);
-    for (std::size_t k = 0; k < shares_.size(); ++k) {
-        RecordShare s = shares_[k];
-        const float count = std::round(density[k]);
-        s.area /= count;
-        s.spread /= density[k];
-        rays += static_cast<double>((count - 1.0f) * s.rays);
-        shares.insert(shares.end(), static_cast<std::size_t>(count), s);
+    const std::vector<float> density = densities(shares, part, kMostForecast);
+    double rays = 0.0;  // of closer records: they gather from scratch, and each makes a smaller part of the picture
+    for (std::size_t k = 0; k < shares.size(); ++k) {
+        RecordShare& s = shares[k];
+        s.spread = spread_at(s, density[k]);
+        s.area /= density[k];
+        s.count = density[k];
+        rays += static_cast<double>((density[k] - 1.0f) * (s.rays + kRaysOfRecord));
     }
     rays += allot_for_error(shares, wanted, std::numeric_limits<float>::infinity()).rays;
+    rays *= static_cast<double>(shares_.size()) / static_cast<double>(shares.size());
     const double steps = std::ceil(std::log(wanted / errors_.total) / std::log(kStep));
     return rays * seconds_per_ray_ + kLooks * steps * look_seconds_;
 }
 
-/// Takes reach from the records whose extrapolations disagree, and fills what they no longer serve, so that the mean
-/// error by spread comes down to `spread`.
-void Steering::sharpen(double spread)
+/// Brings the mean error by spread down to `part` of what it is: takes reach from records whose extrapolations disagree, and
+/// fills what they no longer serve; where records lie as close as they may, the splat takes fewer of them together.
+void Steering::sharpen(double part)
 {
-    const std::vector<float> density = densities(shares_, spread / errors_.spread, kMostDensity);
+    const std::vector<float> density = densities(shares_, part, kMostDensity);
     RecordOptions& options = placement_.options();
     const std::span<Record> records = placement_.records();
-    for (std::size_t k = 0; k < records.size(); ++k)
-        // Neighbours are held to the harmonic mean distance as well.
-        if (density[k] > 1.0f)
-            records[k].harmonic_mean_distance = records[k].spacing_radius / (tolerance_ * std::sqrt(density[k]));
+    const float closest = kHardlyMore * tolerance_ * std::min(kLeastReach, options.min_reach);  // [px]
+    for (std::size_t k = 0; k < records.size(); ++k) {
+        Record& r = records[k];
+        if (!(density[k] > 1.0f))
+            continue;
+        const float nearer = 1.0f / std::sqrt(density[k]);
+        if (r.spacing_radius > closest * r.footprint)
+            r.harmonic_mean_distance = nearer * r.spacing_radius / tolerance_;  // neighbours are held to it as well
+        else
+            r.breadth = std::max(1.0f / overlap_, nearer * r.breadth);
+    }
     options.min_reach = std::max(std::min(kLeastReach, options.min_reach), 0.7f * options.min_reach);
     placement_.fill();
     look();
@@ -204,24 +221,26 @@ void Steering::refine(const Allotment& allotment)
 void Steering::reach(const RecordGoal& goal)
 {
     const Clock::time_point start = Clock::now();
-    const double wanted = std::max(kLeastGoal, kSafety * goal.mean_relative);
+    const double wanted = std::max(kLeastGoal, kShareOfGoal * goal.mean_relative);
     const auto left = [&] {
         return goal.seconds > 0.0 ? goal.seconds - seconds_since(start) : std::numeric_limits<double>::infinity();
     };
-    for (int step = 0; step < kMostSteps && errors_.total > wanted; ++step) {
+    for (int step = 0; step < kMostSteps && errors_.total > kReached * wanted; ++step) {
         const double before = errors_.total, step_to = kStep * before;
         const bool is_cut = wanted > step_to;
+        const double aim = std::max(wanted, step_to);
         // Spread hides behind noise, and shows more of itself from step to step.
         for (int k = 0; k < kMostSharpenings && before > kNearGoal * wanted && errors_.spread > kShareOfSpread * step_to; ++k) {
             // Closer records than the time is enough for would only be noisy ones.
             if (left() < 4.0 * look_seconds_ || step_to < goal.likely)
                 break;
-            const double spread = errors_.spread;
-            sharpen(kShareOfSpread * step_to);
+            const double spread = errors_.spread, part = kShareOfSpread * step_to / spread;
+            sharpen(part);
             if (errors_.spread > kHardlyLess * spread)
                 break;
         }
-        double rays = std::min(allot_for_error(shares_, std::max(wanted, step_to), kMostRays).rays, kMostMore * all_rays());
+        double rays = std::clamp(allot_for_error(shares_, aim, kMostRays).rays, kLeastMore * all_rays(),
+                                 kMostMore * all_rays());
         const bool is_last = rays * seconds_per_ray_ + 2.0 * look_seconds_ > left();
         if (is_last)
             rays = std::max(0.0, left()) / seconds_per_ray_;
@@ -230,7 +249,7 @@ void Steering::reach(const RecordGoal& goal)
             break;
         look();
         scale_shares(true);
-        if (!is_cut && errors_.total > kHardlyLess * before)
+        if (errors_.total > (is_cut ? kStalled : kHardlyLess) * before)
             break;
     }
     // Further views' records are judged one by one.

@@ -10,6 +10,9 @@
 
 namespace rcs {
 
+/// What records come down to, of a goal: an estimate scatters.
+inline constexpr double kShareOfGoal = 0.95;
+
 /// What records cost so far, and what they would cost for a smaller error.
 struct RecordForecast {
     const SplatBuffer& sums;    ///< of the coarse records that the forecast is made from

@@ -39,13 +39,19 @@ gpu::GpuRadiance relative_radiance(const Record& record)
 
 }  // namespace
 
+float influence_radius(const Record& record, float overlap)
+{
+    const float wide = std::max(std::min(2.0f, overlap), overlap * record.gradient_scale);
+    return record.spacing_radius * std::max(1.0f, record.breadth * wide);
+}
+
 void append_gpu_records(std::span<const Record> records, glm::dvec3 camera_position, const View& view,
                         const SplatOptions& options, bool with_radiance, float luminance_unit, GpuRecords& gpu_records)
 {
     const float per_unit = 1.0f / luminance_unit;
     const float inv_normal_tolerance = 1.0f / (options.error_tolerance * options.overlap);
     for (const Record& record : records) {
-        const float radius = record.spacing_radius * std::max(std::min(2.0f, options.overlap), options.overlap * record.gradient_scale);
+        const float radius = influence_radius(record, options.overlap);
         const glm::dvec3 relative = glm::dvec3(record.position) - camera_position;
         const double padding = kPositionRounding * (glm::length(relative) + 2.0 * radius);
         const PixelBounds bounds = sphere_bounds(view, relative, radius + padding);

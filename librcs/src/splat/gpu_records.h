@@ -14,6 +14,9 @@ struct GpuRecords {
     std::vector<gpu::GpuRadiance> radiance;  ///< one for each record, or empty
 };
 
+/// How far a record reaches in a splat of this overlap [m]. With 1 that is its spacing radius, and it is never less.
+float influence_radius(const Record& record, float overlap);
+
 /// Appends the records that reach the image, in their order, as quads and tiles read them.
 /// @param camera_position  what positions are relative to, as in the G-buffer
 /// @param luminance_unit  SplatBuffer::luminance_unit
