@@ -59,8 +59,7 @@ void render_scene(const RenderArguments& arguments, const CLI::App& command)
         timed(report, "gl", [&] { return std::make_unique<GlContext>(bar.log()); });
 
     // What comes before and after render() counts as well.
-    const double before = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    const double around = before + writing_seconds(arguments.output.files, options);
+    const double around = seconds_of_process() + writing_seconds(arguments.output.files, options);
     if (options.budget_seconds > 0.0) {
         options.budget_seconds = std::max(1e-3, options.budget_seconds - around);
     }

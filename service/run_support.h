@@ -25,6 +25,9 @@ RayScene build_rays(const Scene& scene, const EffectChoice& effects, const Threa
 /// A software GL brings threads of its own; they are to be as few as ours. What the user set stands.
 void limit_gl_threads(int threads);
 
+/// Since the process was started: what loading its libraries took is time that a user waits as well. [s]
+double seconds_of_process();
+
 /// Writes and prints what was asked for; the last step of a command.
 /// @param begin  when the command began
 void deliver(RunReport& report, const ReportArguments& arguments, std::chrono::steady_clock::time_point begin);

@@ -24,7 +24,7 @@ struct RenderOptions {
     int aa = 4;         ///< jittered passes that share the records, in [1, 64]; 1 samples pixel centres
     int bounces = 1;    ///< bounces of indirect light, in [0, 64]; 8 is full interreflection but for very light rooms
     RecordOptions records;
-    DirectOptions direct;
+    DirectOptions direct;  ///< shadow rays of a pixel, of which each pass shoots its part
     int lobe_rays = 16;    ///< rays a pixel along lobes too narrow for records, shared between neighbours, in [1, 1024]
     float overlap = 3.0f;  ///< influence radius of the last splat, in spacing radii, in [1, 16]
     SplatMethod splat = SplatMethod::automatic;

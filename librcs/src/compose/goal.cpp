@@ -11,9 +11,9 @@ namespace {
 
 // Of the time that a budget leaves, what passes beyond the first may take.
 constexpr double kMostForPasses = 0.4;
-// A splat that lights glossy surfaces takes so many times as long as a look at the error: 4 to 7 in castle, cornell-box,
+// A splat that lights glossy surfaces takes so many times as long as a look at the error: 3.4 to 5.4 in castle, cornell-box,
 // sponza and sibenik.
-constexpr double kSplatWithLobes = 5.0;
+constexpr double kSplatWithLobes = 4.0;
 constexpr int kMostLobeRounds = 64;
 // Errors of lobes and records are in different pixels, for the most part: so much of one is added to the other.
 constexpr double kLobesAdd = 0.8;
@@ -26,6 +26,13 @@ double seconds_of(const RenderStats& stats, const char* stage)
         if (name == stage)
             return seconds;
     return 0.0;
+}
+
+/// What follows the first view's records, in looks at the error: each view is splatted, its error estimated, its layers added
+/// up; further ones are searched for holes as well.
+double looks_after(int passes, bool has_lobes)
+{
+    return passes * ((has_lobes ? kSplatWithLobes : 1.0) + 0.5) + (passes - 1) * 2.0;
 }
 
 /// The smallest error that takes no more than `seconds`.
@@ -58,14 +65,6 @@ RecordOptions Goal::overture(const RecordOptions& options)
     coarse.error_tolerance = 0.25f;
     coarse.rays = 64;
     return coarse;
-}
-
-/// What is left when the first view's records are done.
-double Goal::rest(double look_seconds, bool has_lobes, double pass_seconds, int passes) const
-{
-    // A view is splatted, its error estimated, its layers added up; further ones are drawn, lit, and searched for holes.
-    const double view = look_seconds * ((has_lobes ? kSplatWithLobes : 1.0) + 1.0);
-    return passes * view + (passes - 1) * (pass_seconds + 2.0 * look_seconds);
 }
 
 int Goal::rays_of_round(int rays) const
@@ -106,7 +105,9 @@ std::optional<RecordGoal> Goal::set(const FirstView& first, const RecordForecast
 {
     const double budget = options_.budget_seconds, before = elapsed();
     const double pass_seconds = seconds_of(stats, "gbuffer") + seconds_of(stats, "direct") + seconds_of(stats, "glossy");
-    const auto rest_of = [&](int passes) { return rest(records.look_seconds, first.has_lobes, pass_seconds, passes); };
+    const auto rest_of = [&](int passes) {
+        return looks_after(passes, first.has_lobes) * records.look_seconds + (passes - 1) * pass_seconds;
+    };
     const auto passes_cost = [&] { return rest_of(passes_) - rest_of(1); };
     while (budget > 0.0 && passes_ > 1 && passes_cost() > kMostForPasses * (budget - before - rest_of(1)))
         --passes_;
@@ -139,15 +140,16 @@ std::optional<RecordGoal> Goal::set(const FirstView& first, const RecordForecast
     if (stopped_)
         return std::nullopt;
     if (!(budget > 0.0))
-        return RecordGoal{options_.target_error, 0.0, 0.0};
-    double left = budget - elapsed() - rest;
+        return RecordGoal{options_.target_error};
+    double left = budget - elapsed() - (passes_ - 1) * pass_seconds;
     if (round_seconds > 0.0) {
         // Time goes where the error is.
         const double share = of_lobes / (of_lobes + of_records);
-        lobe_rounds_ = 1 + static_cast<int>(std::clamp(share * left / round_seconds, 0.0, kMostLobeRounds * 1.0));
+        const double for_light = std::max(0.0, left - looks_after(passes_, first.has_lobes) * records.look_seconds);
+        lobe_rounds_ = 1 + static_cast<int>(std::min(share * for_light / round_seconds, kMostLobeRounds * 1.0));
         left -= (lobe_rounds_ - 1) * round_seconds;
     }
-    return RecordGoal{options_.target_error, std::max(1e-3, left), forecast.goal_error};
+    return RecordGoal{options_.target_error, std::max(1e-3, left), looks_after(passes_, first.has_lobes), forecast.goal_error};
 }
 
 void Goal::place(const RayScene& rays, const FirstView& first, ThreadPool& pool, const LightCache* cache,

@@ -46,7 +46,6 @@ public:
 
 private:
     double elapsed() const;
-    double rest(double look_seconds, bool has_lobes, double pass_seconds, int passes) const;
     std::optional<RecordGoal> set(const FirstView& first, const RecordForecast& records, RenderStats& stats,
                                   const ForecastFunction& forecast);
 

@@ -88,6 +88,12 @@ private:
     const ProgressFunction& progress_;
 };
 
+/// Rays of a pixel, of which each pass shoots its part.
+int of_pass(int rays, int passes)
+{
+    return (rays + passes - 1) / passes;
+}
+
 SplatMethod choose_method(SplatMethod wanted, const GlContext& gl)
 {
     if (wanted != SplatMethod::automatic)
@@ -192,8 +198,10 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
     record_options.effects = effects;
     DirectOptions direct_options = options.direct;
     direct_options.seed = options.seed;
+    direct_options.area_samples = of_pass(options.direct.area_samples, options.aa);
+    direct_options.penumbra_samples = of_pass(options.direct.penumbra_samples, options.aa);
     direct_options.effects = effects;
-    const int lobe_rays = goal.rays_of_round((options.lobe_rays + options.aa - 1) / options.aa);
+    const int lobe_rays = goal.rays_of_round(of_pass(options.lobe_rays, options.aa));
     SplatOptions wide{options.records.error_tolerance, options.overlap, plan.needs(Effect::error_estimate)};
     const bool has_lamps = plan.needs(Effect::punctual_light) || plan.needs(Effect::area_light) || plan.needs(Effect::environment_peaks);
     const bool has_records = plan.needs(Effect::indirect_diffuse), has_traced = plan.needs(Effect::traced_lobes);

@@ -133,7 +133,7 @@ void Planner::plan_light()
                                                        : dark());
     bounded(area);
     area.cost = "a shadow ray a sample and lamp or more, most in penumbras, and one for each gather hit";
-    area.rays = samples * view_[kReflects].share * options_.direct.area_samples;
+    area.rays = pixels_ * view_[kReflects].share * options_.direct.area_samples;
 
     const std::string no_sky = "the sky's radiance is 0";
     PlannedEffect& sky = decide(Effect::environment, reflects_ && facts_.sky, facts_.sky,
@@ -144,7 +144,7 @@ void Planner::plan_light()
                                   !facts_.sky ? no_sky : !facts_.peaks ? "no part of the sky is brighter than 8 times its mean" : !reflects_ ? dark() : "parts of the sky are brighter than 8 times its mean");
     bounded(peaks);
     peaks.cost = "shadow rays as for area light";
-    peaks.rays = samples * view_[kReflects].share * options_.direct.area_samples;
+    peaks.rays = pixels_ * view_[kReflects].share * options_.direct.area_samples;
 
     const Sighting& lobe = view_[kHasLobe];
     PlannedEffect& highlights = decide(Effect::highlights, lobe.possible() && facts_.lamps, facts_.with(kHasLobe) > 0,

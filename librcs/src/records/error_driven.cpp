@@ -223,7 +223,8 @@ void Steering::reach(const RecordGoal& goal)
     const Clock::time_point start = Clock::now();
     const double wanted = std::max(kLeastGoal, kShareOfGoal * goal.mean_relative);
     const auto left = [&] {
-        return goal.seconds > 0.0 ? goal.seconds - seconds_since(start) : std::numeric_limits<double>::infinity();
+        return goal.seconds > 0.0 ? goal.seconds - goal.looks_after * look_seconds_ - seconds_since(start)
+                                  : std::numeric_limits<double>::infinity();
     };
     for (int step = 0; step < kMostSteps && errors_.total > kReached * wanted; ++step) {
         const double before = errors_.total, step_to = kStep * before;

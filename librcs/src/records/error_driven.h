@@ -26,6 +26,7 @@ struct RecordForecast {
 struct RecordGoal {
     double mean_relative = 0.0;  ///< 0: as small as time allows
     double seconds = 0.0;        ///< of wall time from now on; 0: as many as it takes
+    double looks_after = 0.0;    ///< of them, what comes after takes as many as so many looks
     double likely = 0.0;         ///< mean relative error that the seconds are thought to be enough for
 };
 
