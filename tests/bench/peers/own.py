@@ -7,23 +7,22 @@ from job import Job, Run
 
 # From coarse to fine; at equal error the cheapest counts.
 SETTINGS = [
-    "--accuracy 0.4 --rays 32 --noise 1",
-    "--accuracy 0.3 --rays 64 --noise 1",
-    "--accuracy 0.2 --rays 64 --noise 1",
-    "--accuracy 0.2 --rays 128 --noise 1",
-    "--accuracy 0.2 --rays 256 --noise 1",
-    "--accuracy 0.2 --rays 64 --noise 0.15",
-    "--accuracy 0.2 --rays 128 --noise 0.06",
-    "--accuracy 0.15 --rays 256 --noise 0.06",
-    "--accuracy 0.15 --rays 512 --noise 0.03",
+    "--accuracy 0.4 --rays 32 --noise 0.15",
+    "--accuracy 0.3 --rays 48 --noise 0.12",
+    "--accuracy 0.3 --rays 64 --noise 0.1",
+    "--target-error 10%",
+    "--target-error 7%",
+    "--target-error 5%",
+    "--target-error 4%",
+    "--target-error 3%",
+    "--accuracy 0.2 --rays 128 --noise 0.02",
 ]
 REFERENCE_SEED = 20051  # apart from the path tracer's own runs, which must not share their noise with the truth
 
 
 def common(job: Job):
     return [job.glb, *(["--camera", job.camera] if job.camera else []), "--size", f"{job.width}x{job.height}",
-            "--environment", "none", "--bounces", "1", "--aa", "1", "--layers", "indirect", "--pixel-format", "float",
-            "--threads", job.threads, "-q"]
+            "--environment", "none", "--bounces", "1", "--aa", "1", "--layers", "indirect", "--threads", job.threads, "-q"]
 
 
 def version(job: Job):
@@ -35,8 +34,8 @@ def reference(job: Job, spp, stride):
     """The truth: made once for a view, a size and a number of paths, then kept."""
     path = job.folder / f"reference_{job.width}x{job.height}_{spp}_{stride}.exr"
     if not path.exists():
-        processes.timed([job.rcsplat, "reference", *common(job), "--spp", spp, "--stride", stride, "--seed",
-                         REFERENCE_SEED, "-o", path])
+        processes.timed([job.rcsplat, "reference", *common(job), "--pixel-format", "float", "--spp", spp, "--stride", stride,
+                         "--seed", REFERENCE_SEED, "-o", path])
     return path
 
 
