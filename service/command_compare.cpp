@@ -1,5 +1,6 @@
 #include "commands.h"
 
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -20,8 +21,6 @@ struct CompareArguments {
     bool json = false;
 };
 
-constexpr const char* kNoFlip = "not computed: no FLIP library is packaged for the base system";
-
 void print_table(const CompareArguments& arguments, const ErrorMetrics& metrics)
 {
     std::printf("%s against %s, layer %s, %zu pixels", arguments.image.c_str(), arguments.reference.c_str(),
@@ -37,7 +36,11 @@ void print_table(const CompareArguments& arguments, const ErrorMetrics& metrics)
     std::printf("p95             %.4f %%\n", 100.0 * metrics.p95_relative_error);
     std::printf("ratio of means  %.6f\n", metrics.ratio_of_means);
     std::printf("display PSNR    %.2f dB\n", metrics.display_psnr);
-    std::printf("FLIP            %s\n", kNoFlip);
+    if (std::isnan(metrics.flip)) {
+        std::printf("FLIP            not defined: the pixels of the reference are not neighbours\n");
+    } else {
+        std::printf("FLIP            %.4f\n", metrics.flip);
+    }
 }
 
 void compare(const CompareArguments& arguments)
@@ -52,7 +55,6 @@ void compare(const CompareArguments& arguments)
     nlohmann::ordered_json json{
         {"image", arguments.image}, {"reference", arguments.reference}, {"layer", arguments.layer}};
     json.update(to_json(metrics));
-    json["flip"] = nullptr;
     std::printf("%s\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
 }
 
@@ -70,7 +72,7 @@ void add_compare_command(CLI::App& app, Action& action)
     command.add_flag("--json", arguments->json, "Print JSON");
     command.footer(
         "Relative errors are of luminance I against R, with eps = 0.01 mean(R): relMSE is the mean of\n"
-        "(I-R)^2 / (R^2 + eps^2); MRE, median and p95 are of |I-R| / (R + eps).\n\n"
+        "(I-R)^2 / (R^2 + eps^2); MRE, median and p95 are of |I-R| / (R + eps). FLIP is that of Andersson et al. 2020.\n\n"
         "Example: rcsplat compare picture.exr reference.exr --layer indirect");
     command.callback([arguments, &action] { action = [arguments] { compare(*arguments); }; });
 }

@@ -217,7 +217,8 @@ Json to_json(const ErrorMetrics& metrics)
             {"median_relative_error", finite_or_null(metrics.median_relative_error)},
             {"p95_relative_error", finite_or_null(metrics.p95_relative_error)},
             {"ratio_of_means", finite_or_null(metrics.ratio_of_means)},
-            {"display_psnr", finite_or_null(metrics.display_psnr)}};
+            {"display_psnr", finite_or_null(metrics.display_psnr)},
+            {"flip", finite_or_null(metrics.flip)}};
 }
 
 std::string to_text(const RunReport& report)

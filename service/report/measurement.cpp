@@ -38,6 +38,7 @@ ErrorMetrics metrics_from(const Json& json)
     metrics.rmse = number_of(json, "rmse");
     metrics.mean_relative_error = number_of(json, "mean_relative_error");
     metrics.median_relative_error = number_of(json, "median_relative_error");
+    if (!json.at("flip").is_null()) metrics.flip = json.at("flip").get<double>();
     metrics.p95_relative_error = number_of(json, "p95_relative_error");
     metrics.ratio_of_means = number_of(json, "ratio_of_means");
     metrics.display_psnr = number_of(json, "display_psnr");

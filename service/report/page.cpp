@@ -78,7 +78,7 @@ std::string rows(const AccuracyReport& report)
               percent_text(m.indirect.mean_relative_error), percent_text(m.indirect.median_relative_error),
               percent_text(m.indirect.p95_relative_error), number_text(m.indirect.relmse, "%.2g"),
               number_text(m.indirect.ratio_of_means, "%.4f"), percent_text(m.beauty.mean_relative_error),
-              number_text(m.beauty.relmse, "%.2g"), m.estimated_error ? percent_text(*m.estimated_error) : std::string("–")})
+              number_text(m.beauty.relmse, "%.2g"), number_text(m.beauty.flip, "%.3f"), m.estimated_error ? percent_text(*m.estimated_error) : std::string("–")})
             html += "<td>" + cell + "</td>";
         html += "</tr>\n";
     }
@@ -96,6 +96,7 @@ Json facts(const Measurement& m)
     add("ratio of means", number_text(m.indirect.ratio_of_means, "%.4f"));
     if (m.estimated_error) add("error it estimated", percent_text(*m.estimated_error));
     add("MRE of the whole picture", percent_text(m.beauty.mean_relative_error));
+    add("FLIP of the whole picture", number_text(m.beauty.flip, "%.3f"));
     if (m.is_render()) add("records", std::to_string(m.records));
     if (m.is_render()) add("rays", number_text(static_cast<double>(m.rays) * 1e-6, "%.1f million"));
     return facts;

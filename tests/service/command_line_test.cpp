@@ -153,7 +153,10 @@ TEST(CommandLine, ReferenceWithAStrideIsComparedAtItsOwnPixels)
 
     const Outcome table = rcsplat({"compare", folder / "a.exr", folder / "r.exr"});
     EXPECT_NE(table.out.find("relMSE"), std::string::npos) << table.out;
-    EXPECT_NE(table.out.find("FLIP"), std::string::npos) << table.out;
+    EXPECT_NE(table.out.find("FLIP            not defined"), std::string::npos) << table.out;
+    EXPECT_TRUE(metrics.at("flip").is_null());
+    const Outcome same = rcsplat({"compare", folder / "a.exr", folder / "a.exr"});
+    EXPECT_NE(same.out.find("FLIP            0.0000"), std::string::npos) << same.out;
 }
 
 TEST(CommandLine, EnvironmentLightsAnEmptyView)

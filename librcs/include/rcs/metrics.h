@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <string>
 
 #include "rcs/image.h"
@@ -22,6 +23,9 @@ struct ErrorMetrics {
     double p95_relative_error = 0.0;    ///< 95th percentile of |I-R| / (R + eps)
     double ratio_of_means = 1.0;        ///< mean(I) / mean(R); 1 is unbiased
     double display_psnr = 0.0;          ///< [dB], of the sRGB-encoded, clipped RGB images; +inf if equal
+    /// Mean FLIP (Andersson et al. 2020) of the clipped images at 67 pixels a degree, in [0, 1]; NaN if the reference was
+    /// traced with a stride, since FLIP sees neighbours.
+    double flip = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// Compares one layer of two images of the same view. If `reference` was traced with a stride, the

@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "accuracy/flip.h"
 #include "display/srgb.h"
 #include "rcs/error.h"
 #include "util/color.h"
@@ -186,6 +187,9 @@ ErrorMetrics compare_images(const LayeredImage& image, const LayeredImage& refer
     metrics.display_psnr = std::numeric_limits<double>::infinity();
     if (metrics.pixels == 0) {
         return metrics;
+    }
+    if (stride_of(reference, "reference") == 1) {
+        metrics.flip = mean_flip(pair.image, pair.reference);
     }
     const double mean_reference = mean(samples.reference);
     const double eps = epsilon(mean_reference);
