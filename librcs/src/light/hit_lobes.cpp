@@ -56,10 +56,8 @@ HitLobes::Part HitLobes::make_part(const Bsdf& alone, float width) const
 {
     Part part;
     part.present = true;
-    const glm::vec3 f0 = glm::max(alone.f0, glm::vec3(alone.coat * Bsdf::kCoatF0));
-    const float most = std::max(kLeastEvaluated, HitRadiance::least_alpha(f0));
     part.exact = part.wide = alone;
-    part.wide.alpha = std::max(alone.alpha, std::clamp(kWidening * width, kLeastEvaluated, most));
+    part.wide.alpha = std::max(alone.alpha, std::clamp(kWidening * width, kLeastEvaluated, HitRadiance::kLeastAlpha));
     part.wide.coat_alpha = part.wide.alpha;
     part.width = std::sqrt(width * width + alone.alpha * alone.alpha);
     part.share = share_of_rays(part.width);
