@@ -19,7 +19,7 @@ enum class SplatMethod {
 
 struct SplatOptions {
     float error_tolerance = 0.2f;  ///< a; scales the tolerance to a change of normal
-    float overlap = 1.0f;          ///< influence radius = overlap x spacing radius, >= 1
+    float overlap = 1.0f;          ///< influence radius of a record of full breadth, in spacing radii, >= 1
     bool error_sums = true;        ///< also sum up what the error estimate takes
 };
 
