@@ -48,9 +48,10 @@ void add_records(Fingerprint& print, const RecordOptions& options)
 
 void add_direct(Fingerprint& print, const DirectOptions& options)
 {
-    const auto& [area_samples, penumbra_samples, seed, effects] = options;
+    const auto& [area_samples, penumbra_samples, lamp_picks, seed, effects] = options;
     print.add(area_samples);
     print.add(penumbra_samples);
+    print.add(lamp_picks);
     print.add(seed);
     add_effects(print, effects);
 }

@@ -155,6 +155,19 @@ TEST(Budget, TakesFewerPassesWhereTimeIsShortAndAimsLowerWhereItIsNot)
     EXPECT_LT(lengthy.goal_error, brief.goal_error);
 }
 
+TEST(Budget, ThatIsShortGetsACoarsePictureOfAllPixels)
+{
+    Stage stage("demo:cornell");
+    RenderOptions options = small(0.3, 1);
+    options.budget_seconds = 1000.0;  // the target ends it
+    const RenderStats lengthy = stage.render(options).stats;
+    options.budget_seconds = 0.01;
+    const RenderStats brief = stage.render(options).stats;
+    EXPECT_LT(brief.records.records, lengthy.records.records / 2);
+    EXPECT_LT(brief.direct_shadow_rays, lengthy.direct_shadow_rays / 2);
+    EXPECT_EQ(brief.unserved_pixels, 0u);
+}
+
 TEST(ValidateRenderOptions, NamesTargetsAndBudgetsOutOfRange)
 {
     const auto message = [](RenderOptions options) -> std::string {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "light/direct.h"
 #include "rcs/error.h"
 
 namespace rcs {
@@ -11,9 +12,14 @@ namespace {
 
 // Of the time that a budget leaves, what passes beyond the first may take.
 constexpr double kMostForPasses = 0.4;
-// A splat that lights glossy surfaces takes so many times as long as a look at the error: 3.4 to 5.4 in castle, cornell-box,
-// sponza and sibenik.
-constexpr double kSplatWithLobes = 4.0;
+// ... and what direct light of the first may, which takes so many times what it does without penumbras.
+constexpr double kMostForDirect = 0.25;
+constexpr double kWithPenumbras = 2.0;
+// ... and the first records, as far as they can be fewer.
+constexpr double kMostForOverture = 0.4;
+// A splat that lights glossy surfaces takes so many times as long as a look at the error: 2.1 to 2.9 in castle, sponza and
+// sibenik, 1000x1000; more with smaller pictures.
+constexpr double kSplatWithLobes = 3.4;
 constexpr int kMostLobeRounds = 64;
 // Errors of lobes and records are in different pixels, for the most part: so much of one is added to the other.
 constexpr double kLobesAdd = 0.8;
@@ -57,6 +63,24 @@ Goal::Goal(const RenderOptions& options)
 double Goal::elapsed() const
 {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+}
+
+DirectOptions Goal::afford(const RayScene& rays, const FirstView& first, const DirectOptions& options, ThreadPool& pool) const
+{
+    if (!(options_.budget_seconds > 0.0))
+        return options;
+    const auto seconds = [&](const DirectOptions& tried) {
+        return try_direct_light(rays, first.gbuffer, first.view, first.shading, tried, pool);
+    };
+    const double room = kMostForDirect * (options_.budget_seconds - elapsed());
+    if (seconds(options) * kWithPenumbras <= room)
+        return options;
+    DirectOptions fewer = options;
+    for (fewer.lamp_picks = options.area_samples;; fewer.lamp_picks /= 2) {
+        fewer.area_samples = fewer.lamp_picks;
+        if (fewer.lamp_picks == 1 || seconds(fewer) <= room)
+            return fewer;
+    }
 }
 
 RecordOptions Goal::overture(const RecordOptions& options)
@@ -163,7 +187,8 @@ void Goal::place(const RayScene& rays, const FirstView& first, ThreadPool& pool,
             throw Error(ErrorCode::cancelled, "cancelled while gathering records");
     };
     Placement placement(rays, first.gbuffer, first.view, overture(options), pool, records, stats.records, cache, report);
-    place_to_goal(placement, first.view, options_.overlap, pool, records, stats.records,
+    const double most = options_.budget_seconds > 0.0 ? std::max(1e-3, kMostForOverture * (options_.budget_seconds - elapsed())) : 0.0;
+    place_to_goal(placement, first.view, options_.overlap, most, pool, records, stats.records,
                   [&](const RecordForecast& cost) { return set(first, cost, stats, forecast); });
     options = placement.options();
 }

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "compose/compose.h"
+#include "rcs/direct_light.h"
 #include "rcs/render.h"
 #include "records/error_driven.h"
 
@@ -26,6 +27,8 @@ public:
 
     bool is_set() const { return options_.target_error > 0.0 || options_.budget_seconds > 0.0; }
     int passes() const { return passes_; }
+    /// With a budget too short for all shadow rays: fewer. Asked before the first view's direct light.
+    DirectOptions afford(const RayScene& rays, const FirstView& first, const DirectOptions& options, ThreadPool& pool) const;
     /// How often the first view's lobes are traced before wants_more_lobes() is asked.
     int lobe_rounds() const { return lobe_rounds_; }
     /// Rays of one round of tracing: few, so that there can be as many as it takes.

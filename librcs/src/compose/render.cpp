@@ -235,14 +235,16 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
         for (int layer = 0; layer < kMostLayers; ++layer) {
             PassLight light;
             light.effects = effects;
+            const FirstView first{gbuffer, view, shading, light, record_options.radiance};
+            const bool is_first = pass == 0 && layer == 0;
             if (has_lamps) {
+                if (is_first)
+                    direct_options = goal.afford(rays, first, direct_options, pool);
                 light.direct = clock.run("direct", [&] {
                     return direct_light(rays, gbuffer, view, shading, direct_options, pool, stats.direct_shadow_rays);
                 });
                 ++counts.direct_passes;
             }
-            const FirstView first{gbuffer, view, shading, light, record_options.radiance};
-            const bool is_first = pass == 0 && layer == 0;
             const auto trace = [&](int round) {
                 ++counts.lobe_passes;
                 return clock.run("glossy", [&] {

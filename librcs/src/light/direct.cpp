@@ -1,6 +1,7 @@
 #include "light/direct.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -27,6 +28,9 @@ DirectLight::Viewer viewer_of(const GBuffer& g, const View& view, const Shading&
     const bool parallel = view.camera.projection == Projection::orthographic;
     return {&shading.bsdf[i], parallel ? glm::vec3(view.camera.world_from_view[2]) : glm::normalize(-g.position(i))};
 }
+
+// Pixels that tell what all will take: some milliseconds, and enough of each part of a picture.
+constexpr std::size_t kTried = 8192;
 
 // Neighbours this near tell whether a lamp is in part hidden [px]: 25 pixels have shot at least 50 rays at it.
 constexpr int kReach = 2;
@@ -56,6 +60,31 @@ void validate(const DirectOptions& o)
     if (o.penumbra_samples < o.area_samples || o.penumbra_samples > 65536)
         throw Error(ErrorCode::bad_argument, "direct.penumbra_samples is " + std::to_string(o.penumbra_samples) +
                                                  ", expected a value in [area_samples, 65536]");
+    if (o.lamp_picks < 0 || o.lamp_picks > 1024)
+        throw Error(ErrorCode::bad_argument, "direct.lamp_picks is " + std::to_string(o.lamp_picks) +
+                                                 ", expected a value in [0, 1024]");
+}
+
+double try_direct_light(const RayScene& rays, const GBuffer& gbuffer, const View& view, const Shading& shading,
+                        const DirectOptions& options, ThreadPool& pool)
+{
+    const DirectLight light(rays, options);
+    std::vector<std::size_t> tried;
+    const std::size_t stride = std::max<std::size_t>(1, gbuffer.size() / kTried);
+    for (std::size_t i = 0; i < gbuffer.size(); ++i)
+        if (mix64(i) % stride == 0 && gbuffer.covered(i))
+            tried.push_back(i);
+    std::vector<DirectLight::Workspace> workspaces(static_cast<std::size_t>(pool.size()));
+    const auto start = std::chrono::steady_clock::now();
+    pool.parallel_for(tried.size(), 64, [&](std::size_t begin, std::size_t end, int thread) {
+        for (std::size_t k = begin; k < end; ++k) {
+            const DirectLight::Viewer viewer = shading.bsdf.empty() ? DirectLight::Viewer{} : viewer_of(gbuffer, view, shading, tried[k]);
+            light.at(surface_of(gbuffer, tried[k]), viewer, stream_key(options.seed, Stream::direct, tried[k]),
+                     workspaces[static_cast<std::size_t>(thread)], 0);
+        }
+    });
+    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
+    return spent.count() * static_cast<double>(stride);
 }
 
 DirectLightResult direct_light(const RayScene& rays, const GBuffer& gbuffer, const View& view, const Shading& shading,

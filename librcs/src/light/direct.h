@@ -22,4 +22,8 @@ struct DirectLightResult {
 DirectLightResult direct_light(const RayScene& rays, const GBuffer& gbuffer, const View& view, const Shading& shading,
                                const DirectOptions& options, ThreadPool& pool, std::uint64_t& shadow_rays);
 
+/// Wall time that direct_light() would take without a second look at penumbras [s], as far as some of the pixels tell.
+double try_direct_light(const RayScene& rays, const GBuffer& gbuffer, const View& view, const Shading& shading,
+                        const DirectOptions& options, ThreadPool& pool);
+
 }  // namespace rcs

@@ -66,8 +66,10 @@ float DirectLight::samples_towards(std::uint32_t triangle, const SurfacePoint& p
 {
     const float estimate = lights_.tree->estimate(triangle, point.position, point.shading_normal);
     const float share = lobes.total_estimate > 0.0f ? std::min(estimate / lobes.total_estimate, 1.0f) : 0.0f;
-    // A share of all samples, and two of its own unless it is one of the small rest (a fiftieth of the light).
-    const float samples = static_cast<float>(options_.area_samples) * share + 2.0f * std::min(50.0f * share, 1.0f);
+    // A share of all samples, and where lamps are not picked two of its own unless it is one of the small rest (a fiftieth of
+    // the light).
+    const float own = options_.lamp_picks > 0 ? 0.0f : 2.0f * std::min(50.0f * share, 1.0f);
+    const float samples = static_cast<float>(options_.area_samples) * share + own;
     const EmissiveTriangle& t = lights_.triangles[triangle];
     const glm::vec3 corners[3] = {t.corner[0] - point.position, t.corner[1] - point.position, t.corner[2] - point.position};
     return samples / solid_angle(corners);

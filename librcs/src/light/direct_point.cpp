@@ -146,7 +146,8 @@ void DirectLight::find_lamps(const SurfacePoint& point, const Lobes& lobes, Rand
             lamp.importance = luminance(lamp.irradiance);
             if (!(factor > 0.0f && lamp.importance > 0.0f))
                 continue;
-            if (lobes.any) {
+            // Highlights of all lamps take as long as the rays that a few picks save.
+            if (lobes.any && options_.lamp_picks == 0) {
                 const glm::vec3 centre = lamp.corner[0] + lamp.corner[1] + lamp.corner[2];
                 const float cosine = glm::dot(lobes.bsdf.normal, glm::normalize(centre));
                 const float highlight = cosine > 0.0f ? luminance(glossy(lobes, glm::normalize(centre))) / cosine : 0.0f;
@@ -212,6 +213,60 @@ void DirectLight::shoot(const SurfacePoint& point, const Lobes& lobes, LampView&
     lamp.samples += samples;
 }
 
+namespace {
+
+/// Replaces the lamps from `first` on by `picks` of them, drawn in proportion to their importance, evenly over its sum.
+void pick(std::size_t first, int picks, RandomStream& random, std::vector<DirectLight::LampView>& lamps)
+{
+    float rest = 0.0f;
+    for (std::size_t k = first; k < lamps.size(); ++k)
+        rest += lamps[k].importance;
+    const float step = rest / static_cast<float>(picks);
+    float target = random.next() * step;  // from the lamp looked at
+    std::size_t kept = first;
+    for (std::size_t k = first; k < lamps.size(); ++k) {
+        DirectLight::LampView picked = lamps[k];
+        const float importance = picked.importance;
+        if (target < importance || (k + 1 == lamps.size() && kept == first)) {
+            // No lamp here is brighter than a step, so none is picked twice.
+            const float factor = step / importance;
+            picked.irradiance *= factor;
+            picked.scale *= factor;
+            picked.importance = step;
+            lamps[kept++] = picked;
+            target += step;
+        }
+        target -= importance;
+    }
+    lamps.resize(kept);
+}
+
+/// The dimmest share one pick.
+void pick_of_dim_lamps(float total, RandomStream& random, std::vector<DirectLight::LampView>& lamps)
+{
+    std::size_t own = lamps.size();
+    float rest = 0.0f;
+    while (own > 0 && rest + lamps[own - 1].importance < kSmallShare * total)
+        rest += lamps[--own].importance;
+    if (own < lamps.size())
+        pick(own, 1, random, lamps);
+}
+
+}  // namespace
+
+/// Lamps that outshine what a pick stands for are kept, the others share the picks that are left.
+void DirectLight::pick_lamps(float total, RandomStream& random, std::vector<LampView>& lamps) const
+{
+    int picks = options_.lamp_picks;
+    std::size_t own = 0;
+    for (float rest = total; own < lamps.size() && picks > 1 && lamps[own].importance * static_cast<float>(picks) >= rest; ++own) {
+        rest -= lamps[own].importance;
+        --picks;
+    }
+    if (own < lamps.size())
+        pick(own, picks, random, lamps);
+}
+
 /// No noise where a lamp is wholly seen or wholly hidden; more rays where it may be neither. Were that for the point's own
 /// few rays to decide, a lamp of which a tenth is seen would often count as hidden.
 void DirectLight::add_triangles(const SurfacePoint& point, const Lobes& lobes, RandomStream& random, std::uint64_t key,
@@ -226,32 +281,23 @@ void DirectLight::add_triangles(const SurfacePoint& point, const Lobes& lobes, R
     // Bright lamps first; the dim rest shares one sample, picked in proportion to what it would send.
     std::stable_sort(w.lamps.begin(), w.lamps.end(),
                      [](const LampView& a, const LampView& b) { return a.importance > b.importance; });
-    std::size_t own = w.lamps.size();
-    float rest = 0.0f;
-    while (own > 0 && rest + w.lamps[own - 1].importance < kSmallShare * total)
-        rest += w.lamps[--own].importance;
-    if (own < w.lamps.size()) {
-        float target = random.next() * rest;
-        std::size_t chosen = own;
-        while (chosen + 1 < w.lamps.size() && (target -= w.lamps[chosen].importance) >= 0.0f)
-            ++chosen;
-        LampView picked = w.lamps[chosen];
-        picked.irradiance *= rest / picked.importance;
-        picked.scale *= rest / picked.importance;
-        picked.importance = rest;
-        w.lamps.resize(own);
-        w.lamps.push_back(picked);
-    }
+    if (options_.lamp_picks > 0)
+        pick_lamps(total, random, w.lamps);
+    else
+        pick_of_dim_lamps(total, random, w.lamps);
 
     for (LampView& lamp : w.lamps) {
         const float share = lamp.importance / total;
-        const auto count = [&](int samples) { return static_cast<int>(std::ceil(static_cast<float>(samples) * share)); };
+        const int picks = options_.lamp_picks;
+        const auto count = [&](int samples) {
+            return picks > 0 ? (samples + picks - 1) / picks : static_cast<int>(std::ceil(static_cast<float>(samples) * share));
+        };
         shoot(point, lobes, lamp, count(options_.area_samples), key, w);
         const bool has_free = lamp.free > 0.0, has_hidden = lamp.free < lamp.possible * (1.0 - 1e-6);
         const std::uint64_t bit = bit_of_lamp(lamp.number);
         w.sight.free |= has_free ? bit : 0u;
         w.sight.hidden |= has_hidden ? bit : 0u;
-        if (candidates_.draws() ? has_free && has_hidden : (mixed & bit) != 0u)
+        if (options_.lamp_picks == 0 && candidates_.draws() ? has_free && has_hidden : (mixed & bit) != 0u)
             shoot(point, lobes, lamp, count(options_.penumbra_samples), key, w);
         // A share of a known sum has next to no noise, but is biased where what it is a share of varies.
         if (lights_.triangles[lamp.triangle].varied)

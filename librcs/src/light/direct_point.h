@@ -79,8 +79,12 @@ public:
     /// @param mixed  lamps (bits as of LampSight) that may be hidden in part, and get more shadow rays
     Lit at(const SurfacePoint& point, const Viewer& viewer, std::uint64_t key, Workspace& w, std::uint64_t mixed = ~0ull) const;
 
-    /// Whether `mixed` counts for anything. Of many lamps few are drawn, others at each point: of these it is told by their own rays.
-    bool takes_mixed() const { return (!lights_.triangles.empty() && !candidates_.draws()) || sky_.has_peaks(); }
+    /// Whether `mixed` counts for anything. Of many lamps few are drawn, others at each point: of these it is told by their own
+    /// rays. Where lamps are picked there is no time for it.
+    bool takes_mixed() const
+    {
+        return options_.lamp_picks == 0 && ((!lights_.triangles.empty() && !candidates_.draws()) || sky_.has_peaks());
+    }
 
 private:
     DirectLight(const RayScene& rays, const DirectOptions& options, const EffectSet& effects);
@@ -108,6 +112,7 @@ private:
                    Lit& lit) const;
     void add_lobe_rays(const SurfacePoint& point, const Lobes& lobes, std::uint64_t key, Workspace& w, Lit& lit) const;
 
+    void pick_lamps(float total, RandomStream& random, std::vector<LampView>& lamps) const;
     void find_lamps(const SurfacePoint& point, const Lobes& lobes, RandomStream& random, Workspace& w) const;
     void shoot(const SurfacePoint& point, const Lobes& lobes, LampView& lamp, int samples, std::uint64_t key, Workspace& w) const;
     glm::vec3 light_along(const SurfacePoint& point, const Lobes& lobes, const HitPacket& packet, int lane, float& lamp_density) const;

@@ -32,9 +32,11 @@ constexpr double kLeastMore = 0.05;      // the same: the last step to the goal 
 constexpr double kReached = 1.01;        // times the goal is there
 constexpr int kMostSharpenings = 3;      // in a step
 constexpr int kMostSteps = 24;
+constexpr int kMostRounds = 3;           // of the last step, each closer to its end
 constexpr float kMostRays = 16384.0f;    // per record
 constexpr float kMostDensity = 4.0f;     // of records in one round, over what it was
 constexpr float kMostForecast = 64.0f;   // ... in a forecast, in all
+constexpr double kCloserTakes = 3.0;     // times as long in all: records at half the least distance
 constexpr double kLooks = 2.5;           // at the error, in each step
 constexpr float kLeastReach = 4.0f;      // RecordOptions::min_reach [px]
 constexpr double kLeastGoal = 1e-3;      // of a budget that could do more than anyone would see
@@ -54,7 +56,7 @@ public:
     {
     }
 
-    void overture();
+    void overture(double most_seconds);
     double seconds_to(double error) const;
     void reach(const RecordGoal& goal);
 
@@ -70,6 +72,7 @@ private:
     std::vector<RecordShare> share_out() const;
     void sharpen(double part);
     void refine(const Allotment& allotment);
+    void use_up(const std::function<double()>& left);
     double all_rays() const
     {
         return std::accumulate(shares_.begin(), shares_.end(), 0.0,
@@ -141,11 +144,19 @@ std::vector<RecordShare> Steering::share_out() const
     return shares;
 }
 
-void Steering::overture()
+void Steering::overture(double most_seconds)
 {
     const Clock::time_point start = Clock::now();
     const std::uint64_t before = stats_.hemisphere_rays;
+    float& reach = placement_.options().min_reach;
+    const float closest = reach;
+    if (most_seconds > 0.0)
+        reach = placement_.options().max_reach;
     placement_.fill();
+    while (reach > closest && kCloserTakes * seconds_since(start) < most_seconds) {
+        reach = std::max(closest, 0.5f * reach);
+        placement_.fill();
+    }
     seconds_per_ray_ = seconds_since(start) / static_cast<double>(std::max<std::uint64_t>(1, stats_.hemisphere_rays - before));
     look();
     scale_shares(true);
@@ -211,9 +222,18 @@ void Steering::refine(const Allotment& allotment)
     for (const RecordShare& s : shares_)
         extra.push_back(static_cast<int>(std::lround((rays_at(s, allotment.level, kMostRays) - s.rays) / gather)));
     placement_.refine(extra);
+    for (std::size_t k = 0; k < shares_.size(); ++k)
+        shares_[k].rays += static_cast<float>(extra[k]) * gather;
     const std::uint64_t rays = stats_.hemisphere_rays - before;
     if (rays > 0)
         seconds_per_ray_ = seconds_since(start) / static_cast<double>(rays);
+}
+
+/// Shoots rays for as long as there is time; how fast they are shows while they are shot.
+void Steering::use_up(const std::function<double()>& left)
+{
+    for (int round = 0; round < kMostRounds && left() > look_seconds_ / kMostRounds; ++round)
+        refine(allot_for_rays(shares_, left() / seconds_per_ray_, kMostRays));
 }
 
 /// Goes down steps that are the same for every goal; only the last one is cut short, to end at the goal itself. So a
@@ -226,6 +246,8 @@ void Steering::reach(const RecordGoal& goal)
         return goal.seconds > 0.0 ? goal.seconds - goal.looks_after * look_seconds_ - seconds_since(start)
                                   : std::numeric_limits<double>::infinity();
     };
+    const bool has_budget = goal.seconds > 0.0;
+    bool is_stalled = false;  // rays alone lower the error no more
     for (int step = 0; step < kMostSteps && errors_.total > kReached * wanted; ++step) {
         const double before = errors_.total, step_to = kStep * before;
         const bool is_cut = wanted > step_to;
@@ -233,24 +255,25 @@ void Steering::reach(const RecordGoal& goal)
         // Spread hides behind noise, and shows more of itself from step to step.
         for (int k = 0; k < kMostSharpenings && before > kNearGoal * wanted && errors_.spread > kShareOfSpread * step_to; ++k) {
             // Closer records than the time is enough for would only be noisy ones.
-            if (left() < 4.0 * look_seconds_ || step_to < goal.likely)
+            if (left() < 4.0 * look_seconds_ || (step_to < goal.likely && !is_stalled))
                 break;
             const double spread = errors_.spread, part = kShareOfSpread * step_to / spread;
             sharpen(part);
             if (errors_.spread > kHardlyLess * spread)
                 break;
         }
-        double rays = std::clamp(allot_for_error(shares_, aim, kMostRays).rays, kLeastMore * all_rays(),
+        const double rays = std::clamp(allot_for_error(shares_, aim, kMostRays).rays, kLeastMore * all_rays(),
                                  kMostMore * all_rays());
-        const bool is_last = rays * seconds_per_ray_ + 2.0 * look_seconds_ > left();
-        if (is_last)
-            rays = std::max(0.0, left()) / seconds_per_ray_;
-        refine(allot_for_rays(shares_, rays, kMostRays));
-        if (is_last)
+        const bool is_last = rays * seconds_per_ray_ + 2.0 * look_seconds_ > left() || (has_budget && step + 1 == kMostSteps);
+        if (is_last) {
+            use_up(left);
             break;
+        }
+        refine(allot_for_rays(shares_, rays, kMostRays));
         look();
         scale_shares(true);
-        if (errors_.total > (is_cut ? kStalled : kHardlyLess) * before)
+        is_stalled = errors_.total > (is_cut ? kStalled : kHardlyLess) * before;
+        if (is_stalled && !has_budget)
             break;
     }
     // Further views' records are judged one by one.
@@ -259,12 +282,12 @@ void Steering::reach(const RecordGoal& goal)
 
 }  // namespace
 
-MeanErrors place_to_goal(Placement& placement, const View& view, float overlap, ThreadPool& pool,
+MeanErrors place_to_goal(Placement& placement, const View& view, float overlap, double overture_seconds, ThreadPool& pool,
                          std::vector<Record>& records, RecordStats& stats,
                          const std::function<std::optional<RecordGoal>(const RecordForecast&)>& set_goal)
 {
     Steering steering(placement, view, overlap, pool, records, stats);
-    steering.overture();
+    steering.overture(overture_seconds);
     if (const std::optional<RecordGoal> goal = set_goal(steering.forecast()))
         steering.reach(*goal);
     return steering.errors();

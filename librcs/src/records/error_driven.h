@@ -35,9 +35,11 @@ struct RecordGoal {
 /// the mean error most.
 /// @param placement  with options().rays and spacing for the overture; options() are left as the last step used them,
 ///        so that further views are filled alike
+/// @param overture_seconds  records of the overture start far apart and come closer while this lasts; 0: as close as
+///        options() say at once
 /// @param set_goal  asked after the overture; none stops there
 /// @return the mean relative error reached, as estimated
-MeanErrors place_to_goal(Placement& placement, const View& view, float overlap, ThreadPool& pool,
+MeanErrors place_to_goal(Placement& placement, const View& view, float overlap, double overture_seconds, ThreadPool& pool,
                          std::vector<Record>& records, RecordStats& stats,
                          const std::function<std::optional<RecordGoal>(const RecordForecast&)>& set_goal);
 
