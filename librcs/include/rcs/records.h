@@ -38,6 +38,7 @@ struct Record {
     float spacing_radius = 0.0f;          ///< a R_k after all limits [m]: within it no other record is needed
     float gradient_scale = 1.0f;          ///< how much of the translation gradient to trust, in [0, 1]: less than 1
                                           ///< where the least spacing overrides the reach of the expansion
+    float closeness = 1.0f;               ///< its least R_k over RecordOptions::min_reach, in (0, 1]: less where the error asks for it
     float breadth = 1.0f;                 ///< of the last splat's influence, in (0, 1]: less than 1 where records lie as close
                                           ///< as they may and their expansions still disagree
     /// Incoming radiance times cosine in spherical harmonics of scene space (Krivanek et al. 2005, with the cosine

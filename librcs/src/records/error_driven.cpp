@@ -37,8 +37,10 @@ constexpr float kMostRays = 16384.0f;    // per record
 constexpr float kMostDensity = 4.0f;     // of records in one round, over what it was
 constexpr float kMostForecast = 64.0f;   // ... in a forecast, in all
 constexpr double kCloserTakes = 3.0;     // times as long in all: records at half the least distance
-constexpr double kLooks = 2.5;           // at the error, in each step
-constexpr float kLeastReach = 4.0f;      // RecordOptions::min_reach [px]
+constexpr double kLooks = 1.5;           // at the error, in each step
+constexpr float kBehindNoise = 0.3f;     // of the noise, spread that shows once that is gone
+constexpr double kSharpening = 4.0;      // steps that bring records closer take as long as so many looks more
+constexpr float kLeastReach = 4.0f;      // least R_k of a record whose expansion disagrees with the others [px]
 constexpr double kLeastGoal = 1e-3;      // of a budget that could do more than anyone would see
 
 double seconds_since(Clock::time_point start)
@@ -172,7 +174,14 @@ double Steering::seconds_to(double error) const
     std::vector<RecordShare> shares;
     for (std::size_t k = 0; k < shares_.size(); k += stride)
         shares.push_back(shares_[k]);
-    const double part = kShareOfSpread * wanted / std::max(errors_.spread, 1e-9);
+    double seen = 0.0, all = 0.0;
+    for (RecordShare& s : shares) {
+        seen += static_cast<double>(s.area * s.spread);
+        s.spread = std::hypot(s.spread, kBehindNoise * s.single / std::sqrt(s.rays));
+        all += static_cast<double>(s.area * s.spread);
+    }
+    const double spread = seen > 0.0 ? errors_.spread * all / seen : 0.0;
+    const double part = kShareOfSpread * wanted / std::max(spread, 1e-9);
     const std::vector<float> density = densities(shares, part, kMostForecast);
     double rays = 0.0;  // of closer records: they gather from scratch, and each makes a smaller part of the picture
     for (std::size_t k = 0; k < shares.size(); ++k) {
@@ -185,7 +194,8 @@ double Steering::seconds_to(double error) const
     rays += allot_for_error(shares, wanted, std::numeric_limits<float>::infinity()).rays;
     rays *= static_cast<double>(shares_.size()) / static_cast<double>(shares.size());
     const double steps = std::ceil(std::log(wanted / errors_.total) / std::log(kStep));
-    return rays * seconds_per_ray_ + kLooks * steps * look_seconds_;
+    const double sharpenings = part < 1.0 ? std::min(steps, 1.0 + std::ceil(std::log(part) / std::log(kStep))) : 0.0;
+    return rays * seconds_per_ray_ + (kLooks * steps + kSharpening * sharpenings) * look_seconds_;
 }
 
 /// Brings the mean error by spread down to `part` of what it is: takes reach from records whose extrapolations disagree, and
@@ -193,20 +203,20 @@ double Steering::seconds_to(double error) const
 void Steering::sharpen(double part)
 {
     const std::vector<float> density = densities(shares_, part, kMostDensity);
-    RecordOptions& options = placement_.options();
     const std::span<Record> records = placement_.records();
-    const float closest = kHardlyMore * tolerance_ * std::min(kLeastReach, options.min_reach);  // [px]
+    const float least = std::min(kLeastReach, placement_.options().min_reach);  // [px]
     for (std::size_t k = 0; k < records.size(); ++k) {
         Record& r = records[k];
         if (!(density[k] > 1.0f))
             continue;
         const float nearer = 1.0f / std::sqrt(density[k]);
-        if (r.spacing_radius > closest * r.footprint)
-            r.harmonic_mean_distance = nearer * r.spacing_radius / tolerance_;  // neighbours are held to it as well
-        else
+        const float reach = r.spacing_radius / tolerance_;
+        if (reach > kHardlyMore * least * r.footprint) {
+            r.harmonic_mean_distance = nearer * reach;  // neighbours are held to it as well
+            placement_.allow_closer(k, std::max(least, nearer * reach / r.footprint));
+        } else
             r.breadth = std::max(1.0f / overlap_, nearer * r.breadth);
     }
-    options.min_reach = std::max(std::min(kLeastReach, options.min_reach), 0.7f * options.min_reach);
     placement_.fill();
     look();
     scale_shares(false);

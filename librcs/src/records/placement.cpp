@@ -103,7 +103,8 @@ Placement::Placement(const RayScene& rays, const GBuffer& gbuffer, const View& v
                      ThreadPool& pool, std::vector<Record>& records, RecordStats& stats, const LightCache* cache,
                      std::function<void(float)> report)
     : gbuffer_(gbuffer), view_(view), options_(options), pool_(pool), records_(records), stats_(stats),
-      report_(std::move(report)), gatherer_(rays, options, cache), surfaces_(make_tiled_surfaces(gbuffer, pool))
+      report_(std::move(report)), gatherer_(rays, options, cache), surfaces_(make_tiled_surfaces(gbuffer, pool)),
+      closeness_(gbuffer.size(), 1.0f)
 {
     validate(options);
 }
@@ -134,13 +135,35 @@ void Placement::fill()
         if (holes.empty())
             continue;
         const std::size_t known = records_.size();
-        const std::vector<Record> fresh = gatherer_.gather(gbuffer_, holes, pool_, stats_);
+        std::vector<Record> fresh = gatherer_.gather(gbuffer_, holes, pool_, stats_);
+        for (std::size_t i = 0; i < holes.size(); ++i)
+            fresh[i].closeness = closeness_[holes[i]];
         records_.insert(records_.end(), fresh.begin(), fresh.end());
         pixels_.insert(pixels_.end(), holes.begin(), holes.end());
         spacing.limit(records_, known, pool_);
         add_weights(std::span(records_).subspan(known), surfaces_, view_, reach, pool_, weight);
         stale = true;
         ++stats_.waves;
+    }
+}
+
+void Placement::allow_closer(std::size_t k, float reach)
+{
+    Record& r = records()[k];
+    const float closeness = reach / options_.min_reach;
+    if (!(closeness < r.closeness))
+        return;
+    r.closeness = closeness;
+    // What it no longer serves.
+    const int radius = static_cast<int>(std::ceil(r.spacing_radius / r.footprint));
+    const glm::ivec2 size(gbuffer_.width, gbuffer_.height);
+    const glm::ivec2 centre(static_cast<int>(pixels_[k]) % size.x, static_cast<int>(pixels_[k]) / size.x);
+    const glm::ivec2 low = glm::max(centre - radius, 0), high = glm::min(centre + radius, size - 1);
+    for (int y = low.y; y <= high.y; ++y) {
+        for (int x = low.x; x <= high.x; ++x) {
+            float& least = closeness_[static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) + static_cast<std::size_t>(x)];
+            least = std::min(least, closeness);
+        }
     }
 }
 

@@ -21,6 +21,8 @@ public:
 
     /// Adds records in waves until every visible point is within the spacing radius of one.
     void fill();
+    /// Lets record k, of those made here, and what is made around it have an R_k of as little as `reach` [px]. fill() brings them in.
+    void allow_closer(std::size_t k, float reach);
     /// Around each record, as it is now.
     std::vector<float> noise() const;
     /// Gathers again, with extra[i] times rays() more at record i.
@@ -46,6 +48,7 @@ private:
     RecordGatherer gatherer_;
     TiledSurfaces surfaces_;
     std::vector<std::uint32_t> pixels_;
+    std::vector<float> closeness_;  // of records to be made, pixel by pixel
 };
 
 }  // namespace rcs

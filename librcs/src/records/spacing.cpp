@@ -111,7 +111,7 @@ private:
 void set_spacing(Record& r, float near, const RecordOptions& options)
 {
     const float reach = std::clamp(std::min(near, options.gradient_limit * r.gradient_reach),
-                                   options.min_reach * r.footprint, options.max_reach * r.footprint);
+                                   r.closeness * options.min_reach * r.footprint, options.max_reach * r.footprint);
     r.spacing_radius = options.error_tolerance * reach;
     r.gradient_scale = std::min(1.0f, std::min(near, r.gradient_reach) / reach);
 }
