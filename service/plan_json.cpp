@@ -69,6 +69,7 @@ Json to_json(const EffectCounts& counts)
               {"splat_glossy", counts.glossy_splats},
               {"lobes", counts.lobe_passes},
               {"error", counts.error_passes}}},
+            {"shared_samples", counts.shared_samples},
             {"bytes",
              {{"gl", counts.gl_bytes},
               {"shading", counts.shading_bytes},
@@ -86,7 +87,7 @@ std::string to_text(const EffectPlan& plan)
         std::snprintf(name, sizeof name, "%-4s %-22s ", e.needed ? "on" : e.available ? "off" : "none",
                       std::string(rcs::name_of(e.effect)).c_str());
         text.append(name).append(e.reason);
-        if (!e.needed && e.loss > 0.0) {
+        if (e.loss > 0.0) {
             char loss[64];
             std::snprintf(loss, sizeof loss, "; loses at most %.2g of ", e.loss);
             text.append(loss).append(e.of.empty() ? "it" : e.of);

@@ -92,7 +92,7 @@ struct PlannedEffect {
     Basis basis = Basis::exact;
     double share = 0.0, low = 0.0, high = 0.0;  ///< what it contributes, as part of `of`
     std::string of;          ///< "pixels", "the first bounce's power", ...
-    double loss = 0.0;       ///< not needed: the most that leaving it out may lose, as part of `of`; 0: nothing is lost
+    double loss = 0.0;       ///< not needed, or needed in part: the most that leaving it out may lose, as part of `of`; 0: nothing is lost
     std::string cost;        ///< of simulating it, in words
     double rays = 0.0;       ///< about so many, for the whole picture
     double bytes = 0.0;      ///< about so much memory beyond a picture without it
@@ -103,6 +103,8 @@ struct EffectPlan {
     std::vector<PlannedEffect> effects;  ///< one for each Effect, in order
     int bounces = 0;         ///< of indirect light, at most those of the options
     int passes = 1;          ///< samples a pixel
+    bool shares_samples = false;  ///< samples after the first share its light where the picture is smooth and they see the same
+                                  ///< triangle: anti-aliasing only where it shows
     std::uint64_t pilot_rays = 0;  ///< that planning took
 
     const PlannedEffect& operator[](Effect effect) const { return effects[static_cast<std::size_t>(effect)]; }

@@ -75,6 +75,7 @@ struct EffectCounts {
     std::uint64_t normal_maps = 0;      ///< fetches
     std::uint64_t gbuffers = 0, peeled_layers = 0, direct_passes = 0, splats = 0, glossy_splats = 0, lobe_passes = 0,
         error_passes = 0;
+    std::uint64_t shared_samples = 0;   ///< that took the light of their pixel's first one
     std::uint64_t gl_bytes = 0;         ///< of textures and buffers made, one after the other
     std::uint64_t shading_bytes = 0;    ///< of BSDFs and coverage, the most at a time
     std::uint64_t record_bytes = 0, radiance_bytes = 0;  ///< of records at the end; the second is part of the first

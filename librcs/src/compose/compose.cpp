@@ -84,7 +84,7 @@ void finish_error(int passes, Image& image)
 }  // namespace
 
 std::size_t accumulate_pass(const GBuffer& g, const View& view, const Shading& shading, const PassLight& light,
-                            const std::vector<glm::vec3>& weight, LayeredImage& sums)
+                            const std::vector<glm::vec3>& weight, const KnownSamples* known, LayeredImage& sums)
 {
     const SplatBuffer& indirect = light.indirect;
     Image& beauty = layer(sums, "beauty", g, 4);
@@ -95,6 +95,8 @@ std::size_t accumulate_pass(const GBuffer& g, const View& view, const Shading& s
     std::size_t unserved = 0;
     for (std::size_t i = 0; i < g.size(); ++i) {
         const glm::vec3 passes = first ? glm::vec3(1.0f) : weight[i];
+        if (known && known->met[i] != 0)
+            continue;
         if (!g.covered(i)) {
             add(to.emission, i, passes * g.emission[i]);
             if (first && to.depth)

@@ -27,9 +27,10 @@ struct PassLight {
 /// Adds one pass to the sums of a picture: every pass counts the same. Layers as LayeredImage names them.
 /// @param weight  per pixel, how much of its light passes the surfaces in front; empty: there are none, and the
 ///        surfaces are those whose albedo, normal and depth the picture keeps
+/// @param known  pixels left to SharedSamples; may be null
 /// @return visible pixels that no record reaches
 std::size_t accumulate_pass(const GBuffer& gbuffer, const View& view, const Shading& shading, const PassLight& light,
-                            const std::vector<glm::vec3>& weight, LayeredImage& sums);
+                            const std::vector<glm::vec3>& weight, const KnownSamples* known, LayeredImage& sums);
 
 /// Divides the sums by the number of passes and adds up beauty.
 void finish_passes(int passes, LayeredImage& sums);

@@ -106,7 +106,7 @@ double picture_error(const FirstView& first, PassLight light, float lobes)
     for (float& error : light.traced.error)
         error *= lobes;
     LayeredImage picture;
-    accumulate_pass(first.gbuffer, first.view, first.shading, light, {}, picture);
+    accumulate_pass(first.gbuffer, first.view, first.shading, light, {}, nullptr, picture);
     finish_passes(1, picture);
     return estimate_error(picture).mean_relative;
 }

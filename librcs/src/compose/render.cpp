@@ -9,6 +9,7 @@
 
 #include "accuracy/error_estimate.h"
 #include "compose/compose.h"
+#include "compose/shared_samples.h"
 #include "compose/views.h"
 #include "effects/effect_counts.h"
 #include "effects/plan_words.h"
@@ -215,11 +216,14 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
         std::erase_if(records, [](const Record& r) { return r.radiance.empty(); });
     std::optional<LightCache> light_cache;
     int lobe_rounds = 1;  // of tracing, in each pass
+    std::optional<SharedSamples> shared;  // by passes after the first
     for (int pass = 0; pass < goal.passes(); ++pass) {
         const View& view = views[static_cast<std::size_t>(pass)];
         Shading shading;
         GBuffer gbuffer =
-            clock.run("gbuffer", [&] { return render_gbuffer(gl, rays, view, texture_scale, pool, effects, shading); });
+            clock.run("gbuffer", [&] {
+                return render_gbuffer(gl, rays, view, texture_scale, pool, effects, shading, shared ? &shared->known : nullptr);
+            });
         ++counts.gbuffers;
         note_bytes(shading, counts);
         if (plan.needs(Effect::more_bounces) && !light_cache) {
@@ -288,7 +292,12 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
                 lobe_rounds = std::max(lobe_rounds, round + 1);
             }
             clock.run("compose", [&] {
-                stats.unserved_pixels += accumulate_pass(gbuffer, view, shading, light, weight, result.image);
+                stats.unserved_pixels +=
+                    accumulate_pass(gbuffer, view, shading, light, weight, shared ? &shared->known : nullptr, result.image);
+                if (shared)
+                    counts.shared_samples += add_shared(*shared, result.image);
+                else if (is_first && plan.shares_samples)
+                    shared = find_smooth(gbuffer, light.direct, result.image, pool);
             });
             if (!look_behind(shading, weight))
                 break;

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "compose/shared_samples.h"
 #include "compose/views.h"
 #include "effects/scene_facts.h"
 #include "effects/view_survey.h"
@@ -301,13 +302,23 @@ void Planner::plan_picture()
                                options_.aa > 1 ? options_.effects : EffectChoice{});
     plan_.passes = aa.needed ? options_.aa : 1;
     aa.cost = "all that is done for each pass";
+    const bool goal = options_.target_error > 0.0 || options_.budget_seconds > 0.0;
+    // Rays along lobes may meet what is smaller than a pixel; goals weigh passes before it is known how much they share.
+    plan_.shares_samples = plan_.passes > 1 && !options_.effects.with.has(Effect::anti_aliasing) && !goal && !on(Effect::peeling) &&
+                           !on(Effect::traced_lobes);
+    if (plan_.shares_samples) {
+        aa.reason += text("; where light strays from even growth by less than %.2g %%, samples on the first one's triangle share its light", 100.0 * kSmooth);
+        aa.of = "a pixel's light";
+        aa.basis = PlannedEffect::Basis::bound;
+        aa.share = aa.high = 1.0;
+        aa.loss = kSmooth;
+    }
 
     PlannedEffect& exposure = decide(Effect::auto_exposure, options_.auto_exposure, options_.auto_exposure,
                                      options_.auto_exposure ? "a display picture without an exposure of its own" : "no display picture asks for it");
     exposure.cost = "one look at the picture";
 
     const bool indirect = on(Effect::indirect_diffuse) || on(Effect::traced_lobes);
-    const bool goal = options_.target_error > 0.0 || options_.budget_seconds > 0.0;
     PlannedEffect& error = decide(Effect::error_estimate, indirect, indirect,
                                   !indirect ? "there is no indirect light" : goal ? "a target or budget steers by it" : "every picture states the error of its indirect light");
     if (goal && indirect) {

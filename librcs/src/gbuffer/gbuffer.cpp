@@ -142,6 +142,18 @@ void settle_edges(const RayScene& rays, const View& view, ThreadPool& pool, Visi
     });
 }
 
+/// Empties the pixels that see what is known.
+void leave_known(KnownSamples& known, Visibility& v)
+{
+    known.met.assign(v.instance.size(), 0);
+    for (std::size_t i = 0; i < v.instance.size(); ++i) {
+        if (v.instance[i] == GBuffer::kNone || v.instance[i] != known.instance[i] || v.primitive[i] != known.primitive[i])
+            continue;
+        known.met[i] = 1;
+        v.instance[i] = v.primitive[i] = GBuffer::kNone;
+    }
+}
+
 /// Calls visit(pixel, ray through its sample) for every pixel.
 template <typename Visit>
 void for_each_camera_ray(const View& view, ThreadPool& pool, const Visit& visit)
@@ -159,15 +171,18 @@ void for_each_camera_ray(const View& view, ThreadPool& pool, const Visit& visit)
 }  // namespace
 
 GBuffer render_gbuffer(GlContext& gl, const RayScene& rays, const View& view, float texture_scale, ThreadPool& pool,
-                       const EffectSet& effects, Shading& shading)
+                       const EffectSet& effects, Shading& shading, KnownSamples* known)
 {
     Visibility visibility = render_visibility(gl, rays.scene(), view);
     settle_edges(rays, view, pool, visibility);
+    if (known)
+        leave_known(*known, visibility);
     GBuffer g = allocate(view, std::move(visibility));
     shading = allocate_shading(effects, g.size());
     for_each_camera_ray(view, pool, [&](std::size_t i, const CameraRay& ray) {
         if (!g.covered(i)) {
-            g.emission[i] = environment_of(rays).radiance(glm::vec3(glm::normalize(ray.direction)));
+            if (!known || known->met[i] == 0)
+                g.emission[i] = environment_of(rays).radiance(glm::vec3(glm::normalize(ray.direction)));
             return;
         }
         const VisiblePoint point = visible_point(rays, g.instance[i], g.primitive[i], ray, g.camera_position, texture_scale);

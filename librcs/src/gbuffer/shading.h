@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include <glm/glm.hpp>
@@ -19,10 +20,17 @@ struct Shading {
     std::vector<glm::vec3> through;   ///< the colour that comes straight through the surface
 };
 
+/// Triangles that need no shading where a pixel sees them: their light is known.
+struct KnownSamples {
+    std::vector<std::uint32_t> instance, primitive;  ///< per pixel; kNone: nothing is known
+    std::vector<std::uint8_t> met;                   ///< 1 where the last G-buffer saw what was known, and left the pixel empty
+};
+
 /// render_gbuffer() of gbuffer.h, and how its points reflect as far as the effects ask for it: highlights, glossy records
 /// and traced lobes for BSDFs, peeling for what shows behind.
+/// @param known  may be null
 GBuffer render_gbuffer(GlContext& gl, const RayScene& rays, const View& view, float texture_scale, ThreadPool& pool,
-                       const EffectSet& effects, Shading& shading);
+                       const EffectSet& effects, Shading& shading, KnownSamples* known = nullptr);
 
 /// The next surfaces behind those of `gbuffer`, where `weight` says that they matter: replaces both buffers.
 /// @param weight  per pixel: how much of the light from there reaches the camera; 0: the pixel becomes empty and black

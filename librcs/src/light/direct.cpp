@@ -106,6 +106,8 @@ DirectLightResult direct_light(const RayScene& rays, const GBuffer& gbuffer, con
             result.glossy[i] = lit.glossy;
     };
     const bool looks_twice = light.takes_mixed();
+    if (light.averages())
+        result.in_part.assign(gbuffer.size(), looks_twice ? 0 : 1);
     std::vector<LampSight> sight(looks_twice ? gbuffer.size() : 0);
     pool.parallel_for(gbuffer.size(), 1024, [&](std::size_t begin, std::size_t end, int thread) {
         DirectLight::Workspace& w = workspaces[static_cast<std::size_t>(thread)];
@@ -125,8 +127,10 @@ DirectLightResult direct_light(const RayScene& rays, const GBuffer& gbuffer, con
             const int x = static_cast<int>(i % static_cast<std::size_t>(gbuffer.width));
             const int y = static_cast<int>(i / static_cast<std::size_t>(gbuffer.width));
             const std::uint64_t mixed = sight_around(sight, gbuffer.width, gbuffer.height, x, y).mixed() & sight[i].seen();
-            if (mixed != 0)
-                light_pixel(i, mixed, workspaces[static_cast<std::size_t>(thread)]);
+            if (mixed == 0)
+                continue;
+            result.in_part[i] = 1;
+            light_pixel(i, mixed, workspaces[static_cast<std::size_t>(thread)]);
         }
     });
     for (const DirectLight::Workspace& w : workspaces)

@@ -79,6 +79,9 @@ public:
     /// @param mixed  lamps (bits as of LampSight) that may be hidden in part, and get more shadow rays
     Lit at(const SurfacePoint& point, const Viewer& viewer, std::uint64_t key, Workspace& w, std::uint64_t mixed = ~0ull) const;
 
+    /// Whether rays stand for more than themselves: only lamps without size need no average.
+    bool averages() const { return !lights_.triangles.empty() || sky_.has_peaks(); }
+
     /// Whether `mixed` counts for anything. Of many lamps few are drawn, others at each point: of these it is told by their own
     /// rays. Where lamps are picked there is no time for it.
     bool takes_mixed() const

@@ -1,7 +1,6 @@
 #include "splat/tiles.h"
 
 #include <algorithm>
-#include <cstdint>
 #include <memory>
 
 #include "gbuffer/shading.h"
@@ -17,7 +16,7 @@ namespace {
 constexpr int kTile = TiledSurfaces::kTile;
 constexpr std::size_t kTilePixels = TiledSurfaces::kTilePixels;
 
-/// Which records touch each tile, in record order: a counting sort by tile.
+/// Which records touch each tile in which something is seen, in record order: a counting sort by tile.
 struct Bins {
     std::vector<std::uint32_t> first;    // per tile, and one more
     std::vector<std::uint32_t> records;  // indices, tile after tile
@@ -36,13 +35,16 @@ Bins bin_records(const std::vector<gpu::GpuRecord>& records, const TiledSurfaces
     Bins bins;
     bins.first.assign(surfaces.tiles.size() + 1, 0);
     for (const gpu::GpuRecord& record : records)
-        for_each_tile(record, surfaces.tiles_x, [&](std::size_t tile) { ++bins.first[tile + 1]; });
+        for_each_tile(record, surfaces.tiles_x, [&](std::size_t tile) { bins.first[tile + 1] += surfaces.rows[tile] != 0 ? 1 : 0; });
     for (std::size_t tile = 1; tile < bins.first.size(); ++tile)
         bins.first[tile] += bins.first[tile - 1];
     bins.records.resize(bins.first.back());
     std::vector<std::uint32_t> next(bins.first.begin(), bins.first.end() - 1);
     for (std::uint32_t i = 0; i < records.size(); ++i)
-        for_each_tile(records[i], surfaces.tiles_x, [&](std::size_t tile) { bins.records[next[tile]++] = i; });
+        for_each_tile(records[i], surfaces.tiles_x, [&](std::size_t tile) {
+            if (surfaces.rows[tile] != 0)
+                bins.records[next[tile]++] = i;
+        });
     return bins;
 }
 
@@ -103,10 +105,10 @@ RCS_ALWAYS_INLINE void splat_glossy_row(const float* weighted_r, const float* we
 /// What a splat sums up.
 enum class Sums { weights, light, light_and_errors };
 
-/// Sums one record over rows [y0, y1) of the tile.
+/// Sums one record over those of the rows [y0, y1) of the tile in which something is seen.
 template <Sums kWhat>
 RCS_ALWAYS_INLINE void splat_rows(const TiledSurfaces::Tile& t, TileSums& sums, const gpu::GpuRecord& record, int y0,
-                                  int y1, GlossyTile* glossy, const gpu::GpuRadiance* radiance)
+                                  int y1, std::uint32_t rows, GlossyTile* glossy, const gpu::GpuRadiance* radiance)
 {
     const float kx = record.position.x, ky = record.position.y, kz = record.position.z;
     const float knx = record.normal.x, kny = record.normal.y, knz = record.normal.z;
@@ -118,6 +120,8 @@ RCS_ALWAYS_INLINE void splat_rows(const TiledSurfaces::Tile& t, TileSums& sums, 
                              record.translation_gradient[2]};
     const float per_unit = record.rotation_gradient[0].w, variance = record.rotation_gradient[1].w;
     for (int y = y0; y < y1; ++y) {
+        if ((rows >> y & 1u) == 0u)
+            continue;
         const int row = y * kTile;
         float weighted_r[kTile], weighted_g[kTile], weighted_b[kTile];
         int reached = 0;
@@ -165,6 +169,7 @@ struct TileRecords {
     const std::uint32_t* begin;        // indices
     const std::uint32_t* end;
     int top;  // row of the image where the tile begins
+    std::uint32_t rows;
 };
 
 template <Sums kWhat>
@@ -174,7 +179,7 @@ RCS_ALWAYS_INLINE void splat_tile(const TiledSurfaces::Tile& tile, TileSums& sum
     for (const std::uint32_t* i = from.begin; i != from.end; ++i) {
         const gpu::GpuRecord& record = from.records[*i];
         splat_rows<kWhat>(tile, sums, record, std::max(record.pixels.y - from.top, 0),
-                                 std::min(record.pixels.w - from.top, kTile), glossy,
+                                 std::min(record.pixels.w - from.top, kTile), from.rows, glossy,
                                  glossy ? from.radiance + *i : nullptr);
     }
 }
@@ -209,7 +214,7 @@ void for_each_pixel(const TiledSurfaces& s, std::size_t t, const Visit& visit)
                   static_cast<std::size_t>((y - top) * kTile + (x - left)));
 }
 
-/// Calls visit(tile, its records) for every tile that records touch.
+/// Calls visit(tile, its records) for every tile that records touch, if something is seen in it.
 template <typename Visit>
 void for_each_busy_tile(const TiledSurfaces& surfaces, const GpuRecords& from, ThreadPool& pool, const Visit& visit)
 {
@@ -220,7 +225,7 @@ void for_each_busy_tile(const TiledSurfaces& surfaces, const GpuRecords& from, T
                 continue;
             const int top = static_cast<int>(t / static_cast<std::size_t>(surfaces.tiles_x)) * kTile;
             visit(t, TileRecords{from.records.data(), from.radiance.data(), bins.records.data() + bins.first[t],
-                                 bins.records.data() + bins.first[t + 1], top});
+                                 bins.records.data() + bins.first[t + 1], top, surfaces.rows[t]});
         }
     });
 }
@@ -262,6 +267,8 @@ TiledSurfaces make_tiled_surfaces(const GBuffer& g, ThreadPool& pool)
     s.tiles_y = (g.height + kTile - 1) / kTile;
     s.camera_position = g.camera_position;
     s.tiles.resize(static_cast<std::size_t>(s.tiles_x) * static_cast<std::size_t>(s.tiles_y));
+    s.rows.assign(s.tiles.size(), 0);
+    static_assert(kTile <= 16);
     pool.parallel_for(s.tiles.size(), 16, [&](std::size_t begin, std::size_t end, int) {
         for (std::size_t t = begin; t < end; ++t) {
             TiledSurfaces::Tile& tile = s.tiles[t];
@@ -273,6 +280,8 @@ TiledSurfaces make_tiled_surfaces(const GBuffer& g, ThreadPool& pool)
                 tile.ny[to] = g.normal_y[from];
                 tile.nz[to] = g.normal_z[from];
                 tile.cover[to] = g.covered(from) ? 1.0f : 0.0f;
+                if (g.covered(from))
+                    s.rows[t] |= static_cast<std::uint16_t>(1u << to / kTile);
             });
         }
     });

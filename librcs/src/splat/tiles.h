@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -21,6 +23,7 @@ struct TiledSurfaces {
     int tiles_x = 0, tiles_y = 0;
     glm::dvec3 camera_position{0.0};
     std::vector<Tile> tiles;
+    std::vector<std::uint16_t> rows;  ///< per tile, a bit for each row in which a surface is seen
 };
 TiledSurfaces make_tiled_surfaces(const GBuffer& gbuffer, ThreadPool& pool);
 

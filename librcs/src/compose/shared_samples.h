@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "gbuffer/shading.h"
+#include "light/direct.h"
+#include "rcs/gbuffer.h"
+#include "rcs/image.h"
+#include "rcs/thread_pool.h"
+
+namespace rcs {
+
+/// Across a smooth pixel light strays from even growth by at most this part of it.
+inline constexpr double kSmooth = 1.0 / 64.0;
+
+/// The first pass of a picture, for further ones to share: anti-aliasing is for pixels that see more than one thing.
+struct SharedSamples {
+    KnownSamples known;
+    LayeredImage first;  ///< the sums of that pass
+};
+
+/// Finds the smooth pixels: those that are the mean of each two neighbours that face each other, but for kSmooth, in the first
+/// pass, and whose direct light is not an average over lamps seen in part. (Contrast as a measure of where samples are needed:
+/// Mitchell 1987; here the triangle that a further sample sees has to be the same as well, so that no shape is missed.)
+/// @param sums  of the first pass alone
+SharedSamples find_smooth(const GBuffer& gbuffer, const DirectLightResult& direct, const LayeredImage& sums, ThreadPool& pool);
+
+/// Adds the first pass's light where this one met what it knew. @return at how many pixels
+std::size_t add_shared(const SharedSamples& shared, LayeredImage& sums);
+
+}  // namespace rcs

@@ -1,0 +1,96 @@
+#include "compose/shared_samples.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "rcs/render.h"
+#include "support/effect_scenes.h"
+
+namespace rcs {
+namespace {
+
+struct Both {
+    RenderResult planned, everywhere;
+};
+
+/// With anti-aliasing where it shows, and everywhere.
+Both render_both(const Scene& scene, RenderOptions options = {})
+{
+    static GlContext gl;
+    ThreadPool pool(2);
+    options.width = options.height = 120;
+    const RayScene rays = build_ray_scene(scene, pool);
+    RenderOptions all = options;
+    all.effects.with.set(Effect::anti_aliasing);
+    return {render(gl, rays, scene.cameras.at(0), options, pool), render(gl, rays, scene.cameras.at(0), all, pool)};
+}
+
+/// Differences of pixels as parts of their light, largest first.
+std::vector<double> differences(const Both& both)
+{
+    const std::vector<float>&a = both.planned.image.layers.at("beauty").pixels, &b = both.everywhere.image.layers.at("beauty").pixels;
+    std::vector<double> result;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        result.push_back(a[i] != b[i] ? static_cast<double>(std::abs(a[i] - b[i]) / b[i]) : 0.0);
+    std::sort(result.rbegin(), result.rend());
+    return result;
+}
+
+/// Within the stated bound, but for a few pixels: passes that see less also bring fewer records, which tell on their surroundings.
+void expect_within_bound(const Both& both)
+{
+    const std::vector<double> sorted = differences(both);
+    EXPECT_LE(sorted[sorted.size() / 500], kSmooth);
+    EXPECT_LE(sorted.front(), 3.0 * kSmooth);
+}
+
+TEST(SharedSamples, AreMostOfASmoothRoomAndWithinTheStatedBound)
+{
+    const Both both = render_both(test::lit_room());
+    const RenderStats& s = both.planned.stats;
+    EXPECT_GT(s.counts.shared_samples, 3u * 120u * 120u * 6u / 10u);
+    EXPECT_EQ(both.everywhere.stats.counts.shared_samples, 0u);
+    EXPECT_EQ(s.plan[Effect::anti_aliasing].loss, kSmooth);
+    expect_within_bound(both);
+    EXPECT_LT(s.counts.punctual_rays, both.everywhere.stats.counts.punctual_rays / 2);
+}
+
+/// Bars a fifth of a pixel wide, which the first sample of most pixels misses.
+TEST(SharedSamples, MissNoShape)
+{
+    Scene scene = test::lit_room();
+    const int black = test::add_material(scene, glm::vec3(0.0f));
+    for (int bar = 0; bar < 40; ++bar)
+        test::add_mesh(scene, test::quad({-0.5f + 0.025f * static_cast<float>(bar), 0.5f, 0.5f}, {0.003f, 0, 0}, {0.2f, 1.5f, 0}, black));
+    const Both both = render_both(scene);
+    EXPECT_GT(both.planned.stats.counts.shared_samples, 10000u);
+    expect_within_bound(both);
+}
+
+TEST(SharedSamples, AreNoneInPenumbrasOfALamp)
+{
+    Scene scene = test::room(0.5f);
+    const int lamp = test::add_material(scene, glm::vec3(0.0f), glm::vec3(20.0f));
+    test::add_mesh(scene, test::quad({-0.5f, 2.9f, -0.5f}, {1.0f, 0, 0}, {0, 0, 1.0f}, lamp));
+    test::add_mesh(scene, test::box({-0.6f, 1.0f, -0.6f}, {0.3f, 1.2f, 0.3f}, 0, test::Facing::outwards));
+    const Both both = render_both(scene);
+    EXPECT_GT(both.planned.stats.counts.shared_samples, 5000u);
+    expect_within_bound(both);
+}
+
+TEST(SharedSamples, AreNotForGoalsNorWhereRaysFollowLobes)
+{
+    RenderOptions goal;
+    goal.target_error = 0.2;
+    EXPECT_EQ(render_both(test::lit_room(), goal).planned.stats.counts.shared_samples, 0u);
+    EXPECT_EQ(render_both(test::panel_room(test::metal(0.1f))).planned.stats.counts.shared_samples, 0u);
+    RenderOptions one;
+    one.aa = 1;
+    EXPECT_EQ(render_both(test::lit_room(), one).planned.stats.counts.shared_samples, 0u);
+}
+
+}  // namespace
+}  // namespace rcs
