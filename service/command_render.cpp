@@ -45,7 +45,7 @@ void render_scene(const RenderArguments& arguments, const CLI::App& command)
     const auto begin = std::chrono::steady_clock::now();
     ProgressBar bar(parse_log_level(arguments.report.log_level), arguments.report.quiet);
     RenderOptions options = final_options(arguments);
-    const OutputFiles outputs(arguments.output, PixelFormat::half_float, bar.log());
+    const OutputFiles outputs(parse_outputs(arguments.output, PixelFormat::half_float), parse_tone_map(arguments.output), bar.log());
     check_text_path(arguments.report.stats_file);
 
     ThreadPool pool(arguments.scene.threads);
