@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "queue/files.h"
+#include "wire/files.h"
 #include "rcs/v1/job.pb.h"
 #include "wire/sha256.h"
 

@@ -47,6 +47,7 @@ ErrorCode from_wire(v1::ErrorCode code)
         case v1::ERROR_CODE_UNSUPPORTED:
         case v1::ERROR_CODE_VERSION: return ErrorCode::unsupported;
         case v1::ERROR_CODE_GL_UNAVAILABLE: return ErrorCode::gl_unavailable;
+        case v1::ERROR_CODE_CANCELLED: return ErrorCode::cancelled;
         case v1::ERROR_CODE_OUT_OF_MEMORY:
         case v1::ERROR_CODE_MEMORY_LIMIT: return ErrorCode::out_of_memory;
         case v1::ERROR_CODE_INTERNAL:

@@ -1,4 +1,4 @@
-#include "queue/files.h"
+#include "wire/files.h"
 
 #include <cerrno>
 #include <cstring>
