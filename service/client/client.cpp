@@ -93,7 +93,7 @@ Client::Client(const std::string& address, const ClientOptions& options) : optio
     const std::int64_t until = steady_ms() + static_cast<std::int64_t>(1e3 * options_.connect_seconds);
     for (std::size_t sent = 0; sent < first.size();) {
         const long count = stream_->write(std::string_view(first).substr(sent));
-        if (count == Stream::kEnd) unavailable("the connection to " + address_ + " broke: " + stream_->failure());
+        if (count == Stream::kEnd) break;  // what the server said before it closed is still to be read
         if (count == Stream::kLater) wait(stream_->wants_write() ? POLLOUT : POLLIN, until);
         else sent += static_cast<std::size_t>(count);
     }
@@ -144,7 +144,7 @@ void Client::send(const v1::Request& request)
     const std::int64_t until = steady_ms() + static_cast<std::int64_t>(1e3 * options_.reply_seconds);
     for (std::size_t sent = 0; sent < bytes.size();) {
         const long count = stream_->write(std::string_view(bytes).substr(sent));
-        if (count == Stream::kEnd) return;  // what the server said before it closed is still to be read
+        if (count == Stream::kEnd) return;  // as above
         if (count == Stream::kLater) wait(POLLOUT, until);
         else sent += static_cast<std::size_t>(count);
     }

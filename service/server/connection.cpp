@@ -135,9 +135,13 @@ void Connection::watch(std::uint64_t job, std::uint64_t request)
     }
 }
 
-void Connection::touch(std::uint64_t job)
+void Connection::touch(std::uint64_t job, bool now)
 {
-    for (auto& [request, watch] : watches_) watch.changed = watch.changed || watch.job == job;
+    for (auto& [request, watch] : watches_) {
+        if (watch.job != job) continue;
+        watch.changed = true;
+        if (now) watch.told_ms = 0;
+    }
 }
 
 std::vector<std::pair<std::uint64_t, std::uint64_t>> Connection::due(std::int64_t now)

@@ -34,7 +34,8 @@ public:
     const Caller& caller() const { return caller_; }
 
     void watch(std::uint64_t job, std::uint64_t request);
-    void touch(std::uint64_t job);  ///< something about this job has changed
+    /// Something about this job has changed. @param now  as one of its frames has ended: watchers are told at once
+    void touch(std::uint64_t job, bool now);
     /// Jobs to be told about now, with the requests that watch them.
     std::vector<std::pair<std::uint64_t, std::uint64_t>> due(std::int64_t now);
     void unwatch(std::uint64_t request);

@@ -117,7 +117,7 @@ private:
     Connections connections_;
     std::vector<Answer> answers_;   ///< of this turn; sent once it is committed
     std::vector<FrameEnd> ends_;
-    std::vector<std::uint64_t> changed_;
+    std::vector<std::uint64_t> changed_, ended_;  ///< jobs of this turn with news, and with an end of a frame or of waiting
     std::vector<pollfd> polled_;
     std::int64_t next_tend_ms_ = 0;
     std::int64_t stop_at_ms_ = 0;   ///< 0: not stopping
@@ -164,6 +164,7 @@ void Server::turn()
     wait();
     const std::int64_t now = now_ms();
     changed_.clear();
+    ended_.clear();
     read_signals();
     std::size_t next = 2 + (tcp_ ? 1u : 0u);
     for (Worker& worker : service_.workers().workers()) {
@@ -172,7 +173,7 @@ void Server::turn()
         service_.workers().serve(worker, (events & (POLLIN | POLLHUP)) != 0, (events & POLLOUT) != 0, ends_, changed_);
     }
     try {
-        for (const FrameEnd& end : ends_) changed_.push_back(end.frame.key.job);
+        for (const FrameEnd& end : ends_) ended_.push_back(end.frame.key.job);
         service_.take(std::exchange(ends_, {}));
     } catch (const ServiceError& e) {
         undo_turn(e.what());
@@ -331,7 +332,7 @@ void Server::answer(Connection& connection, const v1::Request& request)
     try {
         answers_.push_back({&connection, service_.answer(request, connection.caller()), request.has_submit() || request.has_cancel()});
         if (request.has_cancel()) {
-            changed_.push_back(request.cancel().job());
+            ended_.push_back(request.cancel().job());
             next_tend_ms_ = 0;
         }
     } catch (const ServiceError& e) {
@@ -381,7 +382,8 @@ void Server::tell_watchers()
 {
     const std::int64_t now = now_ms();
     for (Connection& connection : connections_) {
-        for (const std::uint64_t job : changed_) connection.touch(job);
+        for (const std::uint64_t job : changed_) connection.touch(job, false);
+        for (const std::uint64_t job : ended_) connection.touch(job, true);
         for (const auto& [job, request] : connection.due(now)) {
             v1::Response response;
             response.set_id(request);

@@ -197,7 +197,9 @@ KeptScene& FrameRenderer::scene_of(const internal::Task& task, const RenderOptio
 void FrameRenderer::send_preview(const Image& beauty)
 {
     const std::string file = folder_ + "/.preview.jpg";
-    write_display_image(file, preview_mapper_->apply(small_copy(beauty), pool_), {.jpeg_quality = 80});
+    ImageFileOptions preview_options;
+    preview_options.jpeg_quality = 80;
+    write_display_image(file, preview_mapper_->apply(small_copy(beauty), pool_), preview_options);
     internal::FromWorker message;
     message.mutable_preview()->set_jpeg(read_part(file, 0, 512 << 10));
     ::unlink(file.c_str());
