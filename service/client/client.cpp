@@ -163,7 +163,7 @@ v1::Response Client::receive()
         char bytes[64 << 10];
         const long count = stream_->read(bytes, sizeof bytes);
         if (count == Stream::kEnd) {
-            unavailable("the connection to " + address_ + " ended" + (stream_->failure().empty() ? "" : ": " + stream_->failure()));
+            unavailable("the connection to " + address_ + " ended" + std::string(stream_->failure().empty() ? "" : ": ") + stream_->failure());
         }
         if (count == Stream::kLater) wait(stream_->wants_write() ? POLLOUT : POLLIN, until);
         else reader_.append({bytes, static_cast<std::size_t>(count)});

@@ -61,7 +61,7 @@ std::int64_t now_ms()
 void ServerLog::write(Level level, std::string_view event, const std::vector<LogField>& fields) const
 {
     if (level == Level::debug && !debug_) return;
-    std::string line = "time=" + time_text() + " level=" + name_of(level) + " event=";
+    std::string line = std::string("time=") + time_text() + " level=" + name_of(level) + " event=";
     line += event;
     for (const LogField& field : fields) line.append(" ").append(field.name).append("=").append(quoted(field.value));
     line += '\n';

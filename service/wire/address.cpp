@@ -12,7 +12,7 @@ std::string default_socket()
 {
     const char* runtime = std::getenv("XDG_RUNTIME_DIR");
     if (runtime != nullptr && *runtime != '\0') return std::string(runtime) + "/rcsplat/socket";
-    return "/tmp/rcsplat-" + std::to_string(::getuid()) + "/socket";
+    return std::string("/tmp/rcsplat-") + std::to_string(::getuid()) + "/socket";
 }
 
 HostPort parse_host_port(const std::string& text)

@@ -141,10 +141,10 @@ private:
     void submit_some(int number)
     {
         const unsigned count = 1 + random_() % 3;
-        for (unsigned i = 0; i < count; ++i) submit_key("r" + std::to_string(number) + "-" + std::to_string(i));
+        for (unsigned i = 0; i < count; ++i) submit_key(std::to_string(number) + "-" + std::to_string(i));
         // One whose answer nobody hears, as the server dies in between; it is asked for again.
         if (random_() % 4 != 0) return;
-        const std::string key = "lost" + std::to_string(number);
+        const std::string key = std::to_string(number) + "-lost";
         try {
             Client client(server_.socket());
             std::thread killer([&] {
