@@ -22,12 +22,15 @@
 #include "rcs/version.h"
 #include "server/connection.h"
 #include "server/log.h"
+#include "server/page.h"
 #include "server/service.h"
 #include "server/sockets.h"
 #include "wire/errors.h"
 
 namespace rcs::service {
 namespace {
+
+constexpr std::size_t kMostBrowsers = 32;
 
 /// SIGTERM, SIGINT, SIGHUP and SIGCHLD as a file to read from.
 Fd catch_signals()
@@ -101,6 +104,7 @@ private:
     void undo_turn(const std::string& why);
     void finish_turn();
     void tell_watchers();
+    void accept_browsers();
     void drop_connections();
     void reload_config();
     void prepare_tcp();
@@ -111,7 +115,8 @@ private:
     Fd signals_;
     Service service_;
     UnixListener unix_;
-    Fd tcp_;
+    Fd tcp_, http_;
+    std::list<HttpConnection> browsers_;
     std::string token_;
     std::optional<TlsContext> tls_;
     Connections connections_;
@@ -131,6 +136,10 @@ Server::Server(const ServerConfig& config, const std::function<ServerConfig()>& 
         prepare_tcp();
         tcp_ = listen_tcp(parse_host_port(config_.listen));
         log_.info("listening", {{"address", parse_host_port(config_.listen).host}, {"port", port_of(tcp_)}, {"tls", tls_ ? "yes" : "no"}});
+    }
+    if (!config_.http.empty()) {
+        http_ = listen_tcp(parse_host_port(config_.http));
+        log_.info("listening", {{"http", parse_host_port(config_.http).host}, {"port", port_of(http_)}});
     }
     log_.info("listening", {{"socket", config_.socket}, {"state", config_.state}, {"workers", config_.workers}, {"threads", config_.threads}});
 }
@@ -166,7 +175,7 @@ void Server::turn()
     changed_.clear();
     ended_.clear();
     read_signals();
-    std::size_t next = 2 + (tcp_ ? 1u : 0u);
+    std::size_t next = 2 + (tcp_ ? 1u : 0u) + (http_ ? 1u : 0u);
     for (Worker& worker : service_.workers().workers()) {
         const short events = next < polled_.size() && polled_[next].fd == worker.socket.get() ? polled_[next].revents : 0;
         ++next;
@@ -178,6 +187,13 @@ void Server::turn()
     } catch (const ServiceError& e) {
         undo_turn(e.what());
     }
+    for (HttpConnection& browser : browsers_) {
+        const short events = next < polled_.size() && polled_[next].fd == browser.fd() ? polled_[next].revents : 0;
+        ++next;
+        if (events == 0) continue;
+        if (const auto path = browser.receive()) browser.answer(page_answer(service_, *path));
+        browser.flush();
+    }
     for (Connection& connection : connections_) {
         const short events = next < polled_.size() && polled_[next].fd == connection.fd() ? polled_[next].revents : 0;
         ++next;
@@ -186,6 +202,7 @@ void Server::turn()
     finish_turn();
     if ((polled_[1].revents & POLLIN) != 0) accept_all(unix_.fd(), true);
     if (tcp_ && (polled_[2].revents & POLLIN) != 0) accept_all(tcp_.get(), false);
+    if (http_ && (polled_[tcp_ ? 3 : 2].revents & POLLIN) != 0) accept_browsers();
     service_.schedule();
     if (now >= next_tend_ms_) next_tend_ms_ = service_.tend();
     tell_watchers();
@@ -201,9 +218,11 @@ void Server::wait()
     const bool room = connections_.size() < static_cast<std::size_t>(config_.max_connections) + 8;
     polled_.push_back({unix_.fd(), static_cast<short>(room ? POLLIN : 0), 0});
     if (tcp_) polled_.push_back({tcp_.get(), static_cast<short>(room ? POLLIN : 0), 0});
+    if (http_) polled_.push_back({http_.get(), static_cast<short>(browsers_.size() < kMostBrowsers ? POLLIN : 0), 0});
     for (const Worker& worker : service_.workers().workers()) {
         polled_.push_back({worker.socket.get(), static_cast<short>(POLLIN | (worker.out.empty() ? 0 : POLLOUT)), 0});
     }
+    for (const HttpConnection& browser : browsers_) polled_.push_back({browser.fd(), browser.events(), 0});
     for (const Connection& connection : connections_) {
         polled_.push_back({connection.fd(), connection.events(), 0});
         if (connection.has_pending()) until = now;
@@ -402,9 +421,19 @@ void Server::tell_watchers()
     }
 }
 
+void Server::accept_browsers()
+{
+    while (browsers_.size() < kMostBrowsers) {
+        Fd fd(::accept4(http_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+        if (!fd) return;
+        browsers_.emplace_back(std::move(fd), now_ms());
+    }
+}
+
 void Server::drop_connections()
 {
     const std::int64_t now = now_ms();
+    browsers_.remove_if([&](const HttpConnection& browser) { return browser.done(now); });
     connections_.remove_if([&](Connection& connection) {
         if (!connection.closed() && now >= connection.deadline(config_.message_seconds)) {
             log_.write(Level::warning, "timed_out", {{"owner", connection.caller().owner}});

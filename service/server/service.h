@@ -57,16 +57,15 @@ public:
     v1::HealthReply health() const;
     v1::StatsReply stats(bool prometheus) const;
     WorkerPool& workers() { return workers_; }
-    JobQueue& queue() { return queue_; }
+    const JobQueue& queue() const { return queue_; }
     Counters& counters() { return counters_; }
-    std::string take_preview(FrameKey key) const;
     void adopt_config();
     /// Of a completed frame's picture. @throws ServiceError not_found
     v1::FetchReply fetch(const v1::FetchRequest& request, const Caller& caller) const;
+    v1::PreviewReply preview(const v1::PreviewRequest& request, const Caller& caller) const;
 
 private:
     v1::SubmitReply submit(const v1::SubmitRequest& request, const Caller& caller);
-    v1::PreviewReply preview(const v1::PreviewRequest& request, const Caller& caller) const;
     void check_may_see(std::uint64_t job, const Caller& caller) const;
     void check_space() const;
     void put_down(const FrameEnd& end);

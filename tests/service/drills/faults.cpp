@@ -167,7 +167,7 @@ private:
     void vanish_while_uploading(int number)
     {
         const std::string path = folder_ + "/upload";
-        test::write_bytes(path, std::string(700'000, static_cast<char>('a' + number % 26)));
+        test::write_bytes(path, std::string(700'000, static_cast<char>('a' + number % 4)));
         const auto file = service::local_file(path);
         try {
             Client client(server_.socket());
