@@ -250,7 +250,7 @@ void Client::fetch(std::uint64_t job, int frame, const std::string& name, const 
 {
     namespace fs = std::filesystem;
     const fs::path target(path);
-    const std::string temporary = (target.parent_path() / (std::string(".") + target.filename().string() + ".tmp-" + std::to_string(::getpid()))).string();
+    const std::string temporary = (target.parent_path() / std::string(".").append(target.filename().string()).append(".tmp-").append(std::to_string(::getpid()))).string();
     struct Remove {
         const std::string& file;
         ~Remove() { ::unlink(file.c_str()); }

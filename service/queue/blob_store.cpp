@@ -89,7 +89,7 @@ std::string BlobStore::part_path(const v1::Blob& blob, const std::string& owner)
     return path(blob.sha256()) + "." + hex(sha256(owner)).substr(0, 16) + kPart;
 }
 
-std::uint64_t BlobStore::held(const v1::Blob& blob, const std::string& owner) const
+std::uint64_t BlobStore::held(const v1::Blob& blob, const std::string& owner)
 {
     check_digest(blob);
     if (has(blob.sha256())) {
@@ -97,7 +97,17 @@ std::uint64_t BlobStore::held(const v1::Blob& blob, const std::string& owner) co
         return blob.size();
     }
     struct stat status{};
-    return ::stat(part_path(blob, owner).c_str(), &status) == 0 ? static_cast<std::uint64_t>(status.st_size) : 0;
+    const std::string part = part_path(blob, owner);
+    if (::stat(part.c_str(), &status) != 0) return 0;
+    const auto size = static_cast<std::uint64_t>(status.st_size);
+    if (size < blob.size()) return size;
+    // A server ended between the last byte and the digest.
+    if (upload(blob, owner).held == blob.size()) {
+        finish(part, blob.sha256());
+        return blob.size();
+    }
+    drop(part);
+    return 0;
 }
 
 BlobStore::Upload& BlobStore::upload(const v1::Blob& blob, const std::string& owner)
@@ -170,9 +180,13 @@ void BlobStore::finish(const std::string& part, const std::string& digest)
         drop(part);
         throw ServiceError(v1::ERROR_CODE_BAD_FILE, "the uploaded bytes have another SHA-256 than " + hex(digest) + "; they were dropped");
     }
-    if (::fchmod(done.fd.get(), 0400) != 0 || ::fsync(done.fd.get()) != 0) fail_file("write", part);
+    if (::fchmod(done.fd.get(), 0400) != 0 || ::fsync(done.fd.get()) != 0 || ::rename(part.c_str(), path(digest).c_str()) != 0) {
+        const int error = errno;
+        drop(part);
+        errno = error;
+        fail_file("complete", part);
+    }
     uploads_.erase(part);
-    if (::rename(part.c_str(), path(digest).c_str()) != 0) fail_file("rename", part);
     sync_path(folder_);
 }
 

@@ -31,8 +31,8 @@ public:
     void set_limits(const BlobLimits& limits) { limits_ = limits; }
 
     bool has(const std::string& digest) const;
-    /// Bytes that are there: the blob's size if it is complete.
-    std::uint64_t held(const v1::Blob& blob, const std::string& owner) const;
+    /// Bytes that are there: the blob's size if, and only if, it is complete.
+    std::uint64_t held(const v1::Blob& blob, const std::string& owner);
     /// Appends a chunk, unless it begins elsewhere than where the upload stands. @return bytes held after it
     /// @throws ServiceError bad_argument, limit, unavailable; bad_file: the bytes have another digest, and are dropped
     std::uint64_t put(const v1::Blob& blob, const std::string& owner, std::uint64_t offset, const std::string& data);
@@ -60,6 +60,7 @@ private:
     };
     std::string part_path(const v1::Blob& blob, const std::string& owner) const;
     Upload& upload(const v1::Blob& blob, const std::string& owner);
+    /// Verifies an upload that has all its bytes. If it cannot be completed nothing of it is kept.
     void finish(const std::string& part, const std::string& digest);
     void drop(const std::string& part);
 

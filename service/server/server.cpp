@@ -10,12 +10,14 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <sys/resource.h>
 #include <sys/signalfd.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <google/protobuf/stubs/logging.h>
 #include <openssl/rand.h>
 
 #include "rcs/error.h"
@@ -31,6 +33,7 @@ namespace rcs::service {
 namespace {
 
 constexpr std::size_t kMostBrowsers = 32;
+constexpr std::int64_t kAcceptPause = 500;  // where file descriptors ran out [ms]
 
 /// SIGTERM, SIGINT, SIGHUP and SIGCHLD as a file to read from.
 Fd catch_signals()
@@ -41,6 +44,15 @@ Fd catch_signals()
     ::sigprocmask(SIG_BLOCK, &set, nullptr);
     std::signal(SIGPIPE, SIG_IGN);
     return Fd(::signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK));
+}
+
+/// As many files as this user may have open: each connection is one.
+void raise_file_limit()
+{
+    rlimit limit{};
+    if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
+    limit.rlim_cur = limit.rlim_max;
+    ::setrlimit(RLIMIT_NOFILE, &limit);
 }
 
 /// Tells systemd, if it started us (sd_notify(3)).
@@ -124,7 +136,7 @@ private:
     std::vector<FrameEnd> ends_;
     std::vector<std::uint64_t> changed_, ended_;  ///< jobs of this turn with news, and with an end of a frame or of waiting
     std::vector<pollfd> polled_;
-    std::int64_t next_tend_ms_ = 0;
+    std::int64_t next_tend_ms_ = 0, accept_after_ms_ = 0;
     std::int64_t stop_at_ms_ = 0;   ///< 0: not stopping
 };
 
@@ -132,6 +144,7 @@ Server::Server(const ServerConfig& config, const std::function<ServerConfig()>& 
     : config_(config), reload_(reload), signals_(catch_signals()), service_(config_, log_), unix_(config.socket, config.group)
 {
     log_.set_debug(config_.log_debug);
+    raise_file_limit();
     if (!config_.listen.empty()) {
         prepare_tcp();
         tcp_ = listen_tcp(parse_host_port(config_.listen));
@@ -215,7 +228,7 @@ void Server::wait()
     std::int64_t until = next_tend_ms_;
     polled_.clear();
     polled_.push_back({signals_.get(), POLLIN, 0});
-    const bool room = connections_.size() < static_cast<std::size_t>(config_.max_connections) + 8;
+    const bool room = now >= accept_after_ms_ && connections_.size() < static_cast<std::size_t>(config_.max_connections) + 8;
     polled_.push_back({unix_.fd(), static_cast<short>(room ? POLLIN : 0), 0});
     if (tcp_) polled_.push_back({tcp_.get(), static_cast<short>(room ? POLLIN : 0), 0});
     if (http_) polled_.push_back({http_.get(), static_cast<short>(browsers_.size() < kMostBrowsers ? POLLIN : 0), 0});
@@ -269,6 +282,10 @@ void Server::accept_all(int listener, bool unix_socket)
 {
     for (int i = 0; i < 64; ++i) {
         Fd fd(::accept4(listener, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+        if (!fd && (errno == EMFILE || errno == ENFILE || errno == ENOMEM || errno == ENOBUFS)) {
+            accept_after_ms_ = now_ms() + kAcceptPause;  // it stays readable: without a pause this would go round and round
+            log_.write(Level::warning, "not_accepted", {{"why", std::strerror(errno)}});
+        }
         if (!fd) return;
         ++service_.counters().connections;
         const std::int64_t now = now_ms();
@@ -447,6 +464,7 @@ void Server::drop_connections()
 
 void serve(ServerConfig config, const std::function<ServerConfig()>& reload)
 {
+    google::protobuf::SetLogHandler(nullptr);  // what clients send wrong is told to them, and in this log's own form
     Server(config, reload).run();
 }
 

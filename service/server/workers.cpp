@@ -24,7 +24,7 @@ constexpr int kSocketInWorker = 3;
 
 std::uint64_t resident_memory(pid_t pid)
 {
-    std::FILE* file = std::fopen(("/proc/" + std::to_string(pid) + "/statm").c_str(), "re");
+    std::FILE* file = std::fopen(std::string("/proc/").append(std::to_string(pid)).append("/statm").c_str(), "re");
     if (file == nullptr) return 0;
     unsigned long long all = 0, resident = 0;
     const bool read = std::fscanf(file, "%llu %llu", &all, &resident) == 2;

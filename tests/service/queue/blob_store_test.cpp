@@ -58,6 +58,26 @@ TEST(BlobStore, AnUploadGoesOnInAnotherProcess)
     EXPECT_TRUE(store.has(blob.sha256()));
 }
 
+TEST(BlobStore, AnUploadThatOnlyLacksItsVerificationIsCompleted)
+{
+    const test::TemporaryFolder folder;
+    const v1::Blob right = blob_of("all its bytes"), wrong = blob_of("other bytes, of the same number");
+    {
+        BlobStore store(folder.path(), {});
+        store.put(right, "a", 0, "all");
+        store.put(wrong, "a", 0, "oth");
+    }
+    for (const auto& entry : std::filesystem::directory_iterator(folder / "blobs")) {  // as a server leaves them that ends just then
+        test::write_bytes(entry.path(), entry.path().string().find(hex(right.sha256())) != std::string::npos
+                                            ? "all its bytes" : "and bytes that are not the right");
+    }
+    BlobStore store(folder.path(), {});
+    EXPECT_EQ(store.held(right, "a"), right.size());
+    EXPECT_TRUE(store.has(right.sha256()));
+    EXPECT_EQ(store.held(wrong, "a"), 0u);
+    EXPECT_FALSE(store.has(wrong.sha256()));
+}
+
 TEST(BlobStore, WrongBytesAreDropped)
 {
     const test::TemporaryFolder folder;
