@@ -10,6 +10,7 @@
 #include "output_files.h"
 #include "progress_bar.h"
 #include "rcs/rcs.h"
+#include "remote_render.h"
 #include "render_arguments.h"
 #include "run_support.h"
 
@@ -45,7 +46,7 @@ void render_scene(const RenderArguments& arguments, const CLI::App& command)
     const auto begin = std::chrono::steady_clock::now();
     ProgressBar bar(parse_log_level(arguments.report.log_level), arguments.report.quiet);
     RenderOptions options = final_options(arguments);
-    const OutputFiles outputs(arguments.output, PixelFormat::half_float, bar.log());
+    const OutputFiles outputs(parse_outputs(arguments.output, PixelFormat::half_float), parse_tone_map(arguments.output), bar.log());
     check_text_path(arguments.report.stats_file);
 
     ThreadPool pool(arguments.scene.threads);
@@ -103,14 +104,21 @@ void add_render_command(CLI::App& app, Action& action)
 {
     CLI::App& command = *app.add_subcommand("render", "Renders one view of a scene");
     const auto arguments = std::make_shared<RenderArguments>();
+    const auto server = std::make_shared<ServerArguments>();
     add_render_arguments(command, *arguments);
+    add_server_arguments(command, *server);
+    command.get_option("--server")->envname("")->default_str("")->description("Let this render server do it: a socket or HOST:PORT");
+    for (const char* local : {"--threads", "--dry-run"}) command.get_option("--server")->excludes(local);
     command.footer(
         "Example: rcsplat render sponza.glb --camera atrium --size 1000x1000 -o sponza.png -o sponza.exr");
-    command.callback([arguments, &command, &action] {
+    command.callback([arguments, server, &command, &action] {
         if (arguments->output.files.empty() && !arguments->options.dry_run) {
             throw CLI::RequiredError("--output");
         }
-        action = [arguments, &command] { render_scene(*arguments, command); };
+        const bool remote = command.get_option("--server")->count() > 0;
+        action = [arguments, server, remote, &command] {
+            remote ? render_on_server(*arguments, *server) : render_scene(*arguments, command);
+        };
     });
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <functional>
+#include <string>
+#include <vector>
 
 namespace CLI {
 class App;
@@ -16,5 +18,10 @@ void add_plan_command(CLI::App& app, Action& action);
 void add_reference_command(CLI::App& app, Action& action);
 void add_compare_command(CLI::App& app, Action& action);
 void add_accuracy_command(CLI::App& app, Action& action);
+/// @param words  of the command line after "serve"
+void add_serve_command(CLI::App& app, Action& action, const std::vector<std::string>& words);
+void add_worker_command(CLI::App& app, Action& action);
+void add_submit_command(CLI::App& app, Action& action);
+void add_job_commands(CLI::App& app, Action& action);  ///< watch, fetch, cancel, list, stats
 
 }  // namespace rcs::service

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <new>
@@ -10,6 +11,7 @@
 #include "interrupt.h"
 #include "rcs/error.h"
 #include "rcs/version.h"
+#include "wire/errors.h"
 
 namespace {
 
@@ -23,7 +25,7 @@ int exit_code(ErrorCode code)
 {
     switch (code) {
         case ErrorCode::bad_argument: return kBadUsage;
-        case ErrorCode::cancelled: return kSignalBase + rcs::service::interrupt_signal();
+        case ErrorCode::cancelled: return rcs::service::interrupt_signal() != 0 ? kSignalBase + rcs::service::interrupt_signal() : kFailure;
         case ErrorCode::not_found:
         case ErrorCode::bad_file:
         case ErrorCode::unsupported:
@@ -64,7 +66,7 @@ std::optional<std::string> unknown_command(CLI::App& app, int argc, char** argv)
         if (command->get_name() == word) {
             return std::nullopt;
         }
-        names.append(names.empty() ? "" : ", ").append(command->get_name());
+        if (!command->get_group().empty()) names.append(names.empty() ? "" : ", ").append(command->get_name());
     }
     return "there is no command " + word + "; there are " + names;
 }
@@ -81,6 +83,10 @@ int run(int argc, char** argv)
     rcs::service::add_reference_command(app, action);
     rcs::service::add_compare_command(app, action);
     rcs::service::add_accuracy_command(app, action);
+    rcs::service::add_serve_command(app, action, {argv + std::min(argc, 2), argv + argc});
+    rcs::service::add_submit_command(app, action);
+    rcs::service::add_job_commands(app, action);
+    rcs::service::add_worker_command(app, action);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
@@ -102,6 +108,8 @@ int main(int argc, char** argv)
         return run(argc, argv);
     } catch (const rcs::Error& e) {
         return report(e.what(), exit_code(e.code()));
+    } catch (const rcs::service::ServiceError& e) {
+        return report(e.what(), exit_code(rcs::service::from_wire(e.code())));
     } catch (const std::bad_alloc&) {
         return report("out of memory", exit_code(ErrorCode::out_of_memory));
     } catch (const std::exception& e) {

@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <optional>
 #include <set>
+#include <utility>
 
-#include "interrupt.h"
 #include "rcs/error.h"
 
 namespace rcs::service {
@@ -34,32 +34,41 @@ FormatChoice parse_pixel_format(const std::string& text)
     return {PixelFormat::uint8, false};
 }
 
+void tell(const ProgressFunction& progress, const char* stage)
+{
+    if (!progress(stage, 0.0f)) {
+        throw Error(ErrorCode::cancelled, "interrupted, nothing was written");
+    }
+}
+
 }  // namespace
 
-OutputFiles::OutputFiles(const OutputArguments& arguments, PixelFormat exr_default, const LogFunction& log)
+bool is_exr(const OutputFile& file) { return lower_ending(file.path) == ".exr"; }
+
+std::vector<OutputFile> parse_outputs(const OutputArguments& arguments, PixelFormat exr_default)
 {
     std::set<std::string> paths;
-    bool any_exr = false;
-    bool any_display = false;
+    std::vector<OutputFile> files;
     for (const std::string& path : arguments.files) {
         if (!paths.insert(path).second) {
             throw Error(ErrorCode::bad_argument, "--output " + path + " is given twice");
         }
-        File file{path, {}, lower_ending(path) == ".exr"};
-        file.options.layers = arguments.layers;
-        file.options.format = file.is_exr ? exr_default : PixelFormat::automatic;
-        (file.is_exr ? any_exr : any_display) = true;
-        files_.push_back(file);
+        OutputFile file{path, {}};
+        if (is_exr(file)) {
+            file.options.layers = arguments.layers;
+            file.options.format = exr_default;
+        }
+        files.push_back(file);
     }
-    if (!arguments.layers.empty() && !any_exr) {
+    if (!arguments.layers.empty() && std::none_of(files.begin(), files.end(), is_exr)) {
         throw Error(ErrorCode::bad_argument, "--layers is given, but no output ends in .exr");
     }
     for (const std::string& text : arguments.pixel_formats) {
         const FormatChoice choice = parse_pixel_format(text);
         bool used = false;
-        for (File& file : files_) {
+        for (OutputFile& file : files) {
             // A JPEG beside a 16-bit PNG stays what it can be.
-            const bool fits = file.is_exr == choice.for_exr &&
+            const bool fits = is_exr(file) == choice.for_exr &&
                               (choice.format != PixelFormat::uint16 || lower_ending(file.path) == ".png");
             if (fits) {
                 file.options.format = choice.format;
@@ -70,13 +79,36 @@ OutputFiles::OutputFiles(const OutputArguments& arguments, PixelFormat exr_defau
             throw Error(ErrorCode::bad_argument, "--pixel-format " + text + " fits none of the outputs");
         }
     }
-    for (const File& file : files_) {
-        check_output_path(file.path, file.options);
-    }
+    return files;
+}
+
+ToneMapOptions parse_tone_map(const OutputArguments& arguments)
+{
     ToneMapOptions tone_map = arguments.tone_map;
     tone_map.exposure = parse_exposure(arguments.exposure);
+    return tone_map;
+}
+
+void render_for(const std::vector<OutputFile>& files, const ToneMapOptions& tone_map, RenderOptions& options)
+{
+    std::vector<std::string> kept;
+    bool all = false;
+    for (const OutputFile& file : files) {
+        all = all || (is_exr(file) && file.options.layers.empty());
+        kept.insert(kept.end(), file.options.layers.begin(), file.options.layers.end());
+    }
+    options.layers = all ? std::nullopt : std::optional(kept);
+    options.auto_exposure = !tone_map.exposure && !std::all_of(files.begin(), files.end(), is_exr);
+}
+
+OutputFiles::OutputFiles(std::vector<OutputFile> files, const ToneMapOptions& tone_map, const LogFunction& log)
+    : files_(std::move(files))
+{
+    for (const OutputFile& file : files_) {
+        check_output_path(file.path, file.options);
+    }
     const bool named = !tone_map.ocio_config.empty() || !tone_map.display.empty() || !tone_map.view.empty();
-    if (any_display || named) {
+    if (named || !std::all_of(files_.begin(), files_.end(), is_exr)) {
         tone_mapper_ = std::make_unique<ToneMapper>(tone_map, log);
     }
 }
@@ -85,20 +117,18 @@ void OutputFiles::write(const LayeredImage& image, ThreadPool& pool, const Progr
                         RunReport& report) const
 {
     const Image& beauty = image.layers.at("beauty");
-    const bool any_display = std::any_of(files_.begin(), files_.end(), [](const File& f) { return !f.is_exr; });
     Image display;
-    if (any_display) {
-        progress("tone map", 0.0f);
+    if (!std::all_of(files_.begin(), files_.end(), is_exr)) {
+        tell(progress, "tone map");
         display = timed(report, "tone map", [&] { return tone_mapper_->apply(beauty, pool); });
         report.shown_with = ShownWith{tone_mapper_->config_name(), tone_mapper_->display(), tone_mapper_->view(),
                                       static_cast<double>(tone_mapper_->exposure(beauty))};
     }
-    stop_if_interrupted();
-    progress("write", 0.0f);
+    tell(progress, "write");
     timed(report, "write", [&] {
-        for (const File& file : files_) {
+        for (const OutputFile& file : files_) {
             try {
-                file.is_exr ? write_exr(file.path, image, file.options)
+                is_exr(file) ? write_exr(file.path, image, file.options)
                             : write_display_image(file.path, display, file.options);
             } catch (const Error& e) {
                 std::string message = e.what();

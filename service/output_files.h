@@ -9,31 +9,43 @@
 #include "rcs/image.h"
 #include "rcs/image_io.h"
 #include "rcs/log.h"
+#include "rcs/render.h"
 #include "rcs/thread_pool.h"
 #include "rcs/tone_map.h"
 #include "stats_json.h"
 
 namespace rcs::service {
 
-/// The files that a command was asked for, checked before any work, written after all of it.
+/// A file to write; its ending says the format.
+struct OutputFile {
+    std::string path;
+    ImageFileOptions options;
+};
+bool is_exr(const OutputFile& file);
+
+/// What the options of a command line ask for, in their order.
+/// @param exr_default  how EXR values are stored unless --pixel-format says otherwise
+/// @throws rcs::Error bad_argument that names the option
+std::vector<OutputFile> parse_outputs(const OutputArguments& arguments, PixelFormat exr_default);
+ToneMapOptions parse_tone_map(const OutputArguments& arguments);
+
+/// Sets what a render makes beside beauty to what `files` keep of it.
+void render_for(const std::vector<OutputFile>& files, const ToneMapOptions& tone_map, RenderOptions& options);
+
+/// The files that a command or a job was asked for, checked before any work, written after all of it.
 class OutputFiles {
 public:
-    /// @param exr_default  how EXR values are stored unless --pixel-format says otherwise
-    /// @throws rcs::Error that names the file, option, display or view
-    OutputFiles(const OutputArguments& arguments, PixelFormat exr_default, const LogFunction& log);
+    /// @throws rcs::Error that names the file, display or view
+    OutputFiles(std::vector<OutputFile> files, const ToneMapOptions& tone_map, const LogFunction& log);
 
     /// Tone maps once if any file wants it, then writes the files in the order of the command line.
     /// Adds stages, exposure and the names of the files to `report`.
+    /// @throws rcs::Error cancelled, if `progress` says so; io
     void write(const LayeredImage& image, ThreadPool& pool, const ProgressFunction& progress,
                RunReport& report) const;
 
 private:
-    struct File {
-        std::string path;
-        ImageFileOptions options;
-        bool is_exr = false;
-    };
-    std::vector<File> files_;
+    std::vector<OutputFile> files_;
     std::unique_ptr<ToneMapper> tone_mapper_;  ///< null if only EXR files are written
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "output_files.h"
 #include "rcs/effect_plan.h"
 
 namespace rcs::service {
@@ -35,16 +36,6 @@ EffectChoice parse_choice(const RenderArguments& arguments)
     return choice;
 }
 
-/// Layers that some output keeps. None: all.
-std::optional<std::vector<std::string>> kept_layers(const OutputArguments& output)
-{
-    const bool any_exr = std::any_of(output.files.begin(), output.files.end(), [](const std::string& f) { return f.ends_with(".exr"); });
-    if (!output.files.empty() && !any_exr) {
-        return std::vector<std::string>{};
-    }
-    return output.layers.empty() ? std::nullopt : std::optional(output.layers);
-}
-
 }  // namespace
 
 RenderOptions final_options(const RenderArguments& arguments)
@@ -65,10 +56,11 @@ RenderOptions final_options(const RenderArguments& arguments)
     }
     options.direct.penumbra_samples = std::max(options.direct.penumbra_samples, options.direct.area_samples);
     options.effects = parse_choice(arguments);
-    options.layers = kept_layers(arguments.output);
-    options.auto_exposure = !parse_exposure(arguments.output.exposure) &&
-                            std::any_of(arguments.output.files.begin(), arguments.output.files.end(),
-                                        [](const std::string& file) { return !file.ends_with(".exr"); });
+    if (arguments.output.files.empty()) {
+        options.layers = arguments.output.layers.empty() ? std::nullopt : std::optional(arguments.output.layers);
+    } else {
+        render_for(parse_outputs(arguments.output, PixelFormat::half_float), parse_tone_map(arguments.output), options);
+    }
     validate(options);
     return options;
 }

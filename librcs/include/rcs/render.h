@@ -58,6 +58,10 @@ struct Forecast {
 };
 using ForecastFunction = std::function<void(const Forecast&)>;
 
+/// Told after every pass but the last one. `picture` makes the picture so far, with its error layers, and is valid only
+/// during the call.
+using PassFunction = std::function<void(int done, int passes, const std::function<LayeredImage()>& picture)>;
+
 /// Rays along lobes that are too narrow for records.
 struct GlossyStats {
     std::uint64_t rays = 0, shadow_rays = 0;
@@ -114,6 +118,7 @@ struct RenderResult {
 /// @param cache  records of earlier frames of the same scene to start from; may be empty
 RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, const RenderOptions& options,
                     ThreadPool& pool, std::vector<Record> cache = {}, const LogFunction& log = {},
-                    const ProgressFunction& progress = {}, const ForecastFunction& forecast = {});
+                    const ProgressFunction& progress = {}, const ForecastFunction& forecast = {},
+                    const PassFunction& after_pass = {});
 
 }  // namespace rcs

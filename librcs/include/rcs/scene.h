@@ -145,6 +145,10 @@ struct LoadOptions {
 /// @throws Error not_found, bad_file, unsupported: one sentence that names file and culprit.
 Scene load_scene(const std::string& source, const LogFunction& log = {}, const LoadOptions& options = {});
 
+/// The files that load_scene(path) reads: the .gltf or .glb file itself, then the buffers and images that it names, relative to
+/// its folder and each once. @throws Error as load_scene() does
+std::vector<std::string> scene_files(const std::string& path);
+
 /// Reads a latitude-longitude image in any format that OpenImageIO knows (8- and 16-bit files are taken for sRGB).
 /// Values that are negative or not finite are repaired, with a warning through `log`.
 /// @throws Error bad_file: one sentence that names the file and what is wrong

@@ -169,7 +169,7 @@ void RenderStats::add(const std::string& stage, double seconds)
 
 RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, const RenderOptions& wanted,
                     ThreadPool& pool, std::vector<Record> cache, const LogFunction& log,
-                    const ProgressFunction& progress, const ForecastFunction& forecast)
+                    const ProgressFunction& progress, const ForecastFunction& forecast, const PassFunction& after_pass)
 {
     validate(wanted);
     RenderResult result;
@@ -305,6 +305,13 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
             ++counts.peeled_layers;
         }
         ++direct_options.seed;
+        if (after_pass && pass + 1 < goal.passes()) {
+            after_pass(pass + 1, goal.passes(), [&] {
+                LayeredImage so_far = result.image;
+                finish_passes(pass + 1, so_far);
+                return so_far;
+            });
+        }
     }
     clock.run("compose", [&] { finish_passes(goal.passes(), result.image); });
     if (plan.needs(Effect::error_estimate))

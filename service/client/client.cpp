@@ -1,0 +1,287 @@
+#include "client/client.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+
+#include <fcntl.h>
+#include <netdb.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include "rcs/error.h"
+#include "rcs/version.h"
+#include "wire/address.h"
+#include "wire/errors.h"
+#include "wire/files.h"
+#include "wire/sha256.h"
+
+namespace rcs::service {
+namespace {
+
+constexpr std::int64_t kAskPeriod = 200;  // between questions whether to go on [ms]
+
+std::int64_t steady_ms()
+{
+    return std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+[[noreturn]] void unavailable(const std::string& what) { throw ServiceError(v1::ERROR_CODE_UNAVAILABLE, what); }
+
+Fd connected_unix(const std::string& path)
+{
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    if (path.size() >= sizeof address.sun_path) throw Error(ErrorCode::bad_argument, "the socket's path is too long: " + path);
+    path.copy(address.sun_path, path.size());
+    Fd fd(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
+    if (::connect(fd.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+        unavailable("no server answers on " + path + ": " + std::strerror(errno) + " (rcsplat serve starts one)");
+    }
+    return fd;
+}
+
+Fd connected_tcp(const HostPort& to, double seconds)
+{
+    addrinfo hints{};
+    hints.ai_socktype = SOCK_STREAM;
+    addrinfo* list = nullptr;
+    const int code = ::getaddrinfo(to.host.c_str(), to.port.c_str(), &hints, &list);
+    if (code != 0) unavailable("cannot find " + to.host + ": " + ::gai_strerror(code));
+    const std::unique_ptr<addrinfo, void (*)(addrinfo*)> owner(list, ::freeaddrinfo);
+    std::string why = "no address";
+    for (const addrinfo* a = list; a != nullptr; a = a->ai_next) {
+        Fd fd(::socket(a->ai_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+        if (!fd) continue;
+        int error = ::connect(fd.get(), a->ai_addr, a->ai_addrlen) == 0 ? 0 : errno;
+        if (error == EINPROGRESS) {
+            pollfd one{fd.get(), POLLOUT, 0};
+            socklen_t size = sizeof error;
+            error = ETIMEDOUT;
+            if (::poll(&one, 1, static_cast<int>(1e3 * seconds)) == 1) ::getsockopt(fd.get(), SOL_SOCKET, SO_ERROR, &error, &size);
+        }
+        const int on = 1;
+        ::setsockopt(fd.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+        if (error == 0) return fd;
+        why = std::strerror(error);
+    }
+    unavailable("no server answers on " + to.host + ":" + to.port + ": " + why);
+}
+
+}  // namespace
+
+Client::LocalFile local_file(const std::string& path)
+{
+    const FileDigest digest = sha256_of_file(path);
+    Client::LocalFile file{path, {}};
+    file.blob.set_sha256(digest.digest);
+    file.blob.set_size(digest.size);
+    return file;
+}
+
+Client::Client(const std::string& address, const ClientOptions& options) : options_(options), address_(address)
+{
+    connect_to(address, options);
+    const std::string first = greeting();
+    const std::int64_t until = steady_ms() + static_cast<std::int64_t>(1e3 * options_.connect_seconds);
+    for (std::size_t sent = 0; sent < first.size();) {
+        const long count = stream_->write(std::string_view(first).substr(sent));
+        if (count == Stream::kEnd) break;  // what the server said before it closed is still to be read
+        if (count == Stream::kLater) wait(stream_->wants_write() ? POLLOUT : POLLIN, until);
+        else sent += static_cast<std::size_t>(count);
+    }
+    std::string theirs;
+    for (char bytes[kGreetingSize]; theirs.size() < kGreetingSize;) {
+        const long count = stream_->read(bytes, kGreetingSize - theirs.size());
+        if (count == Stream::kEnd) unavailable("the connection to " + address_ + " broke: " + stream_->failure());
+        if (count == Stream::kLater) wait(POLLIN, until);
+        else theirs.append(bytes, static_cast<std::size_t>(count));
+    }
+    check_greeting(theirs);
+    v1::Request hello;
+    hello.mutable_hello()->set_client(std::string("rcsplat ") + kVersion);
+    hello.mutable_hello()->set_token(options.token);
+    hello_ = call(hello).hello();
+}
+
+void Client::connect_to(const std::string& address, const ClientOptions& options)
+{
+    if (address.find('/') != address.npos || address.find(':') == address.npos) {
+        stream_.emplace(connected_unix(address));
+        return;
+    }
+    const HostPort to = parse_host_port(address);
+    Fd fd = connected_tcp(to, options.connect_seconds);
+    if (is_loopback(to.host) && options.ca.empty() && options.certificate.empty()) {
+        stream_.emplace(std::move(fd));
+        return;
+    }
+    tls_ = TlsContext::client(options.ca, options.certificate, options.key);
+    stream_.emplace(std::move(fd), tls_->get(), false, to.host);
+}
+
+void Client::wait(short events, std::int64_t until)
+{
+    for (;;) {
+        if (options_.keep_waiting && !options_.keep_waiting()) throw Error(ErrorCode::cancelled, "interrupted");
+        const std::int64_t left = until - steady_ms();
+        if (left <= 0) unavailable("the server on " + address_ + " did not answer in time");
+        pollfd one{stream_->fd(), events, 0};
+        if (::poll(&one, 1, static_cast<int>(std::min(left, kAskPeriod))) > 0) return;
+    }
+}
+
+void Client::send(const v1::Request& request)
+{
+    const std::string bytes = frame(request);
+    const std::int64_t until = steady_ms() + static_cast<std::int64_t>(1e3 * options_.reply_seconds);
+    for (std::size_t sent = 0; sent < bytes.size();) {
+        const long count = stream_->write(std::string_view(bytes).substr(sent));
+        if (count == Stream::kEnd) return;  // as above
+        if (count == Stream::kLater) wait(POLLOUT, until);
+        else sent += static_cast<std::size_t>(count);
+    }
+}
+
+v1::Response Client::receive()
+{
+    const std::int64_t until = steady_ms() + static_cast<std::int64_t>(1e3 * options_.reply_seconds);
+    for (;;) {
+        if (const auto message = reader_.next()) {
+            v1::Response response;
+            parse(*message, response);
+            if (response.has_error()) throw ServiceError(response.error().code(), response.error().message());
+            return response;
+        }
+        char bytes[64 << 10];
+        const long count = stream_->read(bytes, sizeof bytes);
+        if (count == Stream::kEnd) {
+            unavailable("the connection to " + address_ + " ended" + std::string(stream_->failure().empty() ? "" : ": ") + stream_->failure());
+        }
+        if (count == Stream::kLater) wait(stream_->wants_write() ? POLLOUT : POLLIN, until);
+        else reader_.append({bytes, static_cast<std::size_t>(count)});
+    }
+}
+
+v1::Response Client::call(v1::Request request)
+{
+    request.set_id(next_id_++);
+    send(request);
+    for (;;) {
+        v1::Response response = receive();
+        if (response.id() == request.id()) return response;
+    }
+}
+
+void Client::upload(const std::vector<LocalFile>& files, const std::function<void(float)>& progress)
+{
+    v1::Request ask;
+    for (const LocalFile& file : files) *ask.mutable_blob_status()->add_blobs() = file.blob;
+    const v1::BlobStatusReply there = call(ask).blob_status();
+    double all = 1.0, done = 0.0;
+    for (const LocalFile& file : files) all += static_cast<double>(file.blob.size());
+    for (std::size_t i = 0; i < files.size(); ++i) {
+        const v1::Blob& blob = files[i].blob;
+        std::uint64_t held = there.held(static_cast<int>(i));
+        bool complete = held == blob.size() && blob.size() > 0;
+        while (!complete) {
+            v1::Request put;
+            *put.mutable_blob_put()->mutable_blob() = blob;
+            put.mutable_blob_put()->set_offset(held);
+            put.mutable_blob_put()->set_data(read_part(files[i].path, held, std::min<std::uint64_t>(hello_.max_chunk_bytes(), blob.size() - held)));
+            held = call(put).blob_put().held();
+            complete = held == blob.size();
+            if (progress) progress(static_cast<float>((done + static_cast<double>(held)) / all));
+        }
+        done += static_cast<double>(blob.size());
+    }
+}
+
+v1::SubmitReply Client::submit(const v1::Job& job)
+{
+    v1::Request request;
+    *request.mutable_submit()->mutable_job() = job;
+    return call(request).submit();
+}
+
+v1::JobStatus Client::watch(std::uint64_t job, const std::function<void(const v1::JobStatus&)>& news)
+{
+    v1::Request request;
+    request.set_id(next_id_++);
+    request.mutable_watch()->set_job(job);
+    send(request);
+    const double usual = options_.reply_seconds;
+    options_.reply_seconds = 1e9;  // a frame may take long
+    for (;;) {
+        const v1::Response response = receive();
+        if (response.id() != request.id()) continue;
+        if (news) news(response.watch().status());
+        if (response.watch().last()) {
+            options_.reply_seconds = usual;
+            return response.watch().status();
+        }
+    }
+}
+
+v1::JobState Client::cancel(std::uint64_t job)
+{
+    v1::Request request;
+    request.mutable_cancel()->set_job(job);
+    return call(request).cancel().state();
+}
+
+v1::JobReply Client::details(std::uint64_t job, std::uint32_t first, std::uint32_t frames)
+{
+    v1::Request request;
+    request.mutable_job()->set_job(job);
+    request.mutable_job()->set_first_frame(first);
+    request.mutable_job()->set_frames(frames);
+    return call(request).job();
+}
+
+void Client::fetch(std::uint64_t job, int frame, const std::string& name, const std::string& path)
+{
+    namespace fs = std::filesystem;
+    const fs::path target(path);
+    const std::string temporary = (target.parent_path() / std::string(".").append(target.filename().string()).append(".tmp-").append(std::to_string(::getpid()))).string();
+    struct Remove {
+        const std::string& file;
+        ~Remove() { ::unlink(file.c_str()); }
+    } const remove{temporary};
+    const Fd file(::open(temporary.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC | O_NOFOLLOW, 0666));
+    const auto fail = [&]() { throw Error(ErrorCode::io, "cannot write " + path + ": " + std::strerror(errno)); };
+    if (!file) fail();
+    Sha256 sum;
+    v1::OutputFile whole;
+    std::uint64_t offset = 0;
+    do {
+        v1::Request request;
+        request.mutable_fetch()->set_job(job);
+        request.mutable_fetch()->set_frame(frame);
+        request.mutable_fetch()->set_name(name);
+        request.mutable_fetch()->set_offset(offset);
+        const v1::FetchReply part = call(request).fetch();
+        whole = part.file();
+        if (part.data().empty() && offset < whole.size()) unavailable("the server sent less of " + name + " than there is");
+        std::string_view rest = part.data();
+        while (!rest.empty()) {
+            const ssize_t count = ::write(file.get(), rest.data(), rest.size());
+            if (count < 0 && errno == EINTR) continue;
+            if (count < 0) fail();
+            rest.remove_prefix(static_cast<std::size_t>(count));
+        }
+        sum.add(part.data());
+        offset += part.data().size();
+    } while (offset < whole.size());
+    if (sum.digest() != whole.sha256()) throw ServiceError(v1::ERROR_CODE_BAD_FILE, "what arrived of " + name + " is not what was rendered");
+    if (::rename(temporary.c_str(), path.c_str()) != 0) fail();
+}
+
+}  // namespace rcs::service

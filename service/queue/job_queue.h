@@ -1,0 +1,133 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "queue/database.h"
+#include "rcs/v1/job.pb.h"
+#include "rcs/v1/service.pb.h"
+
+namespace rcs::service {
+
+struct QueueOptions {
+    int max_unfinished_jobs = 10'000;    ///< a job beyond is refused
+    int max_unfinished_frames = 100'000;
+    double ageing_seconds = 600.0;       ///< of waiting that count as one step of priority, > 0
+    int max_deaths = 2;                  ///< of workers, that a frame may cause
+    int max_tries = 3;                   ///< of a frame, where the failure may pass
+    int max_starts = 20;                 ///< of a frame in all, however they ended
+    double backoff_seconds = 1.0;        ///< before the second try; each further one waits four times as long
+};
+
+/// What became of a frame that was started.
+enum class Ending {
+    failed,    ///< trying again would not help
+    may_pass,  ///< is tried again a while later
+    died,      ///< its worker with it
+};
+
+struct FrameKey {
+    std::uint64_t job = 0;
+    int index = 0;  ///< within the job, from 0
+    auto operator<=>(const FrameKey&) const = default;
+};
+
+/// A frame that may start.
+struct NextFrame {
+    FrameKey key;
+    v1::Job job;  ///< without its frames
+    v1::Frame frame;
+    std::string scene_key;
+    std::string owner;
+};
+
+struct Completed {
+    std::string folder;  ///< beneath the state folder
+    std::vector<v1::OutputFile> files;
+    std::string stats_json;
+    std::vector<std::string> warnings;
+    double error_estimate = 0.0;
+};
+
+/// Jobs and frames on disk. Changes belong to a transaction, which the first one begins and commit() ends; once that
+/// returns they survive the end of any process, and after a durable change also of the machine.
+///
+/// SQLite in WAL mode. A durable change (submit, an end, cancel) commits with synchronous=FULL: the log is on disk before
+/// commit() returns. A frame's start commits with synchronous=NORMAL: the worst that losing it does is to start it again.
+class JobQueue {
+public:
+    /// Makes the database if there is none. Frames that were running begin anew.
+    /// @throws ServiceError
+    JobQueue(const std::string& path, const QueueOptions& options, std::int64_t now_ms);
+
+    void set_options(const QueueOptions& options) { options_ = options; }
+
+    struct Submitted {
+        std::uint64_t job = 0;
+        bool existed = false;
+    };
+    /// @param scene_key  equal for jobs whose scenes are equal and can be kept   @param blobs  digests that it needs
+    /// @throws ServiceError limit, conflict
+    Submitted submit(const v1::Job& job, const std::string& owner, const std::string& scene_key,
+                     const std::set<std::string>& blobs, std::int64_t now_ms);
+    void start(FrameKey key, std::int64_t now_ms);
+    void complete(FrameKey key, const Completed& result, std::int64_t now_ms);
+    void fail(FrameKey key, Ending ending, const v1::Error& error, std::int64_t now_ms);
+    /// Ends frames that wait; running ones are to be stopped, and then end by fail() or complete().
+    /// @return none: there is no such job
+    std::optional<v1::JobState> cancel(std::uint64_t job, std::int64_t now_ms);
+    /// Back to the queue, as if it had not been started.
+    void give_back(FrameKey key);
+    /// Forgets a job that has ended.
+    void remove(std::uint64_t job);
+
+    bool has_changes() const { return transaction_ != Transaction::none; }
+    void commit();     ///< @throws ServiceError unavailable; then nothing has changed
+    void roll_back();
+
+    // Reading; sees uncommitted changes too.
+    std::optional<NextFrame> next(std::int64_t now_ms) const;
+    /// When the next frame that waits after a failure may start; none if none waits. [ms]
+    std::optional<std::int64_t> next_retry_ms() const;
+    std::optional<v1::JobStatus> status(std::uint64_t job) const;
+    std::string owner(std::uint64_t job) const;  ///< "" if there is no such job
+    v1::ListReply list(const v1::ListRequest& request, const std::string& owner) const;
+    v1::JobReply details(const v1::JobRequest& request) const;  ///< of a job that exists
+    std::optional<int> index_of(std::uint64_t job, int frame_number) const;
+    /// A picture file and its path beneath the state folder. None unless it is there.
+    std::optional<std::pair<v1::OutputFile, std::string>> file(FrameKey key, const std::string& name) const;
+    bool is_cancelled(std::uint64_t job) const;  ///< or was asked to
+    std::vector<FrameKey> active_frames() const;
+    std::uint64_t count(v1::FrameState state) const;
+    std::uint64_t count(v1::JobState state) const;
+
+    struct Ended {
+        std::uint64_t job = 0;
+        std::int64_t finished_ms = 0;
+        std::uint64_t bytes = 0;  ///< of its pictures
+    };
+    std::vector<Ended> ended_jobs() const;  ///< the oldest first
+    std::set<std::string> blobs_in_use() const;   ///< digests that unfinished jobs need
+    std::set<std::string> scenes_in_use() const;  ///< keys
+    std::set<std::string> folders_in_use() const;  ///< of completed frames
+
+private:
+    enum class Transaction { none, plain, durable };
+    void begin(Transaction kind);
+    void recover(FrameKey key, std::int64_t now_ms);
+    void set_frame(FrameKey key, v1::FrameState state, const v1::Error& error, std::int64_t not_before, std::int64_t now_ms);
+    void settle(std::uint64_t job, std::int64_t now_ms);
+    v1::JobStatus read_status(const Statement& row) const;
+
+    mutable Database database_;
+    QueueOptions options_;
+    Transaction transaction_ = Transaction::none;
+};
+
+bool has_ended(v1::JobState state);
+
+}  // namespace rcs::service

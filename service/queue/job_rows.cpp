@@ -1,0 +1,241 @@
+// What is read from the queue; job_queue.cpp changes it.
+#include <sstream>
+
+#include "queue/job_queue.h"
+#include "wire/errors.h"
+#include "wire/framing.h"
+
+namespace rcs::service {
+namespace {
+
+constexpr const char* kStatusColumns =
+    "id, state, priority, spec, scene, owner, submitted, started, finished, frames, completed, failed, active, error_code, error";
+constexpr std::size_t kMostBytes = kMaxMessage - (64 << 10);  // of a list's jobs: the rest of the message takes little
+constexpr std::uint32_t kFewFrames = 10;  // whose statistics fit into a message
+
+v1::Error read_error(const Statement& row, int code_column)
+{
+    v1::Error error;
+    error.set_code(static_cast<v1::ErrorCode>(row.integer(code_column)));
+    error.set_message(row.text(code_column + 1));
+    return error;
+}
+
+}  // namespace
+
+std::optional<NextFrame> JobQueue::next(std::int64_t now_ms) const
+{
+    Statement row(database_,
+                  "SELECT f.job, f.idx, f.spec, j.spec, j.scene_key, j.owner FROM frames f JOIN jobs j ON j.id=f.job "
+                  "WHERE f.state IN (1, 3) AND f.not_before<=? ORDER BY f.rank DESC, f.job, f.idx LIMIT 1");
+    if (!row.bind(now_ms).step()) return std::nullopt;
+    NextFrame next;
+    next.key = {static_cast<std::uint64_t>(row.integer(0)), static_cast<int>(row.integer(1))};
+    next.frame.ParseFromString(row.text(2));
+    next.job.ParseFromString(row.text(3));
+    next.scene_key = row.text(4);
+    next.owner = row.text(5);
+    return next;
+}
+
+std::optional<std::int64_t> JobQueue::next_retry_ms() const
+{
+    Statement row(database_, "SELECT min(not_before) FROM frames WHERE state IN (1, 3) AND not_before>0");
+    return row.step() && !row.is_null(0) ? std::optional(row.integer(0)) : std::nullopt;
+}
+
+v1::JobStatus JobQueue::read_status(const Statement& row) const
+{
+    v1::Job spec;
+    spec.ParseFromString(row.text(3));
+    v1::JobStatus status;
+    status.set_job(static_cast<std::uint64_t>(row.integer(0)));
+    status.set_state(static_cast<v1::JobState>(row.integer(1)));
+    status.set_priority(static_cast<int>(row.integer(2)));
+    *status.mutable_labels() = spec.labels();
+    status.set_scene(row.text(4));
+    status.set_owner(row.text(5));
+    status.set_submitted_ms(row.integer(6));
+    status.set_started_ms(row.integer(7));
+    status.set_finished_ms(row.integer(8));
+    status.set_frames(static_cast<int>(row.integer(9)));
+    status.set_frames_completed(static_cast<int>(row.integer(10)));
+    status.set_frames_failed(static_cast<int>(row.integer(11)));
+    status.set_frames_active(static_cast<int>(row.integer(12)));
+    if (row.integer(13) != 0) *status.mutable_error() = read_error(row, 13);
+    return status;
+}
+
+std::optional<v1::JobStatus> JobQueue::status(std::uint64_t job) const
+{
+    Statement row(database_, (std::string("SELECT ") + kStatusColumns + " FROM jobs WHERE id=?").c_str());
+    return row.bind(static_cast<std::int64_t>(job)).step() ? std::optional(read_status(row)) : std::nullopt;
+}
+
+std::string JobQueue::owner(std::uint64_t job) const
+{
+    Statement row(database_, "SELECT owner FROM jobs WHERE id=?");
+    return row.bind(static_cast<std::int64_t>(job)).step() ? row.text(0) : "";
+}
+
+v1::ListReply JobQueue::list(const v1::ListRequest& request, const std::string& owner) const
+{
+    constexpr std::uint32_t kDefault = 100;
+    const std::size_t limit = request.limit() != 0 ? request.limit() : kDefault;
+    std::string states;
+    for (const int state : request.states()) states.append(states.empty() ? "" : ",").append(std::to_string(state));
+    Statement row(database_, (std::string("SELECT ") + kStatusColumns + " FROM jobs WHERE id<? AND (?='' OR owner=?)" +
+                              (states.empty() ? "" : " AND state IN (" + states + ")") + " ORDER BY id DESC").c_str());
+    row.bind(request.before() != 0 ? static_cast<std::int64_t>(request.before()) : INT64_MAX).bind(owner).bind(owner);
+    v1::ListReply reply;
+    std::size_t bytes = 0;
+    while (row.step()) {
+        v1::JobStatus status = read_status(row);
+        const auto has = [&](const auto& label) {
+            const auto found = status.labels().find(label.first);
+            return found != status.labels().end() && found->second == label.second;
+        };
+        bool wanted = true;
+        for (const auto& label : request.labels()) wanted = wanted && has(label);
+        if (!wanted) continue;
+        bytes += status.ByteSizeLong() + 8;
+        if (static_cast<std::size_t>(reply.jobs_size()) == limit || bytes > kMostBytes) {
+            reply.set_more(true);
+            break;
+        }
+        *reply.add_jobs() = std::move(status);
+    }
+    return reply;
+}
+
+v1::JobReply JobQueue::details(const v1::JobRequest& request) const
+{
+    constexpr std::uint32_t kDefault = 100;
+    const std::uint32_t count = request.frames() != 0 ? request.frames() : kDefault;
+    const auto id = static_cast<std::int64_t>(request.job());
+    v1::JobReply reply;
+    *reply.mutable_status() = *status(request.job());
+    Statement spec(database_, "SELECT spec FROM jobs WHERE id=?");
+    spec.bind(id).step();
+    reply.mutable_job()->ParseFromString(spec.text(0));
+    if (reply.job().ByteSizeLong() > kMostBytes / 2) reply.mutable_job()->mutable_scene()->clear_files();
+
+    Statement row(database_, "SELECT idx, number, state, starts, error_code, error, started, finished, estimate, stats, warnings "
+                             "FROM frames WHERE job=? ORDER BY idx LIMIT ? OFFSET ?");
+    row.bind(id).bind(std::int64_t{count}).bind(std::int64_t{request.first_frame()});
+    std::size_t bytes = reply.ByteSizeLong();
+    while (row.step()) {
+        v1::FrameStatus frame;
+        frame.set_number(static_cast<int>(row.integer(1)));
+        frame.set_state(static_cast<v1::FrameState>(row.integer(2)));
+        frame.set_attempts(static_cast<int>(row.integer(3)));
+        if (row.integer(4) != 0) *frame.mutable_error() = read_error(row, 4);
+        if (row.integer(7) > 0) frame.set_seconds(1e-3 * static_cast<double>(row.integer(7) - row.integer(6)));
+        frame.set_error_estimate(row.real(8));
+        if (count <= kFewFrames) frame.set_stats_json(row.text(9));
+        std::istringstream warnings(row.text(10));
+        for (std::string line; std::getline(warnings, line);) frame.add_warnings(line);
+        Statement file(database_, "SELECT name, size, sha256 FROM files WHERE job=? AND idx=?");
+        file.bind(id).bind(row.integer(0));
+        while (file.step()) {
+            v1::OutputFile& made = *frame.add_files();
+            made.set_name(file.text(0));
+            made.set_size(static_cast<std::uint64_t>(file.integer(1)));
+            made.set_sha256(file.text(2));
+        }
+        bytes += frame.ByteSizeLong() + 8;
+        if (bytes > kMostBytes) break;
+        *reply.add_frames() = std::move(frame);
+    }
+    return reply;
+}
+
+std::optional<int> JobQueue::index_of(std::uint64_t job, int frame_number) const
+{
+    Statement row(database_, "SELECT idx FROM frames WHERE job=? AND number=?");
+    return row.bind(static_cast<std::int64_t>(job)).bind(std::int64_t{frame_number}).step()
+               ? std::optional(static_cast<int>(row.integer(0)))
+               : std::nullopt;
+}
+
+std::optional<std::pair<v1::OutputFile, std::string>> JobQueue::file(FrameKey key, const std::string& name) const
+{
+    Statement row(database_, "SELECT i.size, i.sha256, f.folder FROM files i JOIN frames f ON f.job=i.job AND f.idx=i.idx "
+                             "WHERE i.job=? AND i.idx=? AND i.name=?");
+    if (!row.bind(static_cast<std::int64_t>(key.job)).bind(std::int64_t{key.index}).bind(name).step()) return std::nullopt;
+    v1::OutputFile file;
+    file.set_name(name);
+    file.set_size(static_cast<std::uint64_t>(row.integer(0)));
+    file.set_sha256(row.text(1));
+    return std::pair(file, row.text(2) + "/" + name);
+}
+
+bool JobQueue::is_cancelled(std::uint64_t job) const
+{
+    Statement row(database_, "SELECT state FROM jobs WHERE id=?");
+    if (!row.bind(static_cast<std::int64_t>(job)).step()) return true;
+    return row.integer(0) == v1::JOB_STATE_CANCEL_REQUESTED || row.integer(0) == v1::JOB_STATE_CANCELLED;
+}
+
+std::vector<FrameKey> JobQueue::active_frames() const
+{
+    std::vector<FrameKey> keys;
+    Statement row(database_, "SELECT job, idx FROM frames WHERE state=2");
+    while (row.step()) keys.push_back({static_cast<std::uint64_t>(row.integer(0)), static_cast<int>(row.integer(1))});
+    return keys;
+}
+
+std::uint64_t JobQueue::count(v1::FrameState state) const
+{
+    // The texts match those of the partial indices.
+    const bool waiting = state == v1::FRAME_STATE_QUEUED || state == v1::FRAME_STATE_SOFT_FAILED;
+    Statement row(database_, waiting ? "SELECT count(*) FROM frames WHERE state IN (1, 3) AND state=?"
+                                     : state == v1::FRAME_STATE_ACTIVE ? "SELECT count(*) FROM frames WHERE state=2 AND state=?"
+                                                                       : "SELECT count(*) FROM frames WHERE state=?");
+    row.bind(std::int64_t{state}).step();
+    return static_cast<std::uint64_t>(row.integer(0));
+}
+
+std::uint64_t JobQueue::count(v1::JobState state) const
+{
+    Statement row(database_, "SELECT count(*) FROM jobs WHERE state=?");
+    row.bind(std::int64_t{state}).step();
+    return static_cast<std::uint64_t>(row.integer(0));
+}
+
+std::vector<JobQueue::Ended> JobQueue::ended_jobs() const
+{
+    std::vector<Ended> jobs;
+    Statement row(database_, "SELECT id, finished, (SELECT coalesce(sum(size), 0) FROM files WHERE job=id) FROM jobs "
+                             "WHERE finished>0 ORDER BY finished, id");
+    while (row.step()) {
+        jobs.push_back({static_cast<std::uint64_t>(row.integer(0)), row.integer(1), static_cast<std::uint64_t>(row.integer(2))});
+    }
+    return jobs;
+}
+
+std::set<std::string> JobQueue::blobs_in_use() const
+{
+    std::set<std::string> digests;
+    Statement row(database_, "SELECT DISTINCT job_blobs.digest FROM job_blobs JOIN jobs ON id=job WHERE finished=0");
+    while (row.step()) digests.insert(row.text(0));
+    return digests;
+}
+
+std::set<std::string> JobQueue::scenes_in_use() const
+{
+    std::set<std::string> keys;
+    Statement row(database_, "SELECT DISTINCT scene_key FROM jobs WHERE finished=0");
+    while (row.step()) keys.insert(row.text(0));
+    return keys;
+}
+
+std::set<std::string> JobQueue::folders_in_use() const
+{
+    std::set<std::string> folders;
+    Statement row(database_, "SELECT folder FROM frames WHERE folder<>''");
+    while (row.step()) folders.insert(row.text(0));
+    return folders;
+}
+
+}  // namespace rcs::service

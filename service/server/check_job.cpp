@@ -1,0 +1,195 @@
+#include "server/check_job.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "rcs/scene.h"
+#include "server/sockets.h"
+#include "wire/errors.h"
+#include "wire/options.h"
+
+namespace rcs::service {
+namespace {
+
+constexpr int kMostFrames = 10'000, kMostFiles = 10'000, kMostOutputs = 16, kMostLabels = 32, kMostPriority = 100;
+constexpr std::size_t kLongestLabel = 200, kLongestName = 100, kLongestText = 1000;  // [bytes]
+
+[[noreturn]] void refuse(const std::string& what) { throw ServiceError(v1::ERROR_CODE_BAD_ARGUMENT, what); }
+
+void check_length(const char* field, const std::string& text, std::size_t most)
+{
+    if (text.size() > most) {
+        refuse(std::string(field) + " has " + std::to_string(text.size()) + " bytes, expected at most " + std::to_string(most));
+    }
+}
+
+void check_count(const char* field, int count, int least, int most)
+{
+    if (count < least || count > most) {
+        refuse(std::string(field) + " has " + std::to_string(count) + " entries, expected [" + std::to_string(least) + ", " +
+               std::to_string(most) + "]");
+    }
+}
+
+void need(const v1::Blob& blob, CheckedJob& checked)
+{
+    check_digest(blob);
+    checked.blobs.insert(blob.sha256());
+}
+
+void check_scene(const ServerConfig& config, CheckedJob& checked)
+{
+    v1::Scene& scene = *checked.job.mutable_scene();
+    check_length("scene.label", scene.label(), kLongestText);
+    switch (scene.source_case()) {
+        case v1::Scene::kBuiltin: {
+            const auto names = demo_scene_names();
+            if (std::find(names.begin(), names.end(), scene.builtin()) == names.end()) {
+                throw ServiceError(v1::ERROR_CODE_NOT_FOUND, "there is no built-in scene " + scene.builtin().substr(0, kLongestName));
+            }
+            checked.scene_key = scene.builtin();
+            if (scene.label().empty()) scene.set_label(scene.builtin());
+            break;
+        }
+        case v1::Scene::kPath:
+            checked.scene_key = "path:" + confined_file(scene.path(), config.roots);
+            if (scene.label().empty()) scene.set_label(scene.path());
+            break;
+        case v1::Scene::kFiles: {
+            check_count("scene.files", scene.files().files_size(), 1, kMostFiles);
+            std::set<std::string> paths;
+            for (const v1::SceneFile& file : scene.files().files()) {
+                check_scene_path(file.path());
+                need(file.content(), checked);
+                if (!paths.insert(file.path()).second) refuse("scene.files has '" + file.path() + "' twice");
+            }
+            // A file cannot be a folder as well: "a" sorts before "a/b", with nothing but such in between.
+            for (const std::string& path : paths) {
+                for (std::size_t slash = path.find('/'); slash != path.npos; slash = path.find('/', slash + 1)) {
+                    if (paths.contains(path.substr(0, slash))) refuse("scene.files has '" + path + "' within a file");
+                }
+            }
+            checked.scene_key = BlobStore::scene_key(scene.files());
+            if (scene.label().empty()) scene.set_label(scene.files().files(0).path());
+            break;
+        }
+        case v1::Scene::SOURCE_NOT_SET: refuse("scene has no source");
+    }
+}
+
+void check_environment(CheckedJob& checked)
+{
+    v1::Environment& environment = *checked.job.mutable_environment();
+    check_length("environment.label", environment.label(), kLongestText);
+    if (environment.label().empty()) environment.set_label("scene");
+    if (!(std::abs(environment.rotation_degrees()) <= 360.0)) refuse("environment.rotation_degrees is outside [-360, 360]");
+    if (environment.has_constant()) {
+        for (const float value : {environment.constant().red(), environment.constant().green(), environment.constant().blue()}) {
+            if (!(value >= 0.0f && std::isfinite(value))) refuse("environment.constant has a value that is not finite or below 0");
+        }
+    }
+    const std::string& ending = environment.image_ending();
+    if (ending.size() > 8 || ending.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789.") != ending.npos) {
+        refuse("environment.image_ending is no [a-z0-9.] of at most 8 characters");
+    }
+    if (environment.has_image()) need(environment.image(), checked);
+}
+
+void check_outputs(const v1::Job& job)
+{
+    static const std::set<std::string> kLayers = {"beauty", "emission", "direct", "indirect", "indirect_error", "irradiance", "albedo",
+                                                  "normal", "depth", "records"};
+    check_count("outputs", job.outputs_size(), 1, kMostOutputs);
+    std::set<std::string> names;
+    for (const v1::Output& output : job.outputs()) {
+        const std::string& name = output.name();
+        const std::string plain = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-";
+        if (name.empty() || name.size() > kLongestName || name.front() == '.' || name.find_first_not_of(plain) != name.npos) {
+            refuse("outputs.name '" + name.substr(0, kLongestName) + "' is no [A-Za-z0-9._-] of 1 to 100 characters that does not begin with a dot");
+        }
+        const auto has = [&](const char* ending) { return name.ends_with(ending); };
+        const bool exr = has(".exr"), png = has(".png"), jpeg = has(".jpg") || has(".jpeg");
+        if (!exr && !png && !jpeg) refuse("outputs.name '" + name + "' does not end in .exr, .png, .jpg or .jpeg");
+        if (!names.insert(name).second) refuse("outputs has '" + name + "' twice");
+        const OutputFile file = from_message(output);
+        const PixelFormat format = file.options.format;
+        const bool fits = format == PixelFormat::automatic ||
+                          (exr ? format == PixelFormat::half_float || format == PixelFormat::full_float
+                               : format == PixelFormat::uint8 || (png && format == PixelFormat::uint16));
+        if (!fits) refuse("outputs.pixel_format of '" + name + "' is none that such a file has");
+        if (file.options.jpeg_quality < 1 || file.options.jpeg_quality > 100) {
+            refuse("outputs.jpeg_quality is " + std::to_string(file.options.jpeg_quality) + ", expected a value in [1, 100]");
+        }
+        for (const std::string& layer : output.layers()) {
+            if (!exr || !kLayers.contains(layer)) refuse("outputs.layers of '" + name + "' has " + layer.substr(0, kLongestName) + ", which it cannot");
+        }
+    }
+}
+
+void check_frames(const v1::Job& job)
+{
+    check_count("frames", job.frames_size(), 0, kMostFrames);
+    std::set<int> numbers;
+    for (const v1::Frame& frame : job.frames()) {
+        if (!numbers.insert(frame.number()).second) refuse("frames has number " + std::to_string(frame.number()) + " twice");
+        check_length("frames.camera_name", frame.camera_name(), kLongestText);
+        if (frame.has_camera_given()) from_message(frame.camera_given());
+        if (frame.has_time() && !std::isfinite(frame.time())) refuse("frames.time is not finite");
+    }
+}
+
+void check_rest(const v1::Job& job, const ServerConfig& config)
+{
+    if (std::abs(static_cast<double>(job.priority())) > kMostPriority) {
+        refuse("priority is " + std::to_string(job.priority()) + ", expected a value in [-100, 100]");
+    }
+    check_length("idempotency_key", job.idempotency_key(), kLongestLabel);
+    check_count("labels", static_cast<int>(job.labels().size()), 0, kMostLabels);
+    for (const auto& [name, value] : job.labels()) {
+        check_length("labels", name, kLongestLabel);
+        check_length("labels", value, kLongestLabel);
+    }
+    if (!(job.time_limit_seconds() >= 0.0 && job.time_limit_seconds() <= config.time_limit)) {
+        refuse("time_limit_seconds is " + std::to_string(job.time_limit_seconds()) + ", expected a value in [0, " +
+               std::to_string(config.time_limit) + "]");
+    }
+}
+
+}  // namespace
+
+v1::SceneFiles single_file(const std::string& name, const v1::Blob& blob)
+{
+    v1::SceneFiles files;
+    v1::SceneFile& file = *files.add_files();
+    file.set_path(name);
+    *file.mutable_content() = blob;
+    return files;
+}
+
+CheckedJob check_job(const v1::Job& job, const ServerConfig& config, const BlobStore& blobs)
+{
+    CheckedJob checked{job, {}, {}};
+    check_scene(config, checked);
+    check_environment(checked);
+    const RenderOptions options = from_message(job.options());
+    const double megapixels = 1e-6 * options.width * options.height;
+    if (megapixels > config.max_pixels_millions) {
+        throw ServiceError(v1::ERROR_CODE_LIMIT, "a frame of " + std::to_string(options.width) + "x" + std::to_string(options.height) +
+                                                     " has more than the " + std::to_string(config.max_pixels_millions) +
+                                                     " million pixels that this server renders");
+    }
+    from_message(job.tone_map());
+    check_length("tone_map.display", job.tone_map().display(), kLongestText);
+    check_length("tone_map.view", job.tone_map().view(), kLongestText);
+    if (job.tone_map().has_ocio_config()) need(job.tone_map().ocio_config(), checked);
+    check_outputs(job);
+    check_frames(job);
+    check_rest(job, config);
+    const auto missing = std::count_if(checked.blobs.begin(), checked.blobs.end(), [&](const std::string& d) { return !blobs.has(d); });
+    if (missing > 0) {
+        throw ServiceError(v1::ERROR_CODE_MISSING_BLOBS, std::to_string(missing) + " of the job's files are not here; upload them first");
+    }
+    return checked;
+}
+
+}  // namespace rcs::service

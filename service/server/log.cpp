@@ -1,0 +1,72 @@
+#include "server/log.h"
+
+#include <chrono>
+#include <cstdio>
+#include <ctime>
+
+#include <unistd.h>
+
+namespace rcs::service {
+namespace {
+
+const char* name_of(Level level)
+{
+    switch (level) {
+        case Level::debug: return "debug";
+        case Level::info: return "info";
+        case Level::warning: return "warning";
+        case Level::error: return "error";
+    }
+    return "";
+}
+
+std::string quoted(const std::string& value)
+{
+    bool plain = !value.empty();
+    std::string text = "\"";
+    for (const char c : value) {
+        const auto byte = static_cast<unsigned char>(c);
+        plain = plain && byte > ' ' && byte < 0x7f && c != '"' && c != '=' && c != '\\';
+        if (byte < ' ' || byte == 0x7f) {
+            char code[8];
+            std::snprintf(code, sizeof code, "\\x%02x", byte);
+            text += code;
+        } else {
+            if (c == '"' || c == '\\') text += '\\';
+            text += c;
+        }
+    }
+    return plain ? value : text + "\"";
+}
+
+std::string time_text()
+{
+    const std::int64_t ms = now_ms();
+    const std::time_t seconds = ms / 1000;
+    std::tm utc{};
+    gmtime_r(&seconds, &utc);
+    char text[48];
+    const std::size_t length = std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%S", &utc);
+    std::snprintf(text + length, sizeof text - length, ".%03dZ", static_cast<int>(ms % 1000));
+    return text;
+}
+
+}  // namespace
+
+std::int64_t now_ms()
+{
+    return std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+void ServerLog::write(Level level, std::string_view event, const std::vector<LogField>& fields) const
+{
+    if (level == Level::debug && !debug_) return;
+    std::string line = std::string("time=") + time_text() + " level=" + name_of(level) + " event=";
+    line += event;
+    for (const LogField& field : fields) line.append(" ").append(field.name).append("=").append(quoted(field.value));
+    line += '\n';
+    // One write for a line, so that those of workers do not mix with it. Whoever reads may be gone; the queue goes on.
+    [[maybe_unused]] const ssize_t ignored = ::write(STDERR_FILENO, line.data(), line.size());
+}
+
+}  // namespace rcs::service

@@ -1,0 +1,471 @@
+#include "server/server.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <list>
+#include <memory>
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/resource.h>
+#include <sys/signalfd.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <google/protobuf/stubs/logging.h>
+#include <openssl/rand.h>
+
+#include "rcs/error.h"
+#include "rcs/version.h"
+#include "server/connection.h"
+#include "server/log.h"
+#include "server/page.h"
+#include "server/service.h"
+#include "server/sockets.h"
+#include "wire/errors.h"
+
+namespace rcs::service {
+namespace {
+
+constexpr std::size_t kMostBrowsers = 32;
+constexpr std::int64_t kAcceptPause = 500;  // where file descriptors ran out [ms]
+
+/// SIGTERM, SIGINT, SIGHUP and SIGCHLD as a file to read from.
+Fd catch_signals()
+{
+    sigset_t set;
+    sigemptyset(&set);
+    for (const int signal : {SIGTERM, SIGINT, SIGHUP, SIGCHLD}) sigaddset(&set, signal);
+    ::sigprocmask(SIG_BLOCK, &set, nullptr);
+    std::signal(SIGPIPE, SIG_IGN);
+    return Fd(::signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK));
+}
+
+/// As many files as this user may have open: each connection is one.
+void raise_file_limit()
+{
+    rlimit limit{};
+    if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
+    limit.rlim_cur = limit.rlim_max;
+    ::setrlimit(RLIMIT_NOFILE, &limit);
+}
+
+/// Tells systemd, if it started us (sd_notify(3)).
+void notify(const std::string& state)
+{
+    const char* path = std::getenv("NOTIFY_SOCKET");
+    if (path == nullptr || *path == '\0') return;
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    const std::string name = path;
+    if (name.size() >= sizeof address.sun_path) return;
+    name.copy(address.sun_path, name.size());
+    if (address.sun_path[0] == '@') address.sun_path[0] = '\0';
+    const Fd socket(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+    ::sendto(socket.get(), state.data(), state.size(), MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(&address),
+             static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + name.size()));
+}
+
+/// The secret of TCP clients: 32 random bytes in hexadecimal, made if the file is not there. Others must not read it.
+std::string read_token(const std::string& path, bool make)
+{
+    if (make && ::access(path.c_str(), F_OK) != 0) {
+        std::string random(32, '\0');
+        if (RAND_bytes(reinterpret_cast<unsigned char*>(random.data()), static_cast<int>(random.size())) != 1) {
+            throw Error(ErrorCode::internal, "no random bytes for a token");
+        }
+        const Fd file(::open(path.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0600));
+        if (!file) fail_file("write", path);
+        write_all(file.get(), hex(random) + "\n", path);
+    }
+    struct stat status{};
+    if (::stat(path.c_str(), &status) != 0) fail_file("read", path);
+    if ((status.st_mode & 0077) != 0) throw Error(ErrorCode::bad_file, "others can read the token file " + path);
+    std::string token = read_part(path, 0, 4096);
+    while (!token.empty() && (token.back() == '\n' || token.back() == '\r')) token.pop_back();
+    constexpr std::size_t kShortest = 32;
+    if (token.size() < kShortest) throw Error(ErrorCode::bad_file, "the token in " + path + " has fewer than 32 characters");
+    return token;
+}
+
+class Server {
+public:
+    Server(const ServerConfig& config, const std::function<ServerConfig()>& reload);
+    void run();
+
+private:
+    using Connections = std::list<Connection>;
+
+    struct Answer {
+        Connection* connection;
+        v1::Response response;
+        bool durable;  ///< says that something was put down
+    };
+
+    void turn();
+    void wait();
+    void read_signals();
+    void accept_all(int listener, bool unix_socket);
+    void read_requests(Connection& connection);
+    void answer(Connection& connection, const v1::Request& request);
+    void undo_turn(const std::string& why);
+    void finish_turn();
+    void tell_watchers();
+    void accept_browsers();
+    void drop_connections();
+    void reload_config();
+    void prepare_tcp();
+
+    ServerConfig config_;
+    std::function<ServerConfig()> reload_;
+    ServerLog log_;
+    Fd signals_;
+    Service service_;
+    UnixListener unix_;
+    Fd tcp_, http_;
+    std::list<HttpConnection> browsers_;
+    std::string token_;
+    std::optional<TlsContext> tls_;
+    Connections connections_;
+    std::vector<Answer> answers_;   ///< of this turn; sent once it is committed
+    std::vector<FrameEnd> ends_;
+    std::vector<std::uint64_t> changed_, ended_;  ///< jobs of this turn with news, and with an end of a frame or of waiting
+    std::vector<pollfd> polled_;
+    std::int64_t next_tend_ms_ = 0, accept_after_ms_ = 0;
+    std::int64_t stop_at_ms_ = 0;   ///< 0: not stopping
+};
+
+Server::Server(const ServerConfig& config, const std::function<ServerConfig()>& reload)
+    : config_(config), reload_(reload), signals_(catch_signals()), service_(config_, log_), unix_(config.socket, config.group)
+{
+    log_.set_debug(config_.log_debug);
+    raise_file_limit();
+    if (!config_.listen.empty()) {
+        prepare_tcp();
+        tcp_ = listen_tcp(parse_host_port(config_.listen));
+        log_.info("listening", {{"address", parse_host_port(config_.listen).host}, {"port", port_of(tcp_)}, {"tls", tls_ ? "yes" : "no"}});
+    }
+    if (!config_.http.empty()) {
+        http_ = listen_tcp(parse_host_port(config_.http));
+        log_.info("listening", {{"http", parse_host_port(config_.http).host}, {"port", port_of(http_)}});
+    }
+    log_.info("listening", {{"socket", config_.socket}, {"state", config_.state}, {"workers", config_.workers}, {"threads", config_.threads}});
+}
+
+void Server::prepare_tcp()
+{
+    token_ = read_token(config_.token_file.empty() ? config_.state + "/token" : config_.token_file, config_.token_file.empty());
+    tls_.reset();
+    if (!config_.tls_certificate.empty()) tls_ = TlsContext::server(config_.tls_certificate, config_.tls_key, config_.client_ca);
+}
+
+void Server::run()
+{
+    notify("READY=1");
+    for (;;) {
+        turn();
+        if (stop_at_ms_ != 0 && (service_.is_idle() || now_ms() >= stop_at_ms_)) break;
+    }
+    service_.end();
+    const std::int64_t now = now_ms();
+    for (Connection& connection : connections_) {
+        connection.finish(error_message(v1::ERROR_CODE_UNAVAILABLE, "the server has stopped"), now);
+        connection.flush(now);
+    }
+    log_.info("stopped");
+}
+
+/// What has arrived is done, made to last, and only then answered.
+void Server::turn()
+{
+    wait();
+    const std::int64_t now = now_ms();
+    changed_.clear();
+    ended_.clear();
+    read_signals();
+    std::size_t next = 2 + (tcp_ ? 1u : 0u) + (http_ ? 1u : 0u);
+    for (Worker& worker : service_.workers().workers()) {
+        const short events = next < polled_.size() && polled_[next].fd == worker.socket.get() ? polled_[next].revents : 0;
+        ++next;
+        service_.workers().serve(worker, (events & (POLLIN | POLLHUP)) != 0, (events & POLLOUT) != 0, ends_, changed_);
+    }
+    try {
+        for (const FrameEnd& end : ends_) ended_.push_back(end.frame.key.job);
+        service_.take(std::exchange(ends_, {}));
+    } catch (const ServiceError& e) {
+        undo_turn(e.what());
+    }
+    for (HttpConnection& browser : browsers_) {
+        const short events = next < polled_.size() && polled_[next].fd == browser.fd() ? polled_[next].revents : 0;
+        ++next;
+        if (events == 0) continue;
+        if (const auto path = browser.receive()) browser.answer(page_answer(service_, *path));
+        browser.flush();
+    }
+    for (Connection& connection : connections_) {
+        const short events = next < polled_.size() && polled_[next].fd == connection.fd() ? polled_[next].revents : 0;
+        ++next;
+        if ((events & (POLLIN | POLLHUP | POLLERR)) != 0 || connection.has_pending()) read_requests(connection);
+    }
+    finish_turn();
+    if ((polled_[1].revents & POLLIN) != 0) accept_all(unix_.fd(), true);
+    if (tcp_ && (polled_[2].revents & POLLIN) != 0) accept_all(tcp_.get(), false);
+    if (http_ && (polled_[tcp_ ? 3 : 2].revents & POLLIN) != 0) accept_browsers();
+    service_.schedule();
+    if (now >= next_tend_ms_) next_tend_ms_ = service_.tend();
+    tell_watchers();
+    drop_connections();
+}
+
+void Server::wait()
+{
+    const std::int64_t now = now_ms();
+    std::int64_t until = next_tend_ms_;
+    polled_.clear();
+    polled_.push_back({signals_.get(), POLLIN, 0});
+    const bool room = now >= accept_after_ms_ && connections_.size() < static_cast<std::size_t>(config_.max_connections) + 8;
+    polled_.push_back({unix_.fd(), static_cast<short>(room ? POLLIN : 0), 0});
+    if (tcp_) polled_.push_back({tcp_.get(), static_cast<short>(room ? POLLIN : 0), 0});
+    if (http_) polled_.push_back({http_.get(), static_cast<short>(browsers_.size() < kMostBrowsers ? POLLIN : 0), 0});
+    for (const Worker& worker : service_.workers().workers()) {
+        polled_.push_back({worker.socket.get(), static_cast<short>(POLLIN | (worker.out.empty() ? 0 : POLLOUT)), 0});
+    }
+    for (const HttpConnection& browser : browsers_) polled_.push_back({browser.fd(), browser.events(), 0});
+    for (const Connection& connection : connections_) {
+        polled_.push_back({connection.fd(), connection.events(), 0});
+        if (connection.has_pending()) until = now;
+        until = std::min({until, connection.deadline(config_.message_seconds), connection.next_due().value_or(until)});
+    }
+    ::poll(polled_.data(), polled_.size(), static_cast<int>(std::clamp<std::int64_t>(until - now, 0, 1000)));
+}
+
+void Server::read_signals()
+{
+    signalfd_siginfo signal{};
+    while (::read(signals_.get(), &signal, sizeof signal) == sizeof signal) {
+        switch (signal.ssi_signo) {
+            case SIGCHLD:
+                service_.workers().reap(ends_);
+                next_tend_ms_ = 0;
+                break;
+            case SIGHUP: reload_config(); break;
+            default:
+                notify("STOPPING=1");
+                log_.info("stopping", {{"signal", static_cast<int>(signal.ssi_signo)}});
+                service_.stop();
+                stop_at_ms_ = stop_at_ms_ == 0 ? now_ms() + static_cast<std::int64_t>(1e3 * config_.stop_grace) : 1;
+        }
+    }
+}
+
+void Server::reload_config()
+{
+    try {
+        ServerConfig fresh = config_;
+        fresh.adopt_reloadable(reload_());
+        std::swap(config_, fresh);
+        if (tcp_) prepare_tcp();
+        service_.adopt_config();
+        log_.set_debug(config_.log_debug);
+        log_.info("reloaded");
+    } catch (const std::exception& e) {
+        log_.write(Level::error, "not_reloaded", {{"why", e.what()}});
+    }
+}
+
+void Server::accept_all(int listener, bool unix_socket)
+{
+    for (int i = 0; i < 64; ++i) {
+        Fd fd(::accept4(listener, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+        if (!fd && (errno == EMFILE || errno == ENFILE || errno == ENOMEM || errno == ENOBUFS)) {
+            accept_after_ms_ = now_ms() + kAcceptPause;  // it stays readable: without a pause this would go round and round
+            log_.write(Level::warning, "not_accepted", {{"why", std::strerror(errno)}});
+        }
+        if (!fd) return;
+        ++service_.counters().connections;
+        const std::int64_t now = now_ms();
+        try {
+            const bool full = connections_.size() >= static_cast<std::size_t>(config_.max_connections);
+            std::optional<v1::Error> refusal;
+            if (full) refusal = error_message(v1::ERROR_CODE_LIMIT, "the server has " + std::to_string(connections_.size()) + " connections, no more are allowed");
+            if (unix_socket) {
+                const Peer peer = peer_of(fd.get());
+                if (!may_connect(peer, config_.group)) {
+                    log_.write(Level::warning, "refused", {{"uid", peer.uid}});
+                    refusal = error_message(v1::ERROR_CODE_FORBIDDEN, "this user may not use the server");
+                }
+                connections_.emplace_back(Stream(std::move(fd)), "uid:" + std::to_string(peer.uid), peer.uid == ::getuid(), now);
+            } else {
+                Stream stream = tls_ ? Stream(std::move(fd), tls_->get(), true) : Stream(std::move(fd));
+                connections_.emplace_back(std::move(stream), "", false, now);
+            }
+            if (refusal) {
+                ++service_.counters().connections_refused;
+                connections_.back().finish(*refusal, now);
+            }
+            connections_.back().flush(now);
+        } catch (const std::exception& e) {
+            log_.write(Level::warning, "not_accepted", {{"why", e.what()}});
+        }
+    }
+}
+
+void Server::read_requests(Connection& connection)
+{
+    std::vector<v1::Request> requests;
+    std::optional<v1::Error> farewell;
+    try {
+        connection.receive(requests, now_ms());
+    } catch (const ServiceError& e) {
+        farewell = error_message(e.code(), e.what());
+    }
+    try {
+        for (const v1::Request& request : requests) answer(connection, request);
+    } catch (const ServiceError& e) {
+        farewell = error_message(e.code(), e.what());
+    }
+    if (!farewell) return;
+    ++service_.counters().connections_refused;
+    log_.write(Level::warning, "sent_away", {{"owner", connection.caller().owner}, {"why", farewell->message()}});
+    finish_turn();  // what was asked before is still answered
+    connection.finish(*farewell, now_ms());
+}
+
+void Server::answer(Connection& connection, const v1::Request& request)
+{
+    if (!connection.known()) {
+        if (!request.has_hello()) throw ServiceError(v1::ERROR_CODE_UNAUTHENTICATED, "the first request has to be hello");
+        connection.greet(request.hello(), token_);
+        v1::Response response;
+        response.set_id(request.id());
+        v1::HelloReply& hello = *response.mutable_hello();
+        hello.set_server(std::string("rcsplat ") + kVersion);
+        hello.set_max_message_bytes(kMaxMessage);
+        hello.set_max_chunk_bytes(kMaxChunk);
+        hello.set_max_upload_bytes(config_.blobs.max_file);
+        answers_.push_back({&connection, response, false});
+        return;
+    }
+    if (request.has_watch()) {
+        v1::Response response;
+        response.set_id(request.id());
+        try {
+            service_.status(request.watch().job(), connection.caller());
+            connection.watch(request.watch().job(), request.id());
+            return;
+        } catch (const ServiceError& e) {
+            if (e.code() == v1::ERROR_CODE_PROTOCOL) throw;
+            *response.mutable_error() = error_message(e.code(), e.what());
+        }
+        answers_.push_back({&connection, response, false});
+        return;
+    }
+    try {
+        answers_.push_back({&connection, service_.answer(request, connection.caller()), request.has_submit() || request.has_cancel()});
+        if (request.has_cancel()) {
+            ended_.push_back(request.cancel().job());
+            next_tend_ms_ = 0;
+        }
+    } catch (const ServiceError& e) {
+        undo_turn(e.what());
+        v1::Response response;
+        response.set_id(request.id());
+        *response.mutable_error() = error_message(e.code(), e.what());
+        answers_.push_back({&connection, response, false});
+    }
+}
+
+/// Nothing of this turn was put down: answers that said so are taken back.
+void Server::undo_turn(const std::string& why)
+{
+    log_.write(Level::error, "undone", {{"why", why}});
+    service_.roll_back();
+    for (Answer& answer : answers_) {
+        if (answer.durable && !answer.response.has_error()) {
+            *answer.response.mutable_error() = error_message(v1::ERROR_CODE_UNAVAILABLE, why);
+        }
+    }
+}
+
+void Server::finish_turn()
+{
+    try {
+        service_.commit();
+    } catch (const ServiceError& e) {
+        undo_turn(e.what());
+    }
+    const std::int64_t now = now_ms();
+    for (Answer& answer : answers_) {
+        try {
+            answer.connection->send(answer.response);
+        } catch (const ServiceError& e) {  // larger than a message may be
+            v1::Response response;
+            response.set_id(answer.response.id());
+            *response.mutable_error() = error_message(e.code(), e.what());
+            answer.connection->send(response);
+        }
+        answer.connection->flush(now);
+    }
+    answers_.clear();
+}
+
+void Server::tell_watchers()
+{
+    const std::int64_t now = now_ms();
+    for (Connection& connection : connections_) {
+        for (const std::uint64_t job : changed_) connection.touch(job, false);
+        for (const std::uint64_t job : ended_) connection.touch(job, true);
+        for (const auto& [job, request] : connection.due(now)) {
+            v1::Response response;
+            response.set_id(request);
+            try {
+                v1::WatchReply& reply = *response.mutable_watch();
+                *reply.mutable_status() = service_.status(job, connection.caller());
+                reply.set_last(has_ended(reply.status().state()));
+                if (reply.last()) connection.unwatch(request);
+            } catch (const ServiceError& e) {
+                *response.mutable_error() = error_message(e.code(), e.what());
+                connection.unwatch(request);
+            }
+            connection.send(response);
+        }
+        connection.flush(now);
+    }
+}
+
+void Server::accept_browsers()
+{
+    while (browsers_.size() < kMostBrowsers) {
+        Fd fd(::accept4(http_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+        if (!fd) return;
+        browsers_.emplace_back(std::move(fd), now_ms());
+    }
+}
+
+void Server::drop_connections()
+{
+    const std::int64_t now = now_ms();
+    browsers_.remove_if([&](const HttpConnection& browser) { return browser.done(now); });
+    connections_.remove_if([&](Connection& connection) {
+        if (!connection.closed() && now >= connection.deadline(config_.message_seconds)) {
+            log_.write(Level::warning, "timed_out", {{"owner", connection.caller().owner}});
+            return true;
+        }
+        return connection.closed();
+    });
+}
+
+}  // namespace
+
+void serve(ServerConfig config, const std::function<ServerConfig()>& reload)
+{
+    google::protobuf::SetLogHandler(nullptr);  // what clients send wrong is told to them, and in this log's own form
+    Server(config, reload).run();
+}
+
+}  // namespace rcs::service

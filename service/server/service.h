@@ -1,0 +1,92 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "queue/blob_store.h"
+#include "queue/job_queue.h"
+#include "rcs/v1/service.pb.h"
+#include "server/config.h"
+#include "server/log.h"
+#include "server/workers.h"
+
+namespace rcs::service {
+
+/// On whose behalf a request comes.
+struct Caller {
+    std::string owner;     ///< "uid:1000", "token", "certificate:NAME"
+    bool sees_all = false; ///< the server's own user; others see their own jobs alone
+};
+
+/// Since the server's start.
+struct Counters {
+    std::uint64_t jobs_submitted = 0, jobs_repeated = 0, frames_completed = 0, frames_failed = 0, frames_retried = 0,
+        requests = 0, errors = 0, connections = 0, connections_refused = 0, jobs_expired = 0;
+    double frame_seconds = 0.0;
+};
+
+/// What the server does, apart from its connections: queue, files and workers.
+class Service {
+public:
+    Service(const ServerConfig& config, const ServerLog& log);
+
+    /// The answer to a request, errors as such. Watching is the connection's business.
+    /// @throws ServiceError unavailable: the database failed, and its transaction is to be rolled back
+    v1::Response answer(const v1::Request& request, const Caller& caller);
+    /// The job as it is now, with what runs of it. @throws ServiceError not_found, forbidden
+    v1::JobStatus status(std::uint64_t job, const Caller& caller) const;
+
+    /// Puts down how frames ended; they are kept until commit() worked.
+    void take(std::vector<FrameEnd> ends);
+    /// Makes the changes of this turn last. @throws ServiceError unavailable: they are undone
+    void commit();
+    void roll_back();
+
+    /// Gives frames to idle workers.
+    void schedule();
+    /// Looks after workers, and removes what is too old. @return when to come again [ms]
+    std::int64_t tend();
+    /// No new jobs or frames from now on.
+    void stop() { stopping_ = true; }
+    bool is_idle() const;  ///< no frame runs, and no end waits to be put down
+    /// Ends the workers; what ran goes back to the queue.
+    void end();
+
+    v1::HealthReply health() const;
+    v1::StatsReply stats(bool prometheus) const;
+    WorkerPool& workers() { return workers_; }
+    const JobQueue& queue() const { return queue_; }
+    Counters& counters() { return counters_; }
+    void adopt_config();
+    /// Of a completed frame's picture. @throws ServiceError not_found
+    v1::FetchReply fetch(const v1::FetchRequest& request, const Caller& caller) const;
+    v1::PreviewReply preview(const v1::PreviewRequest& request, const Caller& caller) const;
+
+private:
+    v1::SubmitReply submit(const v1::SubmitRequest& request, const Caller& caller);
+    void check_may_see(std::uint64_t job, const Caller& caller) const;
+    void check_space() const;
+    void put_down(const FrameEnd& end);
+    internal::Task task_of(const NextFrame& next, std::int64_t now);
+    bool start_one(std::int64_t now);
+    void expire(std::int64_t now);
+    void remove_orphans();
+    std::string results_path(const std::string& folder) const { return config_.state + "/" + folder; }
+
+    const ServerConfig& config_;
+    const ServerLog& log_;
+    Fd lock_;  ///< on the state folder: one server alone
+    JobQueue queue_;
+    BlobStore blobs_;
+    WorkerPool workers_;
+    Counters counters_;
+    std::vector<FrameEnd> unsaved_;          ///< put down in the next turn
+    std::vector<FrameEnd> of_this_turn_;     ///< put down, not yet committed
+    std::uint64_t next_task_ = 1;
+    std::int64_t started_ms_, next_expiry_ms_ = 0;
+    bool stopping_ = false;
+};
+
+}  // namespace rcs::service

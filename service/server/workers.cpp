@@ -1,0 +1,279 @@
+#include "server/workers.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+
+#include <fcntl.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "wire/errors.h"
+
+namespace rcs::service {
+namespace {
+
+constexpr std::int64_t kCancelGrace = 3000;  // for a worker to end a frame by itself [ms]
+constexpr std::int64_t kLongestPause = 60'000;  // between attempts to start a worker [ms]
+constexpr int kSocketInWorker = 3;
+
+std::uint64_t resident_memory(pid_t pid)
+{
+    std::FILE* file = std::fopen(std::string("/proc/").append(std::to_string(pid)).append("/statm").c_str(), "re");
+    if (file == nullptr) return 0;
+    unsigned long long all = 0, resident = 0;
+    const bool read = std::fscanf(file, "%llu %llu", &all, &resident) == 2;
+    std::fclose(file);
+    return read ? resident * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE)) : 0;
+}
+
+/// What happens between fork and exec: only what is safe there.
+[[noreturn]] void become_worker(int socket, const char* threads, pid_t server)
+{
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (::getppid() != server) ::_exit(1);
+    sigset_t none;
+    sigemptyset(&none);
+    ::sigprocmask(SIG_SETMASK, &none, nullptr);
+    const int null = ::open("/dev/null", O_RDWR);
+    ::dup2(null, 0);
+    ::dup2(null, 1);
+    ::dup2(socket, kSocketInWorker);  // of the same number the copy keeps close-on-exec, which is undone
+    ::fcntl(kSocketInWorker, F_SETFD, 0);
+    const rlimit no_core{0, 0};
+    ::setrlimit(RLIMIT_CORE, &no_core);
+    const int score = ::open("/proc/self/oom_score_adj", O_WRONLY | O_CLOEXEC);
+    if (score >= 0) {
+        [[maybe_unused]] const ssize_t ignored = ::write(score, "900", 3);
+        ::close(score);
+    }
+    ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
+    ::execl("/proc/self/exe", "rcsplat", "worker", "--fd", "3", "--threads", threads, static_cast<char*>(nullptr));
+    ::_exit(127);
+}
+
+std::string how_it_ended(int status)
+{
+    if (WIFSIGNALED(status)) return std::string("was ended by signal ") + std::to_string(WTERMSIG(status)) + " (" + ::strsignal(WTERMSIG(status)) + ")";
+    return "ended with code " + std::to_string(WEXITSTATUS(status));
+}
+
+}  // namespace
+
+WorkerPool::WorkerPool(const ServerConfig& config, const ServerLog& log) : config_(config), log_(log) {}
+
+WorkerPool::~WorkerPool() { stop(); }
+
+void WorkerPool::spawn(std::int64_t now)
+{
+    int pair[2];
+    if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair) != 0) fail_file("make", "a socket pair");
+    Fd ours(pair[0]), theirs(pair[1]);
+    ::fcntl(ours.get(), F_SETFL, O_NONBLOCK);
+    const std::string threads = std::to_string(config_.threads);
+    const pid_t server = ::getpid();
+    const pid_t pid = ::fork();
+    if (pid < 0) fail_file("start", "a worker");
+    if (pid == 0) become_worker(theirs.get(), threads.c_str(), server);
+    Worker worker;
+    worker.pid = pid;
+    worker.socket = std::move(ours);
+    worker.since_ms = now;
+    workers_.push_back(std::move(worker));
+    log_.info("worker_started", {{"pid", pid}});
+}
+
+void WorkerPool::kill(Worker& worker, v1::ErrorCode code, const std::string& why)
+{
+    if (worker.killed_for || worker.ended) return;
+    worker.killed_for = error_message(code, why);
+    ::kill(worker.pid, SIGKILL);
+    log_.write(Level::warning, "worker_killed", {{"pid", worker.pid}, {"why", why}});
+}
+
+void WorkerPool::tend(std::int64_t now, const std::function<bool(std::uint64_t)>& is_cancelled)
+{
+    while (workers_.size() < static_cast<std::size_t>(config_.workers) && now >= next_start_ms_) {
+        try {
+            spawn(now);
+        } catch (const ServiceError& e) {
+            next_start_ms_ = now + 1000;
+            log_.write(Level::error, "worker_not_started", {{"why", e.what()}});
+        }
+    }
+    for (Worker& worker : workers_) {
+        worker.memory = resident_memory(worker.pid);
+        const double megabytes = 1e-6 * static_cast<double>(worker.memory);
+        if (megabytes > config_.memory_limit_mb) {
+            char text[120];
+            std::snprintf(text, sizeof text, "took %.0f MB of memory, more than the limit of %.0f MB", megabytes, config_.memory_limit_mb);
+            kill(worker, v1::ERROR_CODE_MEMORY_LIMIT, text);
+        }
+        if (!worker.frame) continue;
+        if (now >= worker.frame->deadline_ms) {
+            char text[120];
+            std::snprintf(text, sizeof text, "took longer than the limit of %.4g s",
+                          1e-3 * static_cast<double>(worker.frame->deadline_ms - worker.frame->started_ms));
+            kill(worker, v1::ERROR_CODE_TIME_LIMIT, text);
+        }
+        if (worker.frame->cancelled_ms == 0 && is_cancelled(worker.frame->key.job)) {
+            worker.frame->cancelled_ms = now;
+            internal::ToWorker message;
+            message.set_cancel(true);
+            send(worker, message);
+        }
+        if (worker.frame->cancelled_ms != 0 && now >= worker.frame->cancelled_ms + kCancelGrace) {
+            kill(worker, v1::ERROR_CODE_CANCELLED, "cancelled");
+        }
+    }
+}
+
+Worker* WorkerPool::idle(const std::string& scene_key)
+{
+    Worker* best = nullptr;
+    for (Worker& worker : workers_) {
+        if (!worker.ready || worker.frame || worker.killed_for) continue;
+        if (worker.scene_key == scene_key) return &worker;
+        if (best == nullptr || worker.used_ms < best->used_ms) best = &worker;
+    }
+    return best;
+}
+
+void WorkerPool::send(Worker& worker, const internal::ToWorker& message)
+{
+    worker.out += frame(message);
+    std::vector<FrameEnd> none;
+    std::vector<std::uint64_t> nobody;
+    serve(worker, false, true, none, nobody);
+}
+
+void WorkerPool::serve(Worker& worker, bool readable, bool writable, std::vector<FrameEnd>& ends, std::vector<std::uint64_t>& changed)
+{
+    if (writable && !worker.out.empty()) {
+        const ssize_t count = ::send(worker.socket.get(), worker.out.data(), worker.out.size(), MSG_NOSIGNAL);
+        if (count > 0) worker.out.erase(0, static_cast<std::size_t>(count));
+    }
+    if (!readable) return;
+    char bytes[64 << 10];
+    const ssize_t count = ::recv(worker.socket.get(), bytes, sizeof bytes, 0);
+    if (count <= 0) {
+        // Its end follows; one that only closed the socket is of no use any more.
+        if (count == 0 && !worker.ended) ::kill(worker.pid, SIGKILL);
+        return;
+    }
+    try {
+        worker.reader.append({bytes, static_cast<std::size_t>(count)});
+        while (const auto message = worker.reader.next()) {
+            internal::FromWorker from;
+            parse(*message, from);
+            handle(worker, from, ends, changed);
+        }
+    } catch (const ServiceError& e) {
+        kill(worker, v1::ERROR_CODE_INTERNAL, std::string("its worker sent ") + e.what());
+    }
+}
+
+void WorkerPool::handle(Worker& worker, internal::FromWorker& message, std::vector<FrameEnd>& ends, std::vector<std::uint64_t>& changed)
+{
+    if (message.has_ready()) {
+        worker.ready = true;
+        failed_starts_ = 0;
+        trouble_.clear();
+        log_.info("worker_ready", {{"pid", worker.pid}, {"gl", message.ready().gl_renderer()}});
+        return;
+    }
+    if (!worker.frame || message.task() != worker.frame->task) return;
+    RunningFrame& frame = *worker.frame;
+    switch (message.message_case()) {
+        case internal::FromWorker::kProgress: {
+            const std::uint32_t previews = frame.progress.preview_number();
+            frame.progress = message.progress();
+            frame.progress.set_preview_number(previews);
+            changed.push_back(frame.key.job);
+            break;
+        }
+        case internal::FromWorker::kPreview:
+            frame.preview = std::move(*message.mutable_preview()->mutable_jpeg());
+            frame.progress.set_preview_number(frame.progress.preview_number() + 1);
+            changed.push_back(frame.key.job);
+            break;
+        case internal::FromWorker::kWarning: {
+            constexpr std::size_t kMostWarnings = 100;
+            if (frame.warnings.size() < kMostWarnings) frame.warnings.push_back(message.warning());
+            break;
+        }
+        case internal::FromWorker::kDone:
+        case internal::FromWorker::kFailed: {
+            FrameEnd end{std::move(frame), std::nullopt, Ending::failed, message.failed()};
+            if (message.has_done()) end.done = message.done();
+            const v1::ErrorCode code = message.failed().code();
+            if (code == v1::ERROR_CODE_IO || code == v1::ERROR_CODE_OUT_OF_MEMORY || code == v1::ERROR_CODE_GL_UNAVAILABLE ||
+                code == v1::ERROR_CODE_INTERNAL || code == v1::ERROR_CODE_CANCELLED || code == v1::ERROR_CODE_UNAVAILABLE) {
+                end.ending = Ending::may_pass;
+            }
+            ends.push_back(std::move(end));
+            worker.frame.reset();
+            worker.used_ms = now_ms();
+            break;
+        }
+        default: break;
+    }
+}
+
+void WorkerPool::reap(std::vector<FrameEnd>& ends)
+{
+    for (auto worker = workers_.begin(); worker != workers_.end();) {
+        int status = 0;
+        if (::waitpid(worker->pid, &status, WNOHANG) != worker->pid) {
+            ++worker;
+            continue;
+        }
+        worker->ended = true;
+        // What it said last may still lie in the socket.
+        std::vector<std::uint64_t> nobody;
+        for (int i = 0; i < 64 && !worker->killed_for; ++i) serve(*worker, true, false, ends, nobody);
+        const std::string how = how_it_ended(status);
+        log_.write(Level::warning, "worker_ended", {{"pid", worker->pid}, {"how", how}});
+        if (worker->frame) {
+            FrameEnd end{std::move(*worker->frame), std::nullopt, Ending::died, {}};
+            end.error = worker->killed_for ? *worker->killed_for
+                                           : error_message(v1::ERROR_CODE_WORKER_DIED, "its worker " + how);
+            if (worker->killed_for) end.ending = Ending::failed;
+            ends.push_back(std::move(end));
+        }
+        ++restarts_;
+        if (!worker->ready) {
+            const std::int64_t pause = std::min<std::int64_t>(kLongestPause, 1000LL << std::min(failed_starts_++, 6));
+            next_start_ms_ = now_ms() + pause;
+            trouble_ = "workers do not start: the last one " + how + "; the log says more";
+        }
+        worker = workers_.erase(worker);
+    }
+}
+
+std::vector<RunningFrame> WorkerPool::stop()
+{
+    std::vector<RunningFrame> frames;
+    for (Worker& worker : workers_) {
+        ::kill(worker.pid, SIGKILL);
+        ::waitpid(worker.pid, nullptr, 0);
+        if (worker.frame) frames.push_back(std::move(*worker.frame));
+    }
+    workers_.clear();
+    return frames;
+}
+
+const RunningFrame* WorkerPool::running(FrameKey key) const
+{
+    for (const Worker& worker : workers_) {
+        if (worker.frame && worker.frame->key == key) return &*worker.frame;
+    }
+    return nullptr;
+}
+
+}  // namespace rcs::service

@@ -1,0 +1,101 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <list>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <sys/types.h>
+
+#include "queue/job_queue.h"
+#include "rcs/internal/worker.pb.h"
+#include "server/config.h"
+#include "server/log.h"
+#include "wire/files.h"
+#include "wire/framing.h"
+
+namespace rcs::service {
+
+/// A frame that a worker renders.
+struct RunningFrame {
+    FrameKey key;
+    std::uint64_t task = 0;
+    std::string folder;         ///< of its pictures, beneath the state folder
+    std::int64_t started_ms = 0;
+    std::int64_t deadline_ms = 0;
+    std::int64_t cancelled_ms = 0;  ///< when its worker was asked to stop; 0: was not
+    v1::Progress progress;
+    std::string preview;        ///< JPEG
+    std::vector<std::string> warnings;
+};
+
+/// How a frame ended, as its worker or its worker's end says it.
+struct FrameEnd {
+    RunningFrame frame;
+    std::optional<internal::Done> done;
+    Ending ending = Ending::failed;  ///< unless it is done
+    v1::Error error;
+};
+
+/// A worker process, and the socket to it.
+struct Worker {
+    pid_t pid = 0;
+    Fd socket;
+    FrameReader reader;
+    std::string out;             ///< not yet written
+    bool ready = false;
+    bool ended = false;          ///< its number may be another process's by now
+    std::int64_t since_ms = 0;   ///< started
+    std::string scene_key;       ///< of the scene that it keeps
+    std::int64_t used_ms = 0;
+    std::uint64_t memory = 0;    ///< resident [bytes]
+    std::optional<RunningFrame> frame;
+    std::optional<v1::Error> killed_for;
+};
+
+/// The worker processes. They are started when there is none too many, live on from frame to frame, and are replaced when
+/// they die; one that dies before it was ready is not replaced at once.
+class WorkerPool {
+public:
+    /// @param changed  told when a frame's progress did
+    WorkerPool(const ServerConfig& config, const ServerLog& log);
+    ~WorkerPool();  ///< kills them
+    WorkerPool(const WorkerPool&) = delete;
+    WorkerPool& operator=(const WorkerPool&) = delete;
+
+    /// Starts what is missing, kills what is past its limits, asks cancelled frames to stop.
+    void tend(std::int64_t now, const std::function<bool(std::uint64_t job)>& is_cancelled);
+    /// An idle worker, the one that keeps this scene if there is one.
+    Worker* idle(const std::string& scene_key);
+    void send(Worker& worker, const internal::ToWorker& message);
+    /// Reads and writes what can be. Ends of frames are appended to `ends`, jobs with news to `changed`.
+    void serve(Worker& worker, bool readable, bool writable, std::vector<FrameEnd>& ends, std::vector<std::uint64_t>& changed);
+    /// Takes leave of processes that have ended.
+    void reap(std::vector<FrameEnd>& ends);
+    /// Ends all of them; frames that ran are returned.
+    std::vector<RunningFrame> stop();
+
+    std::list<Worker>& workers() { return workers_; }
+    const std::list<Worker>& workers() const { return workers_; }
+    const RunningFrame* running(FrameKey key) const;
+    std::uint64_t restarts() const { return restarts_; }
+    /// Why workers do not start; "" while they do.
+    const std::string& trouble() const { return trouble_; }
+
+private:
+    void spawn(std::int64_t now);
+    void handle(Worker& worker, internal::FromWorker& message, std::vector<FrameEnd>& ends, std::vector<std::uint64_t>& changed);
+    void kill(Worker& worker, v1::ErrorCode code, const std::string& why);
+
+    const ServerConfig& config_;
+    const ServerLog& log_;
+    std::list<Worker> workers_;
+    std::int64_t next_start_ms_ = 0;
+    int failed_starts_ = 0;
+    std::uint64_t restarts_ = 0;
+    std::string trouble_;
+};
+
+}  // namespace rcs::service

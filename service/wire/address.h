@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+
+namespace rcs::service {
+
+/// "HOST:PORT", "[::1]:PORT". @throws rcs::Error bad_argument
+struct HostPort {
+    std::string host, port;
+};
+HostPort parse_host_port(const std::string& text);
+bool is_loopback(const std::string& host);
+
+/// Where a server listens and a client looks unless told: $XDG_RUNTIME_DIR/rcsplat/socket, else /tmp/rcsplat-UID/socket.
+std::string default_socket();
+
+}  // namespace rcs::service

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <mutex>
+#include <thread>
+
+#include "rcs/internal/worker.pb.h"
+
+namespace rcs::service {
+
+/// A worker's end of the socket to its server. A thread of its own listens, so that a running frame can be cancelled; when the
+/// server is gone the process ends at once.
+class ServerLink {
+public:
+    explicit ServerLink(int fd);
+    ServerLink(const ServerLink&) = delete;
+    ServerLink& operator=(const ServerLink&) = delete;
+
+    internal::Task next_task();  ///< waits for it
+    bool cancelled() const { return cancelled_; }  ///< the task that was taken last
+    void send(const internal::FromWorker& message);  ///< of the thread that takes tasks alone
+
+private:
+    void listen();
+
+    int fd_;
+    std::mutex mutex_;
+    std::condition_variable arrived_;
+    std::deque<internal::Task> tasks_;
+    std::atomic<bool> cancelled_ = false;
+};
+
+}  // namespace rcs::service

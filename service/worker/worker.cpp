@@ -1,0 +1,305 @@
+#include "worker/worker.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <numbers>
+#include <optional>
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <nlohmann/json.hpp>
+
+#include "output_files.h"
+#include "plan_json.h"
+#include "rcs/rcs.h"
+#include "run_support.h"
+#include "stats_json.h"
+#include "wire/errors.h"
+#include "wire/files.h"
+#include "wire/options.h"
+#include "wire/sha256.h"
+#include "worker/frame_progress.h"
+#include "worker/server_link.h"
+
+namespace rcs::service {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+constexpr int kPreviewSide = 320;  ///< [px]
+constexpr auto kBetweenPreviews = std::chrono::milliseconds(500);
+
+/// A scene that is ready to render, kept until another one is asked for.
+struct KeptScene {
+    std::string key;
+    Scene scene;
+    std::optional<RayScene> rays;  ///< refers to `scene`
+};
+
+double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
+
+/// Everything that the loaded scene and its rays depend on; of files by path also when they were written.
+std::string key_of(const internal::Task& task, const EffectChoice& effects)
+{
+    std::string key = task.scene_key() + "\n" + task.environment_file() + "\n" + task.job().environment().SerializeAsString();
+    if (task.frame().has_time()) key += "\n" + std::to_string(task.frame().time());
+    key += "\n" + std::to_string(effects.with.bits()) + " " + std::to_string(effects.without.bits());
+    if (task.job().scene().has_path()) {
+        const fs::path folder = fs::path(task.scene_file()).parent_path();
+        for (const std::string& name : scene_files(task.scene_file())) {
+            struct stat status{};
+            ::stat((folder / name).c_str(), &status);
+            key.append("\n").append(name).append(" ").append(std::to_string(status.st_size)).append(" ")
+                .append(std::to_string(status.st_mtim.tv_sec)).append(".").append(std::to_string(status.st_mtim.tv_nsec));
+        }
+    }
+    return key;
+}
+
+void set_environment(Scene& scene, const internal::Task& task, const LogFunction& log)
+{
+    const v1::Environment& environment = task.job().environment();
+    if (environment.has_constant() || environment.has_image()) {
+        const auto& c = environment.constant();
+        scene.sky_radiance = environment.has_constant() ? glm::vec3(c.red(), c.green(), c.blue()) : glm::vec3(0.0f);
+        scene.environment = environment.has_image() ? load_environment(task.environment_file(), log) : EnvironmentImage{};
+    }
+    scene.environment.rotation += environment.rotation_degrees() * std::numbers::pi / 180.0;
+}
+
+Camera camera_of(const internal::Task& task, const Scene& scene)
+{
+    if (!task.frame().has_camera_given()) return find_camera(scene, task.frame().camera_name());
+    Camera camera = from_message(task.frame().camera_given());
+    camera.world_from_view[3] -= glm::dvec4(scene.origin, 0.0);  // given in the file's space
+    return camera;
+}
+
+/// Averages blocks of pixels until the picture is small.
+Image small_copy(const Image& image)
+{
+    const int step = std::max(1, (std::max(image.width, image.height) + kPreviewSide - 1) / kPreviewSide);
+    Image copy((image.width + step - 1) / step, (image.height + step - 1) / step, image.channels);
+    for (int y = 0; y < copy.height; ++y) {
+        for (int x = 0; x < copy.width; ++x) {
+            const int x1 = std::min(image.width, (x + 1) * step), y1 = std::min(image.height, (y + 1) * step);
+            const float part = 1.0f / static_cast<float>((x1 - x * step) * (y1 - y * step));
+            for (int v = y * step; v < y1; ++v) {
+                for (int u = x * step; u < x1; ++u) {
+                    for (int c = 0; c < image.channels; ++c) copy.at(x, y)[c] += part * image.at(u, v)[c];
+                }
+            }
+        }
+    }
+    return copy;
+}
+
+class FrameRenderer {
+public:
+    FrameRenderer(ServerLink& link, int threads) : link_(link), pool_(threads) { limit_gl_threads(pool_.size()); }
+
+    void prepare();
+    void run(const internal::Task& task);
+
+private:
+    internal::Done render_frame(const internal::Task& task);
+    KeptScene& scene_of(const internal::Task& task, const RenderOptions& options, RunReport& report, internal::Done& done);
+    void tell(FrameProgress& progress);
+    void send_preview(const Image& beauty);
+    std::vector<v1::OutputFile> settle(const internal::Task& task);
+    void send(internal::FromWorker& message);
+
+    ServerLink& link_;
+    ThreadPool pool_;
+    std::unique_ptr<GlContext> gl_;
+    std::unique_ptr<KeptScene> kept_;
+    std::unique_ptr<ToneMapper> preview_mapper_;
+    std::uint64_t task_ = 0;
+    std::string folder_;
+    Clock::time_point previewed_;
+};
+
+void FrameRenderer::send(internal::FromWorker& message)
+{
+    message.set_task(task_);
+    link_.send(message);
+}
+
+void FrameRenderer::prepare()
+{
+    const auto begin = Clock::now();
+    gl_ = std::make_unique<GlContext>();
+    preview_mapper_ = std::make_unique<ToneMapper>(ToneMapOptions{});
+    internal::FromWorker message;
+    message.mutable_ready()->set_gl_renderer(utf8_text(gl_->renderer()));
+    message.mutable_ready()->set_started_after_ms(1e3 * seconds_since(begin));
+    send(message);
+}
+
+void FrameRenderer::run(const internal::Task& task)
+{
+    task_ = task.id();
+    folder_ = task.folder();
+    internal::FromWorker message;
+    try {
+        *message.mutable_done() = render_frame(task);
+    } catch (const Error& e) {
+        *message.mutable_failed() = error_message(to_wire(e.code()), e.what());
+    } catch (const ServiceError& e) {
+        *message.mutable_failed() = error_message(e.code(), e.what());
+    } catch (const std::bad_alloc&) {
+        *message.mutable_failed() = error_message(v1::ERROR_CODE_OUT_OF_MEMORY, "out of memory");
+    } catch (const std::exception& e) {
+        *message.mutable_failed() = error_message(v1::ERROR_CODE_INTERNAL, std::string("internal error: ") + e.what());
+    }
+    send(message);
+}
+
+void FrameRenderer::tell(FrameProgress& progress)
+{
+    if (!progress.due()) return;
+    internal::FromWorker message;
+    *message.mutable_progress() = progress.message();
+    send(message);
+}
+
+KeptScene& FrameRenderer::scene_of(const internal::Task& task, const RenderOptions& options, RunReport& report, internal::Done& done)
+{
+    const std::string key = key_of(task, options.effects);
+    if (kept_ && kept_->key == key) return *kept_;
+    kept_.reset();
+    const auto log = [&](LogLevel level, std::string_view line) {
+        if (level < LogLevel::warning) return;
+        internal::FromWorker message;
+        message.set_warning(utf8_text(std::string(line)));
+        send(message);
+    };
+    const auto begin = Clock::now();
+    auto fresh = std::make_unique<KeptScene>();
+    LoadOptions load_options;
+    if (task.frame().has_time()) load_options.time = task.frame().time();
+    fresh->scene = timed(report, "load", [&] { return load_scene(task.scene_file(), log, load_options); });
+    set_environment(fresh->scene, task, log);
+    fresh->rays = timed(report, "bvh", [&] { return build_ray_scene(fresh->scene, pool_, options.effects); });
+    fresh->key = key;
+    kept_ = std::move(fresh);
+    done.set_load_seconds(seconds_since(begin));
+    return *kept_;
+}
+
+void FrameRenderer::send_preview(const Image& beauty)
+{
+    const std::string file = folder_ + "/.preview.jpg";
+    ImageFileOptions preview_options;
+    preview_options.jpeg_quality = 80;
+    write_display_image(file, preview_mapper_->apply(small_copy(beauty), pool_), preview_options);
+    internal::FromWorker message;
+    message.mutable_preview()->set_jpeg(read_part(file, 0, 512 << 10));
+    ::unlink(file.c_str());
+    send(message);
+    previewed_ = Clock::now();
+}
+
+/// What was written stays when the power goes; nothing is said to be done before.
+std::vector<v1::OutputFile> FrameRenderer::settle(const internal::Task& task)
+{
+    std::vector<v1::OutputFile> files;
+    for (const v1::Output& output : task.job().outputs()) {
+        const std::string path = task.folder() + "/" + output.name();
+        const FileDigest digest = sha256_of_file(path);
+        sync_path(path);
+        v1::OutputFile file;
+        file.set_name(output.name());
+        file.set_size(digest.size);
+        file.set_sha256(digest.digest);
+        files.push_back(file);
+    }
+    sync_path(task.folder());
+    sync_path(fs::path(task.folder()).parent_path().string());
+    return files;
+}
+
+internal::Done FrameRenderer::render_frame(const internal::Task& task)
+{
+    const auto begin = Clock::now();
+    const v1::Job& job = task.job();
+    RenderOptions options = from_message(job.options());
+    ToneMapOptions tone_map = from_message(job.tone_map());
+    tone_map.ocio_config = task.ocio_file();
+    std::vector<OutputFile> files;
+    for (const v1::Output& output : job.outputs()) {
+        files.push_back(from_message(output));
+        files.back().path = task.folder() + "/" + output.name();
+    }
+    render_for(files, tone_map, options);
+
+    internal::Done done;
+    RunReport report;
+    report.command = "render";
+    report.scene = job.scene().label();
+    report.threads = pool_.size();
+    report.width = options.width;
+    report.height = options.height;
+    FrameProgress progress(task.frame().number(), options.aa);
+    const ProgressFunction show = [&](std::string_view stage, float fraction) {
+        progress.show(stage, fraction);
+        tell(progress);
+        return !link_.cancelled();
+    };
+    const LogFunction log = [&](LogLevel level, std::string_view line) {
+        if (level < LogLevel::warning) return;
+        internal::FromWorker message;
+        message.set_warning(utf8_text(std::string(line)));
+        send(message);
+    };
+    const OutputFiles outputs(files, tone_map, log);
+    show("load", 0.0f);
+    KeptScene& kept = scene_of(task, options, report, done);
+    const Camera camera = camera_of(task, kept.scene);
+    report.camera = camera.name;
+    previewed_ = Clock::now();
+    const auto forecast = [&](const Forecast& f) {
+        report.forecast = f;
+        progress.forecast(f.goal_seconds, f.passes);
+    };
+    const auto after_pass = [&](int passes_done, int passes, const std::function<LayeredImage()>& picture) {
+        if (Clock::now() - previewed_ < kBetweenPreviews) return;
+        const LayeredImage so_far = picture();
+        progress.after_pass(passes_done, passes, estimate_error(so_far).mean_relative);
+        send_preview(so_far.layers.at("beauty"));
+    };
+    RenderResult result = render(*gl_, *kept.rays, camera, options, pool_, {}, log, show, forecast, after_pass);
+    for (const auto& [stage, seconds] : result.stats.stage_seconds) report.add(stage, seconds);
+    result.image.metadata["rcs:scene"] = job.scene().label();
+    result.image.metadata["rcs:environment"] = job.environment().label();
+    outputs.write(result.image, pool_, show, report);
+    for (const v1::OutputFile& file : settle(task)) *done.add_files() = file;
+    report.render = std::move(result.stats);
+    report.seconds = seconds_since(begin);
+    report.written.clear();
+    for (const v1::Output& output : job.outputs()) report.written.push_back(output.name());
+    done.set_error_estimate(report.render->error.mean_relative);
+    done.set_stats_json(to_json(report).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+    return done;
+}
+
+}  // namespace
+
+void run_worker(int fd, int threads)
+{
+    ::unsetenv("OCIO");  // the job says which configuration, or none
+    ::umask(0077);
+    ServerLink link(fd);
+    FrameRenderer renderer(link, threads);
+    renderer.prepare();
+    for (;;) renderer.run(link.next_task());
+}
+
+}  // namespace rcs::service

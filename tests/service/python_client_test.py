@@ -1,0 +1,82 @@
+"""Installs the Python client into a clean virtual environment and uses it against a real server.
+
+python_client_test.py RCSPLAT SCENE; exit code 77 where no package index can be reached.
+"""
+
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SCRIPT = """
+import sys
+import numpy
+from PIL import Image
+from rcsplat import Client, RenderError, job_pb2
+
+address, scene, expected = sys.argv[1:]
+with Client(address) as client:
+    assert client.health().serving
+    job = client.submit(scene, width=40, height=32, bounces=2, records={"error_tolerance": 0.3}, labels={"test": "python"})
+    stages = [s.running[0].stage for s in job.progress() if s.running]
+    assert stages, "no progress was seen"
+    image = job.image()
+    assert image.shape == (32, 40, 3) and image.dtype == numpy.uint8, image.shape
+    assert numpy.array_equal(image, numpy.asarray(Image.open(expected).convert("RGB"))), "not the picture of the command line"
+    assert client.jobs()[0].labels["test"] == "python"
+    again = client.submit(scene, width=40, height=32, bounces=2, records={"error_tolerance": 0.3})
+    assert numpy.array_equal(again.image(), image)
+    try:
+        client.submit("demo:cornell", width=0)
+        raise SystemExit("a width of 0 was taken")
+    except RenderError as error:
+        assert error.code_name == "ERROR_CODE_BAD_ARGUMENT" and "width is 0" in str(error), error
+    failing = client.submit("demo:cornell", camera="nowhere", width=16, height=16)
+    try:
+        failing.wait()
+        raise SystemExit("a missing camera was found")
+    except RenderError as error:
+        assert error.code == job_pb2.ERROR_CODE_NOT_FOUND, error
+    running = client.submit("demo:atrium", width=2000, height=2000, aa=64)
+    running.cancel()
+print("python client: all held")
+"""
+
+
+def main() -> int:
+    rcsplat, scene = sys.argv[1], sys.argv[2]
+    with tempfile.TemporaryDirectory(prefix="rcs-python-") as name:
+        folder = pathlib.Path(name)
+        subprocess.run([sys.executable, "-m", "venv", folder / "venv"], check=True)
+        python = folder / "venv/bin/python"
+        # Built in a copy, so that nothing is left in the source.
+        source = folder / "source"
+        for part in ("service/python", "proto"):
+            shutil.copytree(ROOT / part, source / part)
+        installed = subprocess.run([python, "-m", "pip", "install", "--quiet", source / "service/python"], capture_output=True, text=True)
+        if installed.returncode != 0:
+            print(installed.stderr)
+            offline = "Could not find a version" in installed.stderr or "No matching distribution" in installed.stderr
+            return 77 if offline else 1
+        options = ["--size", "40x32", "--bounces", "2", "--accuracy", "0.3", "-q"]
+        expected = folder / "expected.png"
+        subprocess.run([rcsplat, "render", scene, *options, "-o", expected], check=True)
+        socket = folder / "run/socket"
+        with open(folder / "log", "w") as log:
+            server = subprocess.Popen([rcsplat, "serve", "--socket", socket, "--state", folder / "state"], stderr=log)
+        try:
+            for _ in range(500):
+                if socket.exists():
+                    break
+                time.sleep(0.02)
+            return subprocess.run([python, "-c", SCRIPT, socket, scene, expected]).returncode
+        finally:
+            server.terminate()
+            server.wait(30)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,155 @@
+#include "queue/blob_store.h"
+
+#include <filesystem>
+
+#include <gtest/gtest.h>
+
+#include "support/temporary_folder.h"
+#include "wire/errors.h"
+
+namespace rcs::service {
+namespace {
+
+v1::Blob blob_of(const std::string& bytes)
+{
+    v1::Blob blob;
+    blob.set_sha256(sha256(bytes));
+    blob.set_size(bytes.size());
+    return blob;
+}
+
+v1::SceneFiles scene_of(const std::vector<std::pair<std::string, std::string>>& files)
+{
+    v1::SceneFiles scene;
+    for (const auto& [path, bytes] : files) {
+        scene.add_files()->set_path(path);
+        *scene.mutable_files(scene.files_size() - 1)->mutable_content() = blob_of(bytes);
+    }
+    return scene;
+}
+
+TEST(BlobStore, AFileIsThereOnceAllItsBytesAre)
+{
+    const test::TemporaryFolder folder;
+    BlobStore store(folder.path(), {});
+    const std::string bytes = "some bytes of a scene";
+    const v1::Blob blob = blob_of(bytes);
+    EXPECT_EQ(store.put(blob, "a", 0, bytes.substr(0, 10)), 10u);
+    EXPECT_FALSE(store.has(blob.sha256()));
+    EXPECT_EQ(store.put(blob, "a", 0, "elsewhere"), 10u) << "the wrong offset writes nothing";
+    EXPECT_EQ(store.held(blob, "a"), 10u);
+    EXPECT_EQ(store.held(blob, "b"), 0u) << "owners do not continue each other's";
+    EXPECT_EQ(store.put(blob, "a", 10, bytes.substr(10)), bytes.size());
+    EXPECT_EQ(test::bytes_of(store.path(blob.sha256())), bytes);
+    EXPECT_EQ(store.held(blob, "b"), bytes.size());
+    EXPECT_EQ(store.put(blob, "b", 0, bytes), bytes.size()) << "and is not stored twice";
+}
+
+TEST(BlobStore, AnUploadGoesOnInAnotherProcess)
+{
+    const test::TemporaryFolder folder;
+    const std::string bytes(3'000'000, 'q');
+    const v1::Blob blob = blob_of(bytes);
+    BlobStore(folder.path(), {}).put(blob, "a", 0, bytes.substr(0, 2'000'000));
+    BlobStore store(folder.path(), {});
+    EXPECT_EQ(store.held(blob, "a"), 2'000'000u);
+    EXPECT_EQ(store.bytes(), 2'000'000u);
+    store.put(blob, "a", 2'000'000, bytes.substr(2'000'000));
+    EXPECT_TRUE(store.has(blob.sha256()));
+}
+
+TEST(BlobStore, AnUploadThatOnlyLacksItsVerificationIsCompleted)
+{
+    const test::TemporaryFolder folder;
+    const v1::Blob right = blob_of("all its bytes"), wrong = blob_of("other bytes, of the same number");
+    {
+        BlobStore store(folder.path(), {});
+        store.put(right, "a", 0, "all");
+        store.put(wrong, "a", 0, "oth");
+    }
+    for (const auto& entry : std::filesystem::directory_iterator(folder / "blobs")) {  // as a server leaves them that ends just then
+        test::write_bytes(entry.path(), entry.path().string().find(hex(right.sha256())) != std::string::npos
+                                            ? "all its bytes" : "and bytes that are not the right");
+    }
+    BlobStore store(folder.path(), {});
+    EXPECT_EQ(store.held(right, "a"), right.size());
+    EXPECT_TRUE(store.has(right.sha256()));
+    EXPECT_EQ(store.held(wrong, "a"), 0u);
+    EXPECT_FALSE(store.has(wrong.sha256()));
+}
+
+TEST(BlobStore, WrongBytesAreDropped)
+{
+    const test::TemporaryFolder folder;
+    BlobStore store(folder.path(), {});
+    const v1::Blob blob = blob_of("right");
+    try {
+        store.put(blob, "a", 0, "wrong");
+        FAIL();
+    } catch (const ServiceError& e) {
+        EXPECT_EQ(e.code(), v1::ERROR_CODE_BAD_FILE);
+    }
+    EXPECT_EQ(store.held(blob, "a"), 0u);
+    EXPECT_EQ(store.bytes(), 0u);
+    store.put(blob, "a", 0, "right");
+    EXPECT_TRUE(store.has(blob.sha256()));
+}
+
+TEST(BlobStore, LimitsHold)
+{
+    const test::TemporaryFolder folder;
+    BlobStore store(folder.path(), {.max_file = 10, .max_store = 15, .max_uploads = 2});
+    EXPECT_THROW(store.put(blob_of("01234567890"), "a", 0, "0"), ServiceError);
+    v1::Blob lied = blob_of("abc");
+    EXPECT_THROW(store.put(lied, "a", 0, "abcd"), ServiceError) << "more bytes than were announced";
+    store.put(blob_of("0123456789"), "a", 0, "0123456789");
+    EXPECT_THROW(store.put(blob_of("9876543210"), "a", 0, "9876543210"), ServiceError) << "the store is full";
+    store.put(blob_of("xy"), "a", 0, "x");
+    EXPECT_THROW(store.put(blob_of("zw"), "a", 0, "z"), ServiceError) << "too many at a time";
+    v1::Blob short_digest;
+    short_digest.set_sha256("123");
+    EXPECT_THROW(store.put(short_digest, "a", 0, ""), ServiceError);
+}
+
+TEST(BlobStore, ScenesAreFoldersOfTheirFiles)
+{
+    const test::TemporaryFolder folder;
+    BlobStore store(folder.path(), {});
+    const auto scene = scene_of({{"a.gltf", "main"}, {"tex/wood.png", "wood"}});
+    store.put(blob_of("main"), "a", 0, "main");
+    store.put(blob_of("wood"), "a", 0, "wood");
+    const std::string key = BlobStore::scene_key(scene);
+    const std::string main = store.scene(key, scene);
+    EXPECT_EQ(test::bytes_of(main), "main");
+    EXPECT_EQ(test::bytes_of(std::filesystem::path(main).parent_path() / "tex/wood.png"), "wood");
+    EXPECT_EQ(store.scene(key, scene), main);
+    EXPECT_NE(BlobStore::scene_key(scene_of({{"b.gltf", "main"}, {"tex/wood.png", "wood"}})), key);
+}
+
+TEST(BlobStore, NamesThatLeadOutAreRefused)
+{
+    for (const char* path : {"../a", "a/../../b", "/etc/passwd", "", "a//b", "a/", ".", "a\\b"}) {
+        EXPECT_THROW(check_scene_path(path), ServiceError) << path;
+    }
+    EXPECT_THROW(check_scene_path(std::string("a\0b", 3)), ServiceError);
+    EXPECT_THROW(check_scene_path(std::string(2000, 'a')), ServiceError);
+    check_scene_path("a/b..c/.d");
+}
+
+TEST(BlobStore, RemovesWhatNobodyNeeds)
+{
+    const test::TemporaryFolder folder;
+    BlobStore store(folder.path(), {});
+    for (const char* bytes : {"one", "two"}) store.put(blob_of(bytes), "a", 0, bytes);
+    store.put(blob_of("three"), "a", 0, "th");
+    constexpr std::int64_t kFuture = std::int64_t{1} << 60;
+    EXPECT_EQ(store.remove_unused(0, 1000, {}, {}), 0u) << "all is young";
+    EXPECT_EQ(store.remove_unused(kFuture, 1000, {sha256("one")}, {}), 3u + 2u);
+    EXPECT_TRUE(store.has(sha256("one")));
+    EXPECT_FALSE(store.has(sha256("two")));
+    EXPECT_EQ(store.held(blob_of("three"), "a"), 0u);
+    EXPECT_EQ(store.remove_unused(0, 2, {}, {}), 3u) << "too full";
+}
+
+}  // namespace
+}  // namespace rcs::service

@@ -1,0 +1,93 @@
+"""Looks at the status page of a real server in headless Chromium: status_page_test.py RCSPLAT; 77 where there is no browser."""
+
+import json
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import urllib.error
+import urllib.request
+
+BROWSERS = ["chromium-headless-shell", "chromium", "chromium-browser", "google-chrome"]
+
+
+def fetch(url: str, host: str = "") -> bytes:
+    request = urllib.request.Request(url, headers={"Host": host} if host else {})
+    with urllib.request.urlopen(request, timeout=10) as answer:
+        return answer.read()
+
+
+def status_of(url: str, host: str = "") -> int:
+    try:
+        fetch(url, host)
+        return 200
+    except urllib.error.HTTPError as error:
+        return error.code
+
+
+def wait_for(holds):
+    for _ in range(600):
+        if holds():
+            return
+        time.sleep(0.05)
+    raise SystemExit("waited too long")
+
+
+def main() -> int:
+    rcsplat = sys.argv[1]
+    browser = next((b for b in BROWSERS if shutil.which(b)), None)
+    with tempfile.TemporaryDirectory(prefix="rcs-page-") as name:
+        folder = pathlib.Path(name)
+        log = folder / "log"
+        socket = str(folder / "run/socket")
+        with open(log, "w") as out:
+            server = subprocess.Popen([rcsplat, "serve", "--socket", socket, "--state", folder / "state", "--http", "127.0.0.1:0"], stderr=out)
+        try:
+            wait_for(lambda: "event=worker_ready" in log.read_text())
+            port = re.search(r"http=127.0.0.1 port=(\d+)", log.read_text())[1]
+            page = f"http://127.0.0.1:{port}"
+
+            def submit(*words: str) -> None:
+                subprocess.run([rcsplat, "submit", *words, "--detach", "--server", socket], check=True, stdout=subprocess.DEVNULL)
+
+            def jobs() -> list:
+                return json.loads(fetch(page + "/status.json"))["jobs"]
+
+            submit("demo:cornell", "--size", "64x64", "-o", "a.png")
+            submit("demo:cornell", "--camera", "<b>nowhere</b>", "--size", "16x16", "-o", "a.png")
+            submit("demo:atrium", "--size", "1200x1200", "--aa", "32", "-o", "a.png")
+            wait_for(lambda: len(jobs()) == 3 and jobs()[0]["running"] and "preview" in jobs()[0]["running"][0])
+            by_number = {job["job"]: job for job in jobs()}
+            assert by_number[1]["state"] == "completed", by_number[1]
+            assert by_number[2]["state"] == "failed" and "nowhere" in by_number[2]["reason"], by_number[2]
+            picture = fetch(page + by_number[1]["shown"][0]["picture"])
+            assert picture.startswith(b"\x89PNG"), picture[:8]
+            assert fetch(page + by_number[3]["running"][0]["preview"]).startswith(b"\xff\xd8\xff")
+            assert b"rcsplat_jobs_submitted_total 3\n" in fetch(page + "/metrics")
+            assert status_of(page + "/etc/passwd") == 404
+            assert status_of(page + "/picture/1/0/..%2f..%2fqueue.db") == 404
+            assert status_of(page + "/picture/x/y/z") == 404
+            assert status_of(page, "evil.example") == 403, "another site's name"
+            assert re.findall(r"https?://", fetch(page + "/").decode()) == [], "the page refers to the network"
+            if browser is None:
+                print("no browser")
+                return 77
+            dom = subprocess.run(
+                [browser, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder}/browser", "--virtual-time-budget=3000",
+                 "--dump-dom", page], capture_output=True, text=True, timeout=120).stdout
+            assert "serving; 1 of 1 workers busy" in dom, dom
+            assert 'id="job-1"' in dom and f'src="{by_number[1]["shown"][0]["picture"]}"' in dom, dom
+            assert "&lt;b&gt;nowhere&lt;/b&gt;" in dom and "<b>nowhere</b>" not in dom, "names are text"
+            assert 'class="preview"' in dom and "<progress" in dom, dom
+            print("status page: all held")
+            return 0
+        finally:
+            server.terminate()
+            server.wait(60)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
