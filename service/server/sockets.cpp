@@ -71,7 +71,7 @@ Fd open_beneath(int folder, const std::string& path)
 UnixListener::UnixListener(const std::string& path, const std::string& group) : path_(path)
 {
     std::string folder = std::filesystem::path(path).parent_path().string();
-    if (folder.empty()) folder = ".";
+    if (folder.empty()) folder.assign(1, '.');  // assigning the literal makes gcc 12 warn of an overlap that cannot be
     secure_folder(folder, group);
     lock_ = Fd(::open((path + ".lock").c_str(), O_CREAT | O_RDWR | O_CLOEXEC | O_NOFOLLOW, 0600));
     if (!lock_) fail("cannot open " + path + ".lock");

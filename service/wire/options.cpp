@@ -48,11 +48,12 @@ RecordOptions from_message(const v1::RecordOptions& m)
 
 v1::DirectOptions to_message(const DirectOptions& o)
 {
-    const auto& [area_samples, penumbra_samples, seed, effects] = o;
+    const auto& [area_samples, penumbra_samples, lamp_picks, seed, effects] = o;
     static_cast<void>(seed), static_cast<void>(effects);
     v1::DirectOptions m;
     m.set_area_samples(area_samples);
     m.set_penumbra_samples(penumbra_samples);
+    m.set_lamp_picks(lamp_picks);
     return m;
 }
 
@@ -61,6 +62,7 @@ DirectOptions from_message(const v1::DirectOptions& m)
     DirectOptions o;
     if (m.has_area_samples()) o.area_samples = m.area_samples();
     if (m.has_penumbra_samples()) o.penumbra_samples = m.penumbra_samples();
+    if (m.has_lamp_picks()) o.lamp_picks = m.lamp_picks();
     return o;
 }
 

@@ -64,7 +64,10 @@ long Stream::result_of(int code)
         case SSL_ERROR_WANT_READ: return kLater;
         case SSL_ERROR_WANT_WRITE: wants_write_ = true; return kLater;
         case SSL_ERROR_ZERO_RETURN: return kEnd;
-        default: failure_ = "TLS: " + tls_error(); return kEnd;
+        default:
+            // The first failure says why; what is tried after it only finds the connection broken.
+            if (failure_.empty()) failure_ = "TLS: " + tls_error();
+            return kEnd;
     }
 }
 

@@ -131,7 +131,8 @@ TEST_F(Tcp, AServerOfAnUnknownAuthorityIsNotTrusted)
     ClientOptions options;
     options.ca = folder_ / "ca.pem";
     options.token = token_of(server);
-    EXPECT_NE(refusal(address(server), options).find("certificate"), std::string::npos);
+    const std::string said = refusal(address(server), options);
+    EXPECT_NE(said.find("certificate"), std::string::npos) << said;
 }
 
 }  // namespace

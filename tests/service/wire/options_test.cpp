@@ -71,7 +71,7 @@ int check_defaults(const Message& message, const std::map<std::string, std::stri
 
 TEST(WireOptions, DefaultsOfTheLibraryAreThoseThatTheProtoDocuments)
 {
-    EXPECT_EQ(check_defaults(to_message(RenderOptions{}), documented_defaults()), 18);
+    EXPECT_EQ(check_defaults(to_message(RenderOptions{}), documented_defaults()), 19);
 }
 
 /// Values that no default has, within every range.
@@ -80,7 +80,7 @@ RenderOptions unusual_options()
     RenderOptions o;
     o.width = 321, o.height = 123, o.aa = 7, o.bounces = 3, o.lobe_rays = 5, o.overlap = 2.5f;
     o.records = {.error_tolerance = 0.15f, .rays = 77, .noise_target = 0.07f, .min_reach = 9.0f, .max_reach = 44.0f, .gradient_limit = 2.0f};
-    o.direct = {.area_samples = 11, .penumbra_samples = 22};
+    o.direct = {.area_samples = 11, .penumbra_samples = 22, .lamp_picks = 33};
     o.splat = SplatMethod::quads;
     o.target_error = 0.03, o.budget_seconds = 12.5, o.seed = 99;
     o.effects.with.set(Effect::normal_maps);
