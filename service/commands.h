@@ -16,5 +16,6 @@ void add_plan_command(CLI::App& app, Action& action);
 void add_reference_command(CLI::App& app, Action& action);
 void add_compare_command(CLI::App& app, Action& action);
 void add_accuracy_command(CLI::App& app, Action& action);
+void add_doctor_command(CLI::App& app, Action& action);
 
 }  // namespace rcs::service

@@ -81,6 +81,7 @@ int run(int argc, char** argv)
     rcs::service::add_reference_command(app, action);
     rcs::service::add_compare_command(app, action);
     rcs::service::add_accuracy_command(app, action);
+    rcs::service::add_doctor_command(app, action);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
