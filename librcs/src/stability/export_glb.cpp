@@ -179,13 +179,16 @@ std::string export_glb(const Scene& scene, const std::string& path)
                                        "KHR_materials_unlit"};
     for (const Material& material : scene.materials)
         document.root["materials"].push_back(material_json(material));
+    Json meshes = Json::array();
     std::vector<int> written(scene.meshes.size(), -1);
     for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
         if (scene.meshes[i].triangles.empty())
             continue;
-        document.root["meshes"].push_back(mesh_json(scene.meshes[i], document));
-        written[i] = static_cast<int>(document.root["meshes"].size()) - 1;
+        meshes.push_back(mesh_json(scene.meshes[i], document));
+        written[i] = static_cast<int>(meshes.size()) - 1;
     }
+    if (!meshes.empty())
+        document.root["meshes"] = meshes;
     add_nodes(scene, written, document);
     if (!document.binary.empty())
         document.root["buffers"] = Json::array({{{"byteLength", document.binary.size()}}});

@@ -31,7 +31,7 @@ void any_number_of_threads(CaseRun& run)
 {
     const Scene scene = furnished_room();
     for (const int bounces : {1, 4}) {
-        RenderOptions options = small_options(72);
+        RenderOptions options = small_options(48);
         options.aa = 2;
         options.bounces = bounces;
         ThreadPool one(1);
