@@ -80,10 +80,13 @@ LayeredImage mirrored(LayeredImage image)
 
 LayeredImage dimmed(LayeredImage image, float factor)
 {
-    for (auto& [name, layer] : image.layers)
-        if (name != "normal" && name != "depth" && name != "albedo" && name != "records")
-            for (float& value : layer.pixels)
-                value *= factor;
+    for (auto& [name, layer] : image.layers) {
+        if (name == "normal" || name == "depth" || name == "albedo" || name == "records")
+            continue;
+        for (std::size_t i = 0; i < layer.pixels.size(); ++i)
+            if (layer.channels != 4 || i % 4 != 3)  // beauty's alpha is no light
+                layer.pixels[i] *= factor;
+    }
     return image;
 }
 
