@@ -256,6 +256,8 @@ def main():
                 print("FAIL %d: %s of %s: %s" % (result["number"], result["mutation"], result["source"], result["wrong"]),
                       flush=True)
             shutil.rmtree(result["folder"], ignore_errors=True)
+            if (pictures + errors + len(failures)) % 200 == 0:
+                print("%d pictures, %d errors, %d failures so far" % (pictures, errors, len(failures)), flush=True)
     print("%d files from %d seeds: %d pictures, %d errors, %d failures; slowest %.1f s of processor time, most memory %.0f MB"
           % (len(numbers), len(seeds), pictures, errors, len(failures), slowest, heaviest))
     for name, (wrong, fine, refused) in sorted(by_mutation.items()):
