@@ -23,5 +23,6 @@ void add_serve_command(CLI::App& app, Action& action, const std::vector<std::str
 void add_worker_command(CLI::App& app, Action& action);
 void add_submit_command(CLI::App& app, Action& action);
 void add_job_commands(CLI::App& app, Action& action);  ///< watch, fetch, cancel, list, stats
+void add_doctor_command(CLI::App& app, Action& action);
 
 }  // namespace rcs::service

@@ -87,6 +87,7 @@ int run(int argc, char** argv)
     rcs::service::add_submit_command(app, action);
     rcs::service::add_job_commands(app, action);
     rcs::service::add_worker_command(app, action);
+    rcs::service::add_doctor_command(app, action);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {

@@ -1,5 +1,7 @@
 #include "corpus/corpus.h"
 
+#include <filesystem>
+
 namespace rcs::test {
 
 Json Draft::texture(const std::string& picture, Json more)
@@ -40,6 +42,33 @@ void Corpus::add(const std::string& name, std::optional<ErrorCode> error, const 
         file.files.emplace_back(path, bytes == "BUFFER" ? draft.b.binary : bytes);
     }
     files.push_back(std::move(file));
+}
+
+std::vector<CorpusFile> whole_corpus()
+{
+    Corpus corpus;
+    add_container_files(corpus);
+    add_geometry_files(corpus);
+    add_packed_files(corpus);
+    add_material_files(corpus);
+    add_texture_files(corpus);
+    add_node_files(corpus);
+    add_pose_files(corpus);
+    return corpus.files;
+}
+
+void write_files(const CorpusFile& file, const std::string& folder)
+{
+    const std::filesystem::path inside = folder;
+    std::filesystem::create_directories(inside);
+    for (const auto& [path, bytes] : file.files) {
+        std::filesystem::create_directories((inside / path).parent_path());
+        write_bytes((inside / path).string(), bytes);
+    }
+    if (!file.link.empty()) {
+        const std::size_t colon = file.link.find(':');
+        std::filesystem::create_symlink(file.link.substr(colon + 1), inside / file.link.substr(0, colon));
+    }
 }
 
 }  // namespace rcs::test

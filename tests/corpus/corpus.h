@@ -82,4 +82,8 @@ void add_texture_files(Corpus& corpus);
 void add_node_files(Corpus& corpus);
 void add_pose_files(Corpus& corpus);
 
+std::vector<CorpusFile> whole_corpus();
+/// The scene and what lies beside it, into a folder that is made.
+void write_files(const CorpusFile& file, const std::string& folder);
+
 }  // namespace rcs::test

@@ -1,7 +1,6 @@
 #include "corpus/corpus.h"
 
 #include <cmath>
-#include <filesystem>
 #include <random>
 #include <set>
 
@@ -15,33 +14,11 @@
 namespace rcs::test {
 namespace {
 
-std::vector<CorpusFile> whole_corpus()
-{
-    Corpus corpus;
-    add_container_files(corpus);
-    add_geometry_files(corpus);
-    add_packed_files(corpus);
-    add_material_files(corpus);
-    add_texture_files(corpus);
-    add_node_files(corpus);
-    add_pose_files(corpus);
-    return corpus.files;
-}
-
 /// Writes the files and loads the scene among them.
 Scene load(const CorpusFile& file, Log& log)
 {
     const TemporaryFolder folder;
-    std::filesystem::create_directory(folder / "inside");
-    for (const auto& [path, bytes] : file.files) {
-        const std::filesystem::path target = folder / ("inside/" + path);
-        std::filesystem::create_directories(target.parent_path());
-        write_bytes(target.string(), bytes);
-    }
-    if (!file.link.empty()) {
-        const std::size_t colon = file.link.find(':');
-        std::filesystem::create_symlink(file.link.substr(colon + 1), folder / ("inside/" + file.link.substr(0, colon)));
-    }
+    write_files(file, folder / "inside");
     return load_scene(folder / ("inside/" + file.files.front().first), log.function(), {file.time});
 }
 

@@ -172,4 +172,8 @@ struct Bounds {
 /// Scene-space bounding box of all instances; min > max if there is no geometry.
 Bounds bounds_of(const Scene& scene);
 
+/// Moves scene-space zero to the middle of geometry that lies far from it (beyond 16 of its diagonals), where floats are
+/// coarse; cameras and lights go along, `origin` tells where. load_scene() does it; scenes made in code may need it.
+void move_origin(Scene& scene);
+
 }  // namespace rcs

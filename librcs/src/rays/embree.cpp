@@ -16,6 +16,7 @@
 #include "rays/ray_scene_impl.h"
 #include "rays/transparency.h"
 #include "rcs/error.h"
+#include "rcs/machine.h"
 #include "util/counters.h"
 
 namespace rcs {
@@ -469,6 +470,19 @@ glm::vec3 transmittance(const RayScene& rays, const Ray& ray)
     RTCRay r = to_embree(ray);
     RCS_RTC_OCCLUDED(rtcOccluded1, &query.context, &r, rays.impl().embree->top);
     return r.tfar < 0.0f ? glm::vec3(0.0f) : product(passage, 0);
+}
+
+std::vector<MachineFact> describe_rays()
+{
+    const EmbreeScene embree(1);
+    const auto property = [&](RTCDeviceProperty name) { return rtcGetDeviceProperty(embree.device, name); };
+    const auto version = static_cast<int>(property(RTC_DEVICE_PROPERTY_VERSION));
+    const std::string number = std::to_string(version / 10000) + "." + std::to_string(version / 100 % 100) + "." + std::to_string(version % 100);
+    const char* isa = property(RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) ? "AVX-512, packets of 16"
+                      : property(RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) ? "AVX, packets of 8"
+                                                                             : "SSE, packets of 4";
+    const bool filters = property(RTC_DEVICE_PROPERTY_FILTER_FUNCTION_SUPPORTED) != 0;
+    return {{"Embree", number}, {"Embree instruction set", isa}, {"Embree filters", filters ? "yes" : "no: transparency will not work"}};
 }
 
 }  // namespace rcs

@@ -25,6 +25,17 @@ glm::vec3 face_normal(const std::array<glm::vec3, 3>& c)
     return length > 0.0 ? glm::vec3(n / length) : glm::vec3(0.0f, 1.0f, 0.0f);
 }
 
+/// What a surface's rounding errors are proportional to. Errors of each coordinate are as that coordinate is large, and
+/// only their part along the normal lifts a point off its plane (PBRT 3.9): a ground a thousand kilometres wide is flat to
+/// a micrometre where its heights are small. Instances turn coordinates into each other, so all count there.
+float error_scale(const std::array<glm::vec3, 3>& c, glm::vec3 face, bool instanced)
+{
+    const glm::vec3 most = glm::max(glm::max(glm::abs(c[0]), glm::abs(c[1])), glm::abs(c[2]));
+    // A plane through zero along an axis has no such error, but rays must not start in it.
+    constexpr float kLeastPart = 0x1p-12f;
+    return instanced ? max_component(most) : std::max(glm::dot(glm::abs(face), most), kLeastPart * max_component(most));
+}
+
 glm::vec3 bend_towards(glm::vec3 shading, glm::vec3 geometric)
 {
     const float agreement = glm::dot(shading, geometric);
@@ -137,11 +148,10 @@ SurfacePoint surface_at(const RayScene& rays, std::uint32_t instance, std::uint3
     const float w = 1.0f - u - v;
     SurfacePoint point;
     point.position = w * c[0] + u * c[1] + v * c[2];
-    const float largest = std::max({max_component(c[0]), max_component(c[1]), max_component(c[2])});
-    point.position_error = kPositionRoundings * kUnitRoundoff * largest;
     point.material = i.material;
 
     const glm::vec3 face = face_normal(c) * (i.mirrored ? -1.0f : 1.0f);
+    point.position_error = kPositionRoundings * kUnitRoundoff * error_scale(c, face, i.instanced);
     point.front = glm::dot(face, direction) < 0.0f;
     point.geometric_normal = point.front ? face : -face;
     point.shading_normal = point.geometric_normal;
@@ -239,6 +249,9 @@ VisiblePoint visible_point(const RayScene& rays, std::uint32_t instance, std::ui
                                glm::vec3(ray.direction));
     const glm::dvec3 position = (1.0 - u - v) * glm::dvec3(c[0]) + u * glm::dvec3(c[1]) + v * glm::dvec3(c[2]);
     point.relative_position = glm::vec3(position - camera_position);
+    // Kept relative to the camera the position is rounded once more.
+    point.surface.position_error += kPositionRoundings * kUnitRoundoff *
+                                    glm::dot(glm::abs(point.surface.geometric_normal), glm::abs(point.relative_position));
     point.distance = hit.t * glm::length(ray.direction);
     point.footprint = footprint(ray, pixel);
 

@@ -460,7 +460,7 @@ void RecordGatherer::gather_more(const GBuffer& gbuffer, std::span<const std::ui
             continue;
         wanted.push_back(i);
         if (!grids.contains(extra[i]))
-            grids[extra[i]] = make_hemisphere_grid(extra[i] * rays());
+            grids[extra[i]] = make_hemisphere_grid(static_cast<int>(std::min<std::int64_t>(std::int64_t{extra[i]} * rays(), kMostHemisphereRays)));
     }
     if (wanted.empty())
         return;

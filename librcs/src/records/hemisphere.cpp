@@ -21,7 +21,7 @@ constexpr double kLatticePhi = 0.5698402909980532;
 // tessellated curve they always hit its neighbour facets. cos 80 degrees.
 constexpr float kGrazingCosine = 0.1736f;
 
-constexpr int kMostAzimuths = 512;  // of 65536 rays: 454
+constexpr int kMostAzimuths = 512;  // of kMostHemisphereRays: 454
 
 RCS_ALWAYS_INLINE float fraction(float x)
 {

@@ -26,7 +26,10 @@ struct HemisphereGrid {
     std::vector<float> cos_phi, sin_phi, cos_bound, sin_bound;
 };
 
-/// @param rays  wanted number of cells; M = round(sqrt(rays / pi)) >= 2, N = round(rays / M)
+/// The largest grid: what RecordOptions::rays may ask for.
+inline constexpr int kMostHemisphereRays = 65536;
+
+/// @param rays  wanted number of cells, in [1, kMostHemisphereRays]; M = round(sqrt(rays / pi)) >= 2, N = round(rays / M)
 HemisphereGrid make_hemisphere_grid(int rays);
 
 /// What came back from each cell's ray, component by component, index c.

@@ -232,4 +232,18 @@ Bounds bounds_of(const Scene& scene)
     return bounds;
 }
 
+void move_origin(Scene& scene)
+{
+    constexpr double kFar = 16.0;  // diagonals; costs four bits of the 24 that a float has
+    const Bounds bounds = bounds_of(scene);
+    if (bounds.min.x > bounds.max.x) return;
+    const glm::dvec3 centre = 0.5 * (bounds.min + bounds.max);
+    if (glm::length(centre) <= kFar * glm::length(bounds.max - bounds.min)) return;
+    scene.origin += centre;
+    const auto move = [&](glm::dmat4& matrix) { matrix[3] -= glm::dvec4(centre, 0.0); };
+    for (Instance& instance : scene.instances) move(instance.world_from_object);
+    for (Camera& camera : scene.cameras) move(camera.world_from_view);
+    for (PunctualLight& light : scene.lights) light.position -= centre;
+}
+
 }  // namespace rcs

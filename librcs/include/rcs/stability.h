@@ -1,0 +1,60 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "rcs/camera.h"
+#include "rcs/gl_context.h"
+#include "rcs/render.h"
+#include "rcs/scene.h"
+#include "rcs/thread_pool.h"
+
+namespace rcs {
+
+/// One hard case: what could go wrong, and what has to come out, by analysis ("=") or by comparison with another
+/// render that must be the same. All are small scenes built in code.
+struct StabilityCase {
+    std::string id;           ///< "A1"; the letter is the group's
+    std::string group;        ///< "light transport", "records", "views", "geometry", "lights and materials", "time", "machine"
+    std::string name;         ///< what is rendered or done
+    std::string hazard;       ///< what would break
+    std::string expectation;
+    double tolerance = 0.0;   ///< the case passes where its figure is at most this, and nothing else was wrong
+    std::string reason;       ///< of the tolerance
+    bool quick = false;       ///< together the quick cases take less than half a minute on two cores
+};
+
+/// The whole catalogue, in order.
+const std::vector<StabilityCase>& stability_cases();
+
+/// What a user's own scene must stand: it is changed in ways that do not change its light.
+const std::vector<StabilityCase>& metamorphic_cases();
+
+enum class StabilityVerdict { passed, failed, skipped };
+
+struct StabilityOutcome {
+    StabilityVerdict verdict = StabilityVerdict::failed;
+    double figure = 0.0;   ///< the worst of what was measured, to be compared with the tolerance
+    std::string measured;  ///< in words: the figure's unit and where it was found, or what else went wrong
+    double seconds = 0.0;
+    std::string saved;     ///< folder of the reproducer; "" if none was made
+};
+
+/// What the cases run on. GL and threads are those of the caller.
+struct StabilityMachine {
+    GlContext& gl;
+    ThreadPool& pool;
+    std::string program;      ///< an rcsplat to start as a process of its own; "": cases that need one are skipped
+    std::string save_folder;  ///< existing folder for reproducers of cases that fail; "": none are made
+};
+
+/// Runs one case. Whatever the case throws is its failure.
+/// @throws Error not_found: lists the cases there are
+StabilityOutcome run_stability_case(const StabilityMachine& machine, const std::string& id);
+
+/// Runs one of metamorphic_cases() on a view of a scene.
+/// @param options  how to render; the splat method and layers are chosen by the case
+StabilityOutcome run_metamorphic_case(const StabilityMachine& machine, const std::string& id, const Scene& scene,
+                                      const Camera& camera, const RenderOptions& options);
+
+}  // namespace rcs

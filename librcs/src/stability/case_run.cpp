@@ -1,0 +1,273 @@
+#include "stability/case_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+#include "rcs/error.h"
+#include "rcs/image_io.h"
+#include "rcs/ray_scene.h"
+#include "stability/export_glb.h"
+#include "util/color.h"
+
+namespace rcs::stability {
+
+struct CaseRun::Folder {
+    std::string path;
+    Folder()
+    {
+        path = (std::filesystem::temp_directory_path() / "rcs-stability-XXXXXX").string();
+        if (::mkdtemp(path.data()) == nullptr)
+            throw Error(ErrorCode::io, "cannot make a temporary folder " + path);
+    }
+    ~Folder()
+    {
+        std::error_code ignored;
+        std::filesystem::remove_all(path, ignored);
+    }
+    Folder(const Folder&) = delete;
+    Folder& operator=(const Folder&) = delete;
+};
+
+CaseRun::CaseRun(const StabilityMachine& machine, const StabilityCase& says) : machine_(machine), says_(says) {}
+
+const std::string& CaseRun::folder()
+{
+    if (!folder_)
+        folder_ = std::make_shared<Folder>();
+    return folder_->path;
+}
+
+RenderResult CaseRun::render(const Scene& scene, const RenderOptions& options, const std::string& label)
+{
+    return render(scene, scene.cameras.at(0), options, label, machine_.pool);
+}
+
+RenderResult CaseRun::render(const Scene& scene, const Camera& camera, const RenderOptions& options,
+                             const std::string& label, ThreadPool& pool, std::vector<Record> cache)
+{
+    validate(scene);
+    if (!machine_.save_folder.empty() && !scene_) {
+        scene_ = scene;
+        camera_ = camera;
+    }
+    const RayScene rays = build_ray_scene(scene, pool);
+    RenderResult result = rcs::render(machine_.gl, rays, camera, options, pool, std::move(cache));
+    check_layers(result, label);
+    if (!machine_.save_folder.empty())
+        pictures_.push_back({label, result.image});
+    return result;
+}
+
+void CaseRun::check_layers(const RenderResult& result, const std::string& label)
+{
+    for (const auto& [name, layer] : result.image.layers) {
+        std::size_t bad = 0;
+        for (const float value : layer.pixels) {
+            const bool far = name == "depth" && value == std::numeric_limits<float>::infinity();
+            bad += !((std::isfinite(value) || far) && (value >= 0.0f || name == "normal"));
+        }
+        require(bad == 0, label + ": " + std::to_string(bad) + " values of layer " + name + " are negative or not finite");
+    }
+    require(result.stats.unserved_pixels == 0,
+            label + ": " + std::to_string(result.stats.unserved_pixels) + " pixels that no record serves");
+}
+
+void CaseRun::figure(double value, const std::string& words)
+{
+    if (value > figure_ || std::isnan(value) || worst_.empty()) {
+        figure_ = std::isnan(value) ? std::numeric_limits<double>::infinity() : value;
+        worst_ = words;
+    }
+}
+
+void CaseRun::require(bool holds, const std::string& words)
+{
+    if (!holds)
+        wrong_.push_back(words);
+}
+
+void CaseRun::skip(const std::string& why) { skipped_ = why; }
+
+void CaseRun::note(const std::string& words) { notes_ += (notes_.empty() ? "" : "; ") + words; }
+
+StabilityOutcome CaseRun::finish()
+{
+    StabilityOutcome outcome;
+    outcome.figure = figure_;
+    outcome.measured = worst_;
+    if (!notes_.empty())
+        outcome.measured += (outcome.measured.empty() ? "" : "; ") + notes_;
+    for (const std::string& words : wrong_)
+        outcome.measured += (outcome.measured.empty() ? "" : "; ") + words;
+    if (!skipped_.empty()) {
+        outcome.verdict = StabilityVerdict::skipped;
+        outcome.measured = skipped_;
+        return outcome;
+    }
+    const bool passed = wrong_.empty() && figure_ <= says_.tolerance;
+    outcome.verdict = passed ? StabilityVerdict::passed : StabilityVerdict::failed;
+    if (!passed && !machine_.save_folder.empty())
+        outcome.saved = save();
+    return outcome;
+}
+
+/// The scene, the pictures and a page that says what was expected: enough for someone who has not this machine.
+std::string CaseRun::save() const
+{
+    const std::filesystem::path folder = std::filesystem::path(machine_.save_folder) / says_.id;
+    std::filesystem::create_directories(folder);
+    std::ofstream page(folder / "README.md");
+    page << "# " << says_.id << ": " << says_.name << "\n\nExpected: " << says_.expectation << ", to "
+         << text_of(says_.tolerance) << " (" << says_.reason << ").\n\nMeasured: " << text_of(figure_) << ". " << worst_ << "\n";
+    for (const std::string& words : wrong_)
+        page << "\n- " << words << "\n";
+    page << "\nOpenGL: " << machine_.gl.renderer() << ", " << machine_.gl.version() << "\n";
+    if (scene_) {
+        const std::string left_out = export_glb(*scene_, (folder / "scene.glb").string());
+        page << "\nThe first scene rendered, and its first picture again:\n\n    rcsplat render scene.glb --camera '"
+             << camera_->name << "' --aa 1 -o again.exr\n";
+        if (!left_out.empty())
+            page << "\nscene.glb lacks " << left_out << ".\n";
+    }
+    page << "\nThe case again:\n\n    rcsplat doctor --case " << says_.id << "\n";
+    int number = 0;
+    for (const Kept& kept : pictures_) {
+        const std::string file = std::to_string(number++) + ".exr";
+        ImageFileOptions exact;
+        exact.format = PixelFormat::full_float;
+        write_exr((folder / file).string(), kept.image, exact);
+        page << "\n" << file << ": " << kept.label << "\n";
+    }
+    if (!page.flush())
+        throw Error(ErrorCode::io, "cannot write to " + folder.string());
+    return folder.string();
+}
+
+RenderOptions small_options(int size, SplatMethod method)
+{
+    RenderOptions options;
+    options.width = options.height = size;
+    options.aa = 1;
+    options.splat = method;
+    return options;
+}
+
+std::string name_of(SplatMethod method) { return method == SplatMethod::quads ? "quads" : "tiles"; }
+
+std::string text_of(double value)
+{
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g", value);
+    return text;
+}
+
+namespace {
+
+double luminance_at(const Image& image, std::size_t pixel)
+{
+    const float* p = image.pixels.data() + pixel * static_cast<std::size_t>(image.channels);
+    return static_cast<double>(image.channels >= 3 ? luminance({p[0], p[1], p[2]}) : p[0]);
+}
+
+std::size_t size_of(const Image& image)
+{
+    return static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
+}
+
+}  // namespace
+
+Spread spread_of(const LayeredImage& image, const std::string& layer, int channel)
+{
+    const Image& values = image.layers.at(layer);
+    const Image& beauty = image.layers.at("beauty");
+    Spread s;
+    s.low = std::numeric_limits<double>::infinity();
+    s.high = -s.low;
+    for (int y = 0; y < values.height; ++y) {
+        for (int x = 0; x < values.width; ++x) {
+            if (beauty.at(x, y)[3] < 1.0f)
+                continue;
+            const double value = static_cast<double>(values.at(x, y)[channel]);
+            s.low = std::min(s.low, value);
+            s.high = std::max(s.high, value);
+            s.mean += value;
+            ++s.pixels;
+        }
+    }
+    s.mean /= s.pixels > 0 ? s.pixels : 1;
+    return s;
+}
+
+double worst_deviation(const LayeredImage& image, const std::string& layer, double expected)
+{
+    const Spread s = spread_of(image, layer);
+    return s.pixels > 0 ? std::max(std::abs(s.low - expected), std::abs(s.high - expected)) / expected
+                        : std::numeric_limits<double>::quiet_NaN();
+}
+
+double difference_of_means(const LayeredImage& a, const LayeredImage& b, const std::string& layer)
+{
+    double sum_a = 0.0, sum_b = 0.0;
+    for (std::size_t i = 0; i < size_of(a.layers.at(layer)); ++i) {
+        sum_a += luminance_at(a.layers.at(layer), i);
+        sum_b += luminance_at(b.layers.at(layer), i);
+    }
+    return sum_a == sum_b ? 0.0 : std::abs(sum_a / sum_b - 1.0);
+}
+
+double mean_difference(const LayeredImage& a, const LayeredImage& b, const std::string& layer)
+{
+    double sum = 0.0, sum_b = 0.0;
+    for (std::size_t i = 0; i < size_of(a.layers.at(layer)); ++i) {
+        const double value = luminance_at(b.layers.at(layer), i);
+        sum += std::abs(luminance_at(a.layers.at(layer), i) - value);
+        sum_b += value;
+    }
+    return sum == 0.0 ? 0.0 : sum / sum_b;
+}
+
+double worst_difference(const LayeredImage& a, const LayeredImage& b, const std::string& layer)
+{
+    const std::vector<float>& x = a.layers.at(layer).pixels;
+    const std::vector<float>& y = b.layers.at(layer).pixels;
+    double worst = 0.0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        const double difference = std::abs(static_cast<double>(x[i]) - static_cast<double>(y[i]));
+        if (difference != 0.0)
+            worst = std::max(worst, difference / static_cast<double>(std::max(std::abs(x[i]), std::abs(y[i]))));
+    }
+    return worst;
+}
+
+bool same_bits(const LayeredImage& a, const LayeredImage& b, std::string& which)
+{
+    for (const auto& [name, layer] : a.layers) {
+        const auto other = b.layers.find(name);
+        if (other == b.layers.end() || other->second.pixels != layer.pixels) {
+            which = name;
+            return false;
+        }
+    }
+    return a.layers.size() == b.layers.size();
+}
+
+double polygon_irradiance(const std::vector<glm::dvec3>& corners, glm::dvec3 point, glm::dvec3 normal)
+{
+    double sum = 0.0;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+        const glm::dvec3 a = glm::normalize(corners[i] - point);
+        const glm::dvec3 b = glm::normalize(corners[(i + 1) % corners.size()] - point);
+        const glm::dvec3 across = glm::cross(a, b);
+        const double sine = glm::length(across);
+        if (sine > 0.0)
+            sum += std::atan2(sine, glm::dot(a, b)) * glm::dot(across / sine, normal);
+    }
+    return 0.5 * std::abs(sum);
+}
+
+}  // namespace rcs::stability

@@ -1,0 +1,106 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rcs/stability.h"
+
+namespace rcs::stability {
+
+/// What a case works with: renders, and a note of what was measured and what was wrong.
+class CaseRun {
+public:
+    CaseRun(const StabilityMachine& machine, const StabilityCase& says);
+
+    GlContext& gl() const { return machine_.gl; }
+    ThreadPool& pool() const { return machine_.pool; }
+    const std::string& program() const { return machine_.program; }
+
+    /// Renders the scene's first camera. Whatever is not finite or negative in any layer, and any pixel that no record
+    /// serves, is noted as wrong. The picture is kept for the reproducer. @param label  of it
+    RenderResult render(const Scene& scene, const RenderOptions& options, const std::string& label = "picture");
+    RenderResult render(const Scene& scene, const Camera& camera, const RenderOptions& options, const std::string& label,
+                        ThreadPool& pool, std::vector<Record> cache = {});
+
+    /// Notes a deviation; the worst one is the case's figure. NaN is worse than anything.
+    void figure(double value, const std::string& words);
+    /// Notes what does not hold.
+    void require(bool holds, const std::string& words);
+    void skip(const std::string& why);
+    /// Adds to the words, whatever the outcome.
+    void note(const std::string& words);
+
+    /// A folder of its own, removed at the end.
+    const std::string& folder();
+
+    StabilityOutcome finish();
+
+private:
+    struct Kept {
+        std::string label;
+        LayeredImage image;
+    };
+    void check_layers(const RenderResult& result, const std::string& label);
+    std::string save() const;
+
+    const StabilityMachine& machine_;
+    const StabilityCase& says_;
+    double figure_ = 0.0;
+    std::string worst_, notes_, skipped_;
+    std::vector<std::string> wrong_;
+    std::vector<Kept> pictures_;
+    std::optional<Scene> scene_;
+    std::optional<Camera> camera_;
+    struct Folder;
+    std::shared_ptr<Folder> folder_;
+};
+
+/// A row of the catalogue with what runs it.
+struct SuiteCase {
+    StabilityCase says;
+    std::function<void(CaseRun&)> run;
+};
+// One a file of this folder.
+std::vector<SuiteCase> light_transport_cases();
+std::vector<SuiteCase> record_cases();
+std::vector<SuiteCase> view_cases();
+std::vector<SuiteCase> geometry_cases();
+std::vector<SuiteCase> light_and_material_cases();
+std::vector<SuiteCase> time_cases();
+std::vector<SuiteCase> machine_cases();
+
+/// Small pictures at pixel centres with the options' defaults otherwise.
+RenderOptions small_options(int size, SplatMethod method = SplatMethod::tiles);
+
+inline constexpr SplatMethod kBothMethods[] = {SplatMethod::tiles, SplatMethod::quads};
+std::string name_of(SplatMethod method);
+/// "0.00123", three digits.
+std::string text_of(double value);
+
+// Measures. All take one channel, and pixels that the first image's beauty covers wholly.
+
+/// Mean, least and most.
+struct Spread {
+    double mean = 0.0, low = 0.0, high = 0.0;
+    int pixels = 0;
+};
+Spread spread_of(const LayeredImage& image, const std::string& layer, int channel = 0);
+/// Largest relative distance of any pixel from `expected`.
+double worst_deviation(const LayeredImage& image, const std::string& layer, double expected);
+/// |mean(a) / mean(b) - 1| over all pixels, on luminance; 0 where both are black.
+double difference_of_means(const LayeredImage& a, const LayeredImage& b, const std::string& layer);
+/// mean |a - b| / mean(b) over all pixels, on luminance; 0 where both are black.
+double mean_difference(const LayeredImage& a, const LayeredImage& b, const std::string& layer);
+/// Largest |a - b| / max(a, b), over channels and pixels.
+double worst_difference(const LayeredImage& a, const LayeredImage& b, const std::string& layer);
+/// Whether every layer has the same bits; the first that has not is named in `which`.
+bool same_bits(const LayeredImage& a, const LayeredImage& b, std::string& which);
+
+/// Irradiance from a polygon of radiance 1 whose corners all lie above the point's horizon: Lambert's formula, in double
+/// precision, written for this suite alone. The sign of the winding does not count.
+double polygon_irradiance(const std::vector<glm::dvec3>& corners, glm::dvec3 point, glm::dvec3 normal);
+
+}  // namespace rcs::stability

@@ -1,0 +1,83 @@
+// Group F: frames of an animation, as far as there is one: posed scenes, and records handed from frame to frame.
+#include <cmath>
+
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "stability/case_run.h"
+#include "stability/metamorphic.h"
+#include "stability/scenes.h"
+
+namespace rcs::stability {
+namespace {
+
+void static_frames(CaseRun& run)
+{
+    const Scene scene = furnished_room();
+    const RenderOptions options = small_options(64);
+    const RenderResult first = run.render(scene, options, "frame 1");
+    std::vector<Record> kept = first.records;
+    for (int frame = 2; frame <= 4; ++frame) {
+        const RenderResult next = run.render(scene, scene.cameras[0], options, "frame " + std::to_string(frame), run.pool(), kept);
+        std::string layer;
+        run.figure(same_bits(next.image, first.image, layer) ? 0.0 : 1.0, "frames with other bits" + (layer.empty() ? "" : ", in layer " + layer));
+        run.require(next.stats.records.records == 0, "frame " + std::to_string(frame) + " gathers " + std::to_string(next.stats.records.records) + " records");
+        kept = next.records;
+    }
+}
+
+void moving_camera(CaseRun& run)
+{
+    Scene scene = furnished_room();
+    const RenderOptions options = small_options(64);
+    std::vector<Record> kept;
+    for (int frame = 0; frame < 5; ++frame) {
+        scene.cameras = {look_at_camera("camera", {1.2 - 0.1 * frame, 1.6, 1.8 - 0.05 * frame}, {-0.3, 0.8, -0.5}, 1.1)};
+        const std::string name = "frame " + std::to_string(frame);
+        const RenderResult alone = run.render(scene, options, name + " by itself");
+        const RenderResult shot = run.render(scene, scene.cameras[0], options, name + " of the shot", run.pool(), kept);
+        kept = shot.records;
+        const double difference = mean_difference(shot.image, alone.image, "indirect");
+        // Both have their error; together at most their sum.
+        run.figure(difference / (shot.stats.error.mean_relative + alone.stats.error.mean_relative), "difference of " + name + " over both estimated errors");
+    }
+}
+
+/// The room with its block somewhere else, and a lamp that is on or off.
+Scene frame_of(double time)
+{
+    Scene scene = furnished_room();
+    scene.instances[1].world_from_object = glm::translate(glm::dmat4(1.0), glm::dvec3(0.8 * time, 0.0, 0.0));
+    if (time > 0.5)
+        scene.lights.push_back(point_light({-1.5, 2.0, 1.0}, {3.0f, 1.0f, 0.5f}));
+    return scene;
+}
+
+void frames_know_nothing_of_each_other(CaseRun& run)
+{
+    const RenderOptions options = small_options(64);
+    for (const double time : {0.0, 0.4, 1.0}) {
+        const LayeredImage alone = run.render(frame_of(time), options, "alone").image;
+        LayeredImage after;
+        for (const double earlier : {1.0, 0.0, time})
+            after = run.render(frame_of(earlier), options, "after others").image;
+        std::string layer;
+        run.figure(same_bits(alone, after, layer) ? 0.0 : 1.0, "frames with other bits" + (layer.empty() ? "" : ", in layer " + layer));
+    }
+    const LayeredImage dark = run.render(frame_of(0.4), options, "lamp off").image, lit = run.render(frame_of(1.0), options, "lamp on").image;
+    run.require(mean_difference(lit, dark, "direct") > 0.1, "the frames do not differ at all");
+}
+
+}  // namespace
+
+std::vector<SuiteCase> time_cases()
+{
+    const std::string group = "time";
+    return {
+        {{"F1", group, "Four frames of a still scene that hand their records on", "records gathered again, pictures that drift", "same bits, records gathered once", 0.0, "nothing changes", true}, static_frames},
+        {{"F2", group, "A camera that moves through a still scene with its records", "records that serve another view wrongly", "each frame within the errors estimated for it and for the frame by itself", 1.0, "in mean over pixels", true}, moving_camera},
+        {{"F3", group, "An object moves and a lamp switches on: frames in any order (F3 to F5)", "ghosts and old light from the frame before", "each frame has the bits it has alone", 0.0,
+          "without handed records frames share nothing", true}, frames_know_nothing_of_each_other},
+    };
+}
+
+}  // namespace rcs::stability
