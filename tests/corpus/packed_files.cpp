@@ -81,14 +81,14 @@ void filtered_positions(Draft& d)
     pack(d, 0, packed_vertices(filtered, 4), 4, 12, {{"mode", "ATTRIBUTES"}, {"filter", "EXPONENTIAL"}});
 }
 
-/// The quad as Draco data with their ids. @param fault  changes the extension
-Corpus::Change draco_quad(const std::function<void(Draft&, Json& extension)>& fault = {})
+/// The quad as Draco data with their ids. @param fault  changes the extension  @param color  how its colours are held: a byte each
+Corpus::Change draco_quad(const std::function<void(Draft&, Json& extension)>& fault = {}, draco::DataType color = draco::DT_UINT8)
 {
     return [=](Draft& d) {
         draco::TriangleSoupMeshBuilder builder;
         builder.Start(2);
         const int positions = builder.AddAttribute(draco::GeometryAttribute::POSITION, 3, draco::DT_FLOAT32);
-        const int colors = builder.AddAttribute(draco::GeometryAttribute::COLOR, 4, draco::DT_UINT8);
+        const int colors = builder.AddAttribute(draco::GeometryAttribute::COLOR, 4, color);
         const auto corner = [](unsigned i) { return kQuad.data() + 3 * i; };
         const std::array<std::uint8_t, 4> red = {255, 0, 0, 255};
         for (unsigned face = 0; face < 2; ++face) {
@@ -171,6 +171,7 @@ void add_packed_files(Corpus& c)
     c.fails("draco_without_indices", "'indices'", draco_quad([](Draft& d, Json&) { d.primitive.erase("indices"); }));
     c.fails("draco_view_unknown", "'bufferView'", draco_quad([](Draft&, Json& e) { e["bufferView"] = 99; }));
     c.fails("draco_without_attributes", "attributes", draco_quad([](Draft&, Json& e) { e.erase("attributes"); }));
+    c.fails("draco_of_truth_values", "COLOR_0 as true or false", draco_quad({}, draco::DT_BOOL));
 }
 
 }  // namespace rcs::test

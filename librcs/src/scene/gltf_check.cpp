@@ -116,7 +116,7 @@ void check_images(const GltfDocument& document, GltfSource& source)
 }
 
 /// Decodes once for the check alone: tinygltf decodes again, but would follow an attribute that the data
-/// lack, or one of more than four components.
+/// lack, or one of more than four components, and read any byte as a truth value.
 void check_draco(const GltfDocument& document, const GltfSource& source, const Json& primitive,
                  const Json& compressed, const std::string& what)
 {
@@ -163,6 +163,9 @@ void check_draco(const GltfDocument& document, const GltfSource& source, const J
                                     : nullptr;
         if (!attribute || attribute->num_components() < 1 || attribute->num_components() > 4) {
             bad_file(document.file, what + ": its Draco data have no attribute " + id.dump() + " for " + name);
+        }
+        if (attribute->data_type() == draco::DT_BOOL) {
+            bad_file(document.file, what + ": its Draco data hold " + name + " as true or false, expected numbers");
         }
     }
 }
