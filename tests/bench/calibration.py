@@ -25,8 +25,8 @@ from scipy.stats import spearmanr
 LUMINANCE = numpy.array([0.2126, 0.7152, 0.0722])
 SEEDS = 101, 202
 # File, camera, paths a pixel of each reference.
-VIEWS = [("sponza.glb", "atrium", 2048), ("sibenik.glb", "nave", 512), ("castle.glb", "gate", 1024), ("cornell-box.glb", "", 512),
-         ("demo:cornell", "", 512), ("demo:atrium", "", 512), ("demo:spheres", "", 4096)]
+VIEWS = [("sponza.glb", "atrium", 2048), ("sibenik.glb", "nave", 4096), ("castle.glb", "gate", 1024), ("cornell-box.glb", "", 4096),
+         ("demo:cornell", "", 4096), ("demo:atrium", "", 4096), ("demo:spheres", "", 4096)]
 SETTINGS = ["--accuracy 0.15 --rays 32 --noise 1", "--accuracy 0.4 --rays 1024 --noise 1",
             "--accuracy 0.2 --rays 128 --noise 0.06", "--accuracy 0.15 --rays 256 --noise 1"]
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "light/direct.h"
+#include "radiance/lobes.h"
 #include "rcs/error.h"
 
 namespace rcs {
@@ -34,11 +35,21 @@ double seconds_of(const RenderStats& stats, const char* stage)
     return 0.0;
 }
 
+/// Part of the pixels whose lobes records light.
+double part_with_lobes(const FirstView& first)
+{
+    const std::vector<Bsdf>& bsdf = first.shading.bsdf;
+    if (!first.has_lobes || bsdf.empty())
+        return 0.0;
+    const auto lit = std::count_if(bsdf.begin(), bsdf.end(), [](const Bsdf& b) { return lit_by_records(b); });
+    return static_cast<double>(lit) / static_cast<double>(bsdf.size());
+}
+
 /// What follows the first view's records, in looks at the error: each view is splatted, its error estimated, its layers added
 /// up; further ones are searched for holes as well.
-double looks_after(int passes, bool has_lobes)
+double looks_after(int passes, double lobes)
 {
-    return passes * ((has_lobes ? kSplatWithLobes : 1.0) + 0.5) + (passes - 1) * 2.0;
+    return passes * (std::lerp(1.0, kSplatWithLobes, lobes) + 0.5) + (passes - 1) * 2.0;
 }
 
 /// The smallest error that takes no more than `seconds`.
@@ -63,6 +74,22 @@ Goal::Goal(const RenderOptions& options)
 double Goal::elapsed() const
 {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+}
+
+bool Goal::wants_pass(int done)
+{
+    if (options_.budget_seconds > 0.0 && done > 0) {
+        const double now = elapsed(), left = options_.budget_seconds - now;
+        if (done > 1)
+            pass_seconds_ = now - pass_ended_;
+        pass_ended_ = now;
+        // One that would end too late by more than there is left is left out, one that fits is added.
+        if (done < passes_ ? pass_seconds_ > 2.0 * left : pass_seconds_ > left)
+            passes_ = done;
+        else
+            passes_ = std::min(std::max(passes_, done + 1), options_.aa);
+    }
+    return done < passes_;
 }
 
 DirectOptions Goal::afford(const RayScene& rays, const FirstView& first, const DirectOptions& options, ThreadPool& pool) const
@@ -128,14 +155,16 @@ std::optional<RecordGoal> Goal::set(const FirstView& first, const RecordForecast
                                     const ForecastFunction& tell)
 {
     const double budget = options_.budget_seconds, before = elapsed();
+    const double lobes = part_with_lobes(first);
     const double pass_seconds = seconds_of(stats, "gbuffer") + seconds_of(stats, "direct") + seconds_of(stats, "glossy");
     const auto rest_of = [&](int passes) {
-        return looks_after(passes, first.has_lobes) * records.look_seconds + (passes - 1) * pass_seconds;
+        return looks_after(passes, lobes) * records.look_seconds + (passes - 1) * pass_seconds;
     };
     const auto passes_cost = [&] { return rest_of(passes_) - rest_of(1); };
     while (budget > 0.0 && passes_ > 1 && passes_cost() > kMostForPasses * (budget - before - rest_of(1)))
         --passes_;
     const double rest = rest_of(passes_);
+    pass_seconds_ = rest_of(2) - rest_of(1);
 
     PassLight light = first.light;
     light.indirect = records.sums;
@@ -169,11 +198,11 @@ std::optional<RecordGoal> Goal::set(const FirstView& first, const RecordForecast
     if (round_seconds > 0.0) {
         // Time goes where the error is.
         const double share = of_lobes / (of_lobes + of_records);
-        const double for_light = std::max(0.0, left - looks_after(passes_, first.has_lobes) * records.look_seconds);
+        const double for_light = std::max(0.0, left - looks_after(passes_, lobes) * records.look_seconds);
         lobe_rounds_ = 1 + static_cast<int>(std::min(share * for_light / round_seconds, kMostLobeRounds * 1.0));
         left -= (lobe_rounds_ - 1) * round_seconds;
     }
-    return RecordGoal{options_.target_error, std::max(1e-3, left), looks_after(passes_, first.has_lobes), forecast.goal_error};
+    return RecordGoal{options_.target_error, std::max(1e-3, left), looks_after(passes_, lobes), forecast.goal_error};
 }
 
 void Goal::place(const RayScene& rays, const FirstView& first, ThreadPool& pool, const LightCache* cache,
@@ -188,7 +217,7 @@ void Goal::place(const RayScene& rays, const FirstView& first, ThreadPool& pool,
     };
     Placement placement(rays, first.gbuffer, first.view, overture(options), pool, records, stats.records, cache, report);
     const double most = options_.budget_seconds > 0.0 ? std::max(1e-3, kMostForOverture * (options_.budget_seconds - elapsed())) : 0.0;
-    place_to_goal(placement, first.view, options_.overlap, most, pool, records, stats.records,
+    place_to_goal(placement, first.view, options_.overlap, most, options_.budget_seconds > 0.0 ? 0.0 : options_.target_error, pool, records, stats.records,
                   [&](const RecordForecast& cost) { return set(first, cost, stats, forecast); });
     options = placement.options();
 }

@@ -27,6 +27,8 @@ public:
 
     bool is_set() const { return options_.target_error > 0.0 || options_.budget_seconds > 0.0; }
     int passes() const { return passes_; }
+    /// Asked before each pass, with how many are done. With a budget passes() follows what they really take.
+    bool wants_pass(int done);
     /// With a budget too short for all shadow rays: fewer. Asked before the first view's direct light.
     DirectOptions afford(const RayScene& rays, const FirstView& first, const DirectOptions& options, ThreadPool& pool) const;
     /// How often the first view's lobes are traced before wants_more_lobes() is asked.
@@ -55,6 +57,7 @@ private:
     const RenderOptions& options_;
     std::chrono::steady_clock::time_point start_;
     int passes_;
+    double pass_seconds_ = 0.0, pass_ended_ = 0.0;  ///< what a further pass takes; when the last one was done [s]
     int lobe_rounds_ = 1;
     bool stopped_ = false;
 };

@@ -217,7 +217,7 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
     std::optional<LightCache> light_cache;
     int lobe_rounds = 1;  // of tracing, in each pass
     std::optional<SharedSamples> shared;  // by passes after the first
-    for (int pass = 0; pass < goal.passes(); ++pass) {
+    for (int pass = 0; goal.wants_pass(pass); ++pass) {
         const View& view = views[static_cast<std::size_t>(pass)];
         Shading shading;
         GBuffer gbuffer =

@@ -86,11 +86,11 @@ std::vector<float> densities(std::span<const RecordShare> shares, double part, f
     };
     double now = 0.0;
     for (const RecordShare& s : shares)
-        now += static_cast<double>(s.area * s.spread);
+        now += static_cast<double>(s.count * s.area * s.spread);
     const double level = least(1e-6, 1e6, [&](double tried) {
         double then = 0.0;
         for (const RecordShare& s : shares)
-            then += static_cast<double>(s.area * spread_at(s, density(s, tried)));
+            then += static_cast<double>(s.count * s.area * spread_at(s, density(s, tried)));
         return then <= part * now;
     });
     std::vector<float> result;

@@ -11,6 +11,7 @@
 
 #include "rcs/metrics.h"
 #include "records/allotment.h"
+#include "records/forecast.h"
 #include "splat/gpu_records.h"
 #include "util/color.h"
 
@@ -19,34 +20,29 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kStep = 0.7;            // of the error, from one look at it to the next
-constexpr double kShareOfSpread = 0.6;   // of the error: errors add up squared, and rays show more of it
 constexpr double kNearGoal = 1.05;       // times the goal: nearer, rays alone are enough
 constexpr float kHardlyMore = 1.05f;     // times the closest spacing: as close as they may
 constexpr double kHardlyLess = 0.95;     // times what it was: a step that does no more is the last of its kind
-constexpr float kRaysOfRecord = 100.0f;  // finding its place takes as long as so many
-constexpr std::size_t kPlanned = 8192;   // of the records are enough to plan by
 constexpr double kStalled = 0.995;       // times what it was, just before the goal
-constexpr double kMostMore = 4.0;        // rays of one step, over those so far
-constexpr double kLeastMore = 0.05;      // the same: the last step to the goal may promise to take next to none
 constexpr double kReached = 1.01;        // times the goal is there
-constexpr int kMostSharpenings = 3;      // in a step
-constexpr int kMostSteps = 24;
 constexpr int kMostRounds = 3;           // of the last step, each closer to its end
-constexpr float kMostRays = 16384.0f;    // per record
-constexpr float kMostDensity = 4.0f;     // of records in one round, over what it was
-constexpr float kMostForecast = 64.0f;   // ... in a forecast, in all
 constexpr double kCloserTakes = 3.0;     // times as long in all: records at half the least distance
-constexpr double kLooks = 1.5;           // at the error, in each step
-constexpr float kBehindNoise = 0.3f;     // of the noise, spread that shows once that is gone
-constexpr double kSharpening = 4.0;      // steps that bring records closer take as long as so many looks more
 constexpr float kLeastReach = 4.0f;      // least R_k of a record whose expansion disagrees with the others [px]
+constexpr double kLeastForecast = 0.005;
 constexpr double kLeastGoal = 1e-3;      // of a budget that could do more than anyone would see
 
 double seconds_since(Clock::time_point start)
 {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
+
+/// What one step may aim at and take.
+struct StepLimits {
+    double error = 0.0;   // mean relative: the goal, where it is nearer than a step
+    double likely = 0.0;  // what the time is thought to be enough for
+    bool has_budget = false;
+    std::function<double()> left;  // [s]
+};
 
 /// The work on one view's records, and what it costs.
 class Steering {
@@ -58,17 +54,15 @@ public:
     {
     }
 
-    void overture(double most_seconds);
-    double seconds_to(double error) const;
+    void overture(double most_seconds, double target);
     void reach(const RecordGoal& goal);
 
-    RecordForecast forecast() const
-    {
-        return {sums_, map_, look_seconds_, [this](double error) { return seconds_to(error); }};
-    }
+    RecordForecast forecast() const;
     const MeanErrors& errors() const { return errors_; }
 
 private:
+    bool step(const StepLimits& to);
+    double rays_to(double error) const;
     void look();
     void scale_shares(bool noise);
     std::vector<RecordShare> share_out() const;
@@ -92,6 +86,8 @@ private:
     std::vector<RecordShare> shares_;  // of the placement's records
     float noise_scale_ = 1.0f;         // of the picture, over what the records' neighbours promise
     double seconds_per_ray_ = 0.0, look_seconds_ = 0.0;
+    int steps_ = 0;
+    bool is_stalled_ = false;  // rays alone lower the error no more
 };
 
 /// The errors of the records as they are now.
@@ -146,7 +142,9 @@ std::vector<RecordShare> Steering::share_out() const
     return shares;
 }
 
-void Steering::overture(double most_seconds)
+/// Coarse records that serve every pixel, and the first step down from there where it is a part of the way only: it shows what
+/// rays cost and what hides behind their noise. @param target  0: a budget, of which this may take `most_seconds`
+void Steering::overture(double most_seconds, double target)
 {
     const Clock::time_point start = Clock::now();
     const std::uint64_t before = stats_.hemisphere_rays;
@@ -162,40 +160,27 @@ void Steering::overture(double most_seconds)
     seconds_per_ray_ = seconds_since(start) / static_cast<double>(std::max<std::uint64_t>(1, stats_.hemisphere_rays - before));
     look();
     scale_shares(true);
+    const double error = kStep * errors_.total;
+    const bool is_near = target > 0.0 ? error < kShareOfGoal * target
+                                      : seconds_since(start) + 2.0 * rays_to(error) * seconds_per_ray_ > most_seconds;
+    if (!is_near)
+        step({0.0, 0.0, false, [] { return std::numeric_limits<double>::infinity(); }});
 }
 
-double Steering::seconds_to(double error) const
+/// Rays of a step to that error.
+double Steering::rays_to(double error) const
 {
-    const double wanted = kShareOfGoal * error;
-    if (errors_.total <= wanted)
-        return 0.0;
-    // Some of the records say enough.
-    const std::size_t stride = (shares_.size() + kPlanned - 1) / kPlanned;
-    std::vector<RecordShare> shares;
-    for (std::size_t k = 0; k < shares_.size(); k += stride)
-        shares.push_back(shares_[k]);
-    double seen = 0.0, all = 0.0;
-    for (RecordShare& s : shares) {
-        seen += static_cast<double>(s.area * s.spread);
-        s.spread = std::hypot(s.spread, kBehindNoise * s.single / std::sqrt(s.rays));
-        all += static_cast<double>(s.area * s.spread);
-    }
-    const double spread = seen > 0.0 ? errors_.spread * all / seen : 0.0;
-    const double part = kShareOfSpread * wanted / std::max(spread, 1e-9);
-    const std::vector<float> density = densities(shares, part, kMostForecast);
-    double rays = 0.0;  // of closer records: they gather from scratch, and each makes a smaller part of the picture
-    for (std::size_t k = 0; k < shares.size(); ++k) {
-        RecordShare& s = shares[k];
-        s.spread = spread_at(s, density[k]);
-        s.area /= density[k];
-        s.count = density[k];
-        rays += static_cast<double>((density[k] - 1.0f) * (s.rays + kRaysOfRecord));
-    }
-    rays += allot_for_error(shares, wanted, std::numeric_limits<float>::infinity()).rays;
-    rays *= static_cast<double>(shares_.size()) / static_cast<double>(shares.size());
-    const double steps = std::ceil(std::log(wanted / errors_.total) / std::log(kStep));
-    const double sharpenings = part < 1.0 ? std::min(steps, 1.0 + std::ceil(std::log(part) / std::log(kStep))) : 0.0;
-    return rays * seconds_per_ray_ + (kLooks * steps + kSharpening * sharpenings) * look_seconds_;
+    return std::clamp(allot_for_error(shares_, error, kMostRays).rays, kLeastMore * all_rays(), kMostMore * all_rays());
+}
+
+RecordForecast Steering::forecast() const
+{
+    return {sums_, map_, look_seconds_,
+            [path = walk_ahead(shares_, static_cast<float>(placement_.rays()), kLeastForecast), per_ray = seconds_per_ray_,
+             look = look_seconds_](double error) {
+                const PathPoint to = read_path(path, kShareOfGoal * error);
+                return to.rays * per_ray + to.looks * look;
+            }};
 }
 
 /// Brings the mean error by spread down to `part` of what it is: takes reach from records whose extrapolations disagree, and
@@ -246,6 +231,35 @@ void Steering::use_up(const std::function<double()>& left)
         refine(allot_for_rays(shares_, left() / seconds_per_ray_, kMostRays));
 }
 
+/// One step down: records closer together where spread asks for it, then rays. @return whether another one is worth it
+bool Steering::step(const StepLimits& to)
+{
+    const double before = errors_.total, step_to = kStep * before;
+    const bool is_cut = to.error > step_to;
+    // Spread hides behind noise, and shows more of itself from step to step.
+    for (int k = 0; k < kMostSharpenings && before > kNearGoal * to.error && errors_.spread > kShareOfSpread * step_to; ++k) {
+        // Closer records than the time is enough for would only be noisy ones.
+        if (to.left() < 4.0 * look_seconds_ || (step_to < to.likely && !is_stalled_))
+            break;
+        const double spread = errors_.spread;
+        sharpen(kShareOfSpread * step_to / spread);
+        if (errors_.spread > kHardlyLess * spread)
+            break;
+    }
+    const double rays = rays_to(std::max(to.error, step_to));
+    const bool is_last = rays * seconds_per_ray_ + 2.0 * look_seconds_ > to.left() || (to.has_budget && steps_ + 1 == kMostSteps);
+    if (is_last) {
+        use_up(to.left);
+        return false;
+    }
+    refine(allot_for_rays(shares_, rays, kMostRays));
+    look();
+    scale_shares(true);
+    ++steps_;
+    is_stalled_ = errors_.total > (is_cut ? kStalled : kHardlyLess) * before;
+    return !is_stalled_ || to.has_budget;
+}
+
 /// Goes down steps that are the same for every goal; only the last one is cut short, to end at the goal itself. So a
 /// smaller goal takes all that a larger one does, and more.
 void Steering::reach(const RecordGoal& goal)
@@ -256,48 +270,20 @@ void Steering::reach(const RecordGoal& goal)
         return goal.seconds > 0.0 ? goal.seconds - goal.looks_after * look_seconds_ - seconds_since(start)
                                   : std::numeric_limits<double>::infinity();
     };
-    const bool has_budget = goal.seconds > 0.0;
-    bool is_stalled = false;  // rays alone lower the error no more
-    for (int step = 0; step < kMostSteps && errors_.total > kReached * wanted; ++step) {
-        const double before = errors_.total, step_to = kStep * before;
-        const bool is_cut = wanted > step_to;
-        const double aim = std::max(wanted, step_to);
-        // Spread hides behind noise, and shows more of itself from step to step.
-        for (int k = 0; k < kMostSharpenings && before > kNearGoal * wanted && errors_.spread > kShareOfSpread * step_to; ++k) {
-            // Closer records than the time is enough for would only be noisy ones.
-            if (left() < 4.0 * look_seconds_ || (step_to < goal.likely && !is_stalled))
-                break;
-            const double spread = errors_.spread, part = kShareOfSpread * step_to / spread;
-            sharpen(part);
-            if (errors_.spread > kHardlyLess * spread)
-                break;
-        }
-        const double rays = std::clamp(allot_for_error(shares_, aim, kMostRays).rays, kLeastMore * all_rays(),
-                                 kMostMore * all_rays());
-        const bool is_last = rays * seconds_per_ray_ + 2.0 * look_seconds_ > left() || (has_budget && step + 1 == kMostSteps);
-        if (is_last) {
-            use_up(left);
-            break;
-        }
-        refine(allot_for_rays(shares_, rays, kMostRays));
-        look();
-        scale_shares(true);
-        is_stalled = errors_.total > (is_cut ? kStalled : kHardlyLess) * before;
-        if (is_stalled && !has_budget)
-            break;
-    }
+    const StepLimits limits{wanted, goal.likely, goal.seconds > 0.0, left};
+    while (steps_ < kMostSteps && errors_.total > kReached * wanted && step(limits)) {}
     // Further views' records are judged one by one.
     placement_.options().noise_target = static_cast<float>(std::max(kLeastGoal, errors_.noise / kMeanAbsolute));
 }
 
 }  // namespace
 
-MeanErrors place_to_goal(Placement& placement, const View& view, float overlap, double overture_seconds, ThreadPool& pool,
+MeanErrors place_to_goal(Placement& placement, const View& view, float overlap, double overture_seconds, double target, ThreadPool& pool,
                          std::vector<Record>& records, RecordStats& stats,
                          const std::function<std::optional<RecordGoal>(const RecordForecast&)>& set_goal)
 {
     Steering steering(placement, view, overlap, pool, records, stats);
-    steering.overture(overture_seconds);
+    steering.overture(overture_seconds, target);
     if (const std::optional<RecordGoal> goal = set_goal(steering.forecast()))
         steering.reach(*goal);
     return steering.errors();

@@ -37,9 +37,10 @@ struct RecordGoal {
 ///        so that further views are filled alike
 /// @param overture_seconds  records of the overture start far apart and come closer while this lasts; 0: as close as
 ///        options() say at once
+/// @param target  mean relative error that is to be reached; 0: none, there is a budget
 /// @param set_goal  asked after the overture; none stops there
 /// @return the mean relative error reached, as estimated
-MeanErrors place_to_goal(Placement& placement, const View& view, float overlap, double overture_seconds, ThreadPool& pool,
+MeanErrors place_to_goal(Placement& placement, const View& view, float overlap, double overture_seconds, double target, ThreadPool& pool,
                          std::vector<Record>& records, RecordStats& stats,
                          const std::function<std::optional<RecordGoal>(const RecordForecast&)>& set_goal);
 
