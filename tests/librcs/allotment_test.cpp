@@ -31,7 +31,7 @@ double mean_noise(const std::vector<RecordShare>& shares, const std::vector<doub
 {
     double error = 0.0, area = 0.0;
     for (std::size_t k = 0; k < shares.size(); ++k) {
-        error += static_cast<double>(shares[k].area * shares[k].single) / std::sqrt(rays[k]);
+        error += static_cast<double>(shares[k].area * noise_with(shares[k], static_cast<float>(rays[k])));
         area += static_cast<double>(shares[k].area);
     }
     return kMeanAbsolute * error / area;
@@ -54,10 +54,10 @@ TEST(Allot, CostsLittleMoreThanTheLeastAndMuchLessThanEvenNoise)
             n *= (a.rays + static_cast<double>(shares.size())) / sum;
         return mean_noise(shares, rays);
     };
-    const double least = error_by_power(2.0 / 3.0, true);
+    const double least = error_by_power(1.0 / (1.0 + double{kNoiseFall}), true);
     EXPECT_LT(least, a.error);
     EXPECT_LT(a.error * a.error, 1.3 * least * least);
-    EXPECT_LT(a.error, 0.75 * error_by_power(2.0, false)) << "rays that make the noise the same everywhere";
+    EXPECT_LT(a.error, 0.75 * error_by_power(1.0 / double{kNoiseFall}, false)) << "rays that make the noise the same everywhere";
 }
 
 TEST(Allot, TakesNoRaysBackAndGivesNoneBeyondTheMost)

@@ -58,8 +58,8 @@ TEST(TargetError, CountsReflectionsThatAreTraced)
 {
     Stage stage("demo:spheres");
     const RenderStats loose = stage.render(small(0.3)).stats;
-    const RenderStats tight = stage.render(small(0.02)).stats;
-    EXPECT_LE(tight.error.mean_relative, 0.02 * 1.1);
+    const RenderStats tight = stage.render(small(0.012)).stats;
+    EXPECT_LE(tight.error.mean_relative, 0.012 * 1.1);
     EXPECT_GT(tight.traced.rays, loose.traced.rays);
 }
 

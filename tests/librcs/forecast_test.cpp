@@ -33,7 +33,7 @@ TEST(WalkAhead, StartsAtTheErrorThatIsSeen)
 {
     for (const float spread : {0.0f, 0.05f, 0.5f}) {
         const std::vector<RecordShare> shares = some_shares(500, spread);
-        const std::vector<PathPoint> path = walk_ahead(shares, kGather, 0.01);
+        const std::vector<PathPoint> path = walk_ahead(shares, kGather, 1.0, 0.01);
         EXPECT_NEAR(path.front().error, allot(shares, 0.0, kMostRays).error, 1e-6);
         EXPECT_EQ(path.front().rays, 0.0);
         EXPECT_EQ(path.front().looks, 0.0);
@@ -44,7 +44,7 @@ TEST(WalkAhead, StartsAtTheErrorThatIsSeen)
 TEST(WalkAhead, TakesNoFewerRaysThanTheNoiseAlone)
 {
     const std::vector<RecordShare> shares = some_shares(1000, 0.0f);
-    const std::vector<PathPoint> path = walk_ahead(shares, kGather, 0.01);
+    const std::vector<PathPoint> path = walk_ahead(shares, kGather, 1.0, 0.01);
     for (const double error : {0.06, 0.03, 0.02})
         EXPECT_GE(read_path(path, error).rays, allot_for_error(shares, error, kMostRays).rays) << error;
 }
@@ -54,7 +54,7 @@ TEST(WalkAhead, TakesMoreWithMoreSpread)
 {
     double rays = 0.0;
     for (const float spread : {0.0f, 0.05f, 0.1f, 0.2f}) {
-        const std::vector<PathPoint> path = walk_ahead(some_shares(1000, spread), kGather, 0.02);
+        const std::vector<PathPoint> path = walk_ahead(some_shares(1000, spread), kGather, 1.0, 0.02);
         const PathPoint to = read_path(path, 0.03);
         EXPECT_GT(to.rays, rays) << spread;
         rays = to.rays;
@@ -63,14 +63,23 @@ TEST(WalkAhead, TakesMoreWithMoreSpread)
 
 TEST(WalkAhead, NeedsOnlyASampleOfManyShares)
 {
-    const std::vector<PathPoint> few = walk_ahead(some_shares(1500, 0.1f), kGather, 0.02);
-    const std::vector<PathPoint> many = walk_ahead(some_shares(60'000, 0.1f), kGather, 0.02);
+    const std::vector<PathPoint> few = walk_ahead(some_shares(1500, 0.1f), kGather, 1.0, 0.02);
+    const std::vector<PathPoint> many = walk_ahead(some_shares(60'000, 0.1f), kGather, 1.0, 0.02);
     EXPECT_NEAR(read_path(many, 0.04).rays / (40.0 * read_path(few, 0.04).rays), 1.0, 0.15);
+}
+
+TEST(WalkAhead, TakesMoreWhereStepsComeLessFar)
+{
+    const std::vector<RecordShare> shares = some_shares(1000, 0.1f);
+    const PathPoint far = read_path(walk_ahead(shares, kGather, 1.0, 0.02), 0.04);
+    EXPECT_GT(read_path(walk_ahead(shares, kGather, progress_of_step(0.95), 0.02), 0.04).rays, far.rays);
+    EXPECT_EQ(progress_of_step(kStep), 1.0);
+    EXPECT_EQ(progress_of_step(1.2), progress_of_step(1.0)) << "not below what is believed";
 }
 
 TEST(ReadPath, AsksForMoreTheSmallerTheErrorBeyondItsEndAsWell)
 {
-    const std::vector<PathPoint> path = walk_ahead(some_shares(1000, 0.1f), kGather, 0.02);
+    const std::vector<PathPoint> path = walk_ahead(some_shares(1000, 0.1f), kGather, 1.0, 0.02);
     EXPECT_EQ(read_path(path, 2.0 * path.front().error).rays, 0.0);
     PathPoint before;
     for (double error = path.front().error; error > 0.25 * path.back().error; error *= 0.9) {
@@ -80,7 +89,7 @@ TEST(ReadPath, AsksForMoreTheSmallerTheErrorBeyondItsEndAsWell)
         before = to;
     }
     const PathPoint end = path.back(), half = read_path(path, 0.5 * end.error);
-    EXPECT_NEAR(half.rays, 4.0 * end.rays, 1e-6 * half.rays);
+    EXPECT_NEAR(half.rays, std::pow(2.0, 1.0 / double{kNoiseFall}) * end.rays, 1e-6 * half.rays);
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ namespace rcs {
 namespace {
 
 constexpr int kBisections = 40;
-constexpr double kPowerOfRays = 0.8;
+constexpr double kPowerOfRays = 0.7;
 constexpr double kNearFloor = 1.05;  // what spread alone leaves: nearer it, rays do little
 
 /// The least value in [low, high] for which `enough` holds, which does for all greater ones; `high` if for none.
@@ -56,7 +56,7 @@ Allotment allot(std::span<const RecordShare> shares, double level, float most)
         return result;
     for (const RecordShare& s : shares) {
         const float rays = rays_at(s, level, most);
-        const float noise = s.single / std::sqrt(rays);
+        const float noise = noise_with(s, rays);
         result.error += kMeanAbsolute * static_cast<double>(s.count * s.area * std::hypot(noise, s.spread)) / area;
         result.rays += static_cast<double>(s.count * (rays - s.rays));
     }

@@ -24,7 +24,8 @@ constexpr double kNearGoal = 1.05;       // times the goal: nearer, rays alone a
 constexpr float kHardlyMore = 1.05f;     // times the closest spacing: as close as they may
 constexpr double kHardlyLess = 0.95;     // times what it was: a step that does no more is the last of its kind
 constexpr double kStalled = 0.995;       // times what it was, just before the goal
-constexpr double kReached = 1.01;        // times the goal is there
+constexpr int kMostStalls = 2;
+constexpr double kReached = 1.02;        // times the goal is there
 constexpr int kMostRounds = 3;           // of the last step, each closer to its end
 constexpr double kCloserTakes = 3.0;     // times as long in all: records at half the least distance
 constexpr float kLeastReach = 4.0f;      // least R_k of a record whose expansion disagrees with the others [px]
@@ -64,6 +65,11 @@ private:
     bool step(const StepLimits& to);
     double rays_to(double error) const;
     void look();
+    void note_seconds_per_ray(Clock::time_point start, std::uint64_t rays)
+    {
+        seconds_per_ray_ = seconds_since(start) / static_cast<double>(rays);
+        least_per_ray_ = std::min(least_per_ray_, seconds_per_ray_);
+    }
     void scale_shares(bool noise);
     std::vector<RecordShare> share_out() const;
     void sharpen(double part);
@@ -86,8 +92,10 @@ private:
     std::vector<RecordShare> shares_;  // of the placement's records
     float noise_scale_ = 1.0f;         // of the picture, over what the records' neighbours promise
     double seconds_per_ray_ = 0.0, look_seconds_ = 0.0;
+    double least_per_ray_ = std::numeric_limits<double>::infinity(), least_look_ = least_per_ray_;  // without what else the machine did
+    double progress_ = 1.0;  // for walk_ahead()
     int steps_ = 0;
-    bool is_stalled_ = false;  // rays alone lower the error no more
+    int stalls_ = 0;  // steps in a row that did not lower the error: what hid behind noise may come to light in one
 };
 
 /// The errors of the records as they are now.
@@ -100,6 +108,7 @@ void Steering::look()
     errors_ = mean_errors(sums_, map_);
     shares_ = share_out();
     look_seconds_ = seconds_since(start);
+    least_look_ = std::min(least_look_, look_seconds_);
 }
 
 /// Makes the shares' mean errors those of the picture. @param noise  that as well: rays are as allotted
@@ -108,7 +117,7 @@ void Steering::scale_shares(bool noise)
     double area = 0.0, by_noise = 0.0, by_spread = 0.0;
     for (const RecordShare& s : shares_) {
         area += static_cast<double>(s.area);
-        by_noise += static_cast<double>(s.area * s.single / std::sqrt(s.rays));
+        by_noise += static_cast<double>(s.area * noise_of(s));
         by_spread += static_cast<double>(s.area * s.spread);
     }
     if (noise && by_noise > 0.0)
@@ -124,7 +133,7 @@ std::vector<RecordShare> Steering::share_out() const
 {
     const std::vector<float> around = placement_.noise();
     const std::span<const Record> records = std::as_const(placement_).records();
-    const float to_single = std::sqrt(static_cast<float>(placement_.rays()));
+    const float to_single = std::pow(static_cast<float>(placement_.rays()), kNoiseFall);
     const float dark = static_cast<float>(kRelativeErrorFloor * errors_.mean);
     std::vector<RecordShare> shares(records.size());
     for (std::size_t k = 0; k < shares.size(); ++k) {
@@ -157,7 +166,7 @@ void Steering::overture(double most_seconds, double target)
         reach = std::max(closest, 0.5f * reach);
         placement_.fill();
     }
-    seconds_per_ray_ = seconds_since(start) / static_cast<double>(std::max<std::uint64_t>(1, stats_.hemisphere_rays - before));
+    note_seconds_per_ray(start, std::max<std::uint64_t>(1, stats_.hemisphere_rays - before));
     look();
     scale_shares(true);
     const double error = kStep * errors_.total;
@@ -176,8 +185,8 @@ double Steering::rays_to(double error) const
 RecordForecast Steering::forecast() const
 {
     return {sums_, map_, look_seconds_,
-            [path = walk_ahead(shares_, static_cast<float>(placement_.rays()), kLeastForecast), per_ray = seconds_per_ray_,
-             look = look_seconds_](double error) {
+            [path = walk_ahead(shares_, static_cast<float>(placement_.rays()), progress_, kLeastForecast), per_ray = least_per_ray_,
+             look = least_look_](double error) {
                 const PathPoint to = read_path(path, kShareOfGoal * error);
                 return to.rays * per_ray + to.looks * look;
             }};
@@ -221,7 +230,7 @@ void Steering::refine(const Allotment& allotment)
         shares_[k].rays += static_cast<float>(extra[k]) * gather;
     const std::uint64_t rays = stats_.hemisphere_rays - before;
     if (rays > 0)
-        seconds_per_ray_ = seconds_since(start) / static_cast<double>(rays);
+        note_seconds_per_ray(start, rays);
 }
 
 /// Shoots rays for as long as there is time; how fast they are shows while they are shot.
@@ -239,7 +248,7 @@ bool Steering::step(const StepLimits& to)
     // Spread hides behind noise, and shows more of itself from step to step.
     for (int k = 0; k < kMostSharpenings && before > kNearGoal * to.error && errors_.spread > kShareOfSpread * step_to; ++k) {
         // Closer records than the time is enough for would only be noisy ones.
-        if (to.left() < 4.0 * look_seconds_ || (step_to < to.likely && !is_stalled_))
+        if (to.left() < 4.0 * look_seconds_ || (step_to < to.likely && stalls_ == 0))
             break;
         const double spread = errors_.spread;
         sharpen(kShareOfSpread * step_to / spread);
@@ -255,9 +264,10 @@ bool Steering::step(const StepLimits& to)
     refine(allot_for_rays(shares_, rays, kMostRays));
     look();
     scale_shares(true);
+    progress_ = progress_of_step(errors_.total / before);
     ++steps_;
-    is_stalled_ = errors_.total > (is_cut ? kStalled : kHardlyLess) * before;
-    return !is_stalled_ || to.has_budget;
+    stalls_ = errors_.total > (is_cut ? kStalled : kHardlyLess) * before ? stalls_ + 1 : 0;
+    return stalls_ < kMostStalls || to.has_budget;
 }
 
 /// Goes down steps that are the same for every goal; only the last one is cut short, to end at the goal itself. So a

@@ -11,7 +11,7 @@
 namespace rcs {
 
 /// What records come down to, of a goal: an estimate scatters.
-inline constexpr double kShareOfGoal = 0.9;
+inline constexpr double kShareOfGoal = 0.87;
 
 /// What records cost so far, and what they would cost for a smaller error.
 struct RecordForecast {

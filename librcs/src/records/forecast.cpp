@@ -12,12 +12,11 @@ namespace {
 constexpr std::size_t kSample = 2048;   // of the records are enough
 constexpr float kRaysOfRecord = 100.0f;  // finding its place takes as long as so many
 constexpr float kBehindNoise = 0.4f;     // of the noise, spread that shows once that is gone
-constexpr float kFallsShort = 0.9f;      // closer records leave more of the spread than planned: that to this power
+constexpr float kFallsShort = 0.85f;      // closer records leave more of the spread than planned: that to this power
 constexpr double kLooks = 1.5;           // at the error, in each step
 constexpr double kSharpening = 2.0;      // bringing records closer once takes as long as so many looks more
 constexpr double kStalled = 0.98;        // of the error, left by a step: the last one
-
-float noise_of(const RecordShare& s) { return s.single / std::sqrt(s.rays); }
+constexpr double kMostCome = 0.75;       // part of the way from an error to kStep of it that steps come in most scenes
 
 /// The shares with the spread that is seen as long as there is their noise. @param shares  with all of it
 std::vector<RecordShare> as_seen(const std::vector<RecordShare>& shares)
@@ -47,19 +46,19 @@ double bring_closer(std::vector<RecordShare>& shares, const std::vector<float>& 
     for (std::size_t k = 0; k < shares.size(); ++k) {
         RecordShare& s = shares[k];
         const float old = 1.0f / density[k];
-        const float noise = std::lerp(1.0f / std::sqrt(std::min(gather, s.rays)), 1.0f / std::sqrt(s.rays), old);
+        const float noise = std::lerp(noise_with(s, std::min(gather, s.rays)), noise_of(s), old);
         rays += static_cast<double>(s.count * (density[k] - 1.0f) * (gather + kRaysOfRecord));
         s.spread *= std::pow(density[k], -kFallsShort * static_cast<float>(kSpreadFall));
         s.area *= old;
         s.count *= density[k];
-        s.rays = 1.0f / (noise * noise);
+        s.rays = noise > 0.0f ? std::pow(s.single / noise, 1.0f / kNoiseFall) : s.rays;
     }
     return rays;
 }
 
 }  // namespace
 
-std::vector<PathPoint> walk_ahead(std::vector<RecordShare> all, float gather, double least_error)
+std::vector<PathPoint> walk_ahead(std::vector<RecordShare> all, float gather, double progress, double least_error)
 {
     const std::size_t stride = (all.size() + kSample - 1) / kSample;
     std::vector<RecordShare> shares;
@@ -71,6 +70,7 @@ std::vector<PathPoint> walk_ahead(std::vector<RecordShare> all, float gather, do
     const double scale = shares.empty() ? 1.0 : static_cast<double>(all.size()) / static_cast<double>(shares.size());
     const auto error = [&] { return allot(as_seen(shares), 0.0, kMostRays).error; };
     PathPoint at{error()};
+    const double path_begin = at.error;
     std::vector<PathPoint> path{at};
     for (int step = 0; step < kMostSteps && at.error > least_error; ++step) {
         const double step_to = kStep * at.error, spread = mean_spread(as_seen(shares));
@@ -96,7 +96,15 @@ std::vector<PathPoint> walk_ahead(std::vector<RecordShare> all, float gather, do
             break;
         path.push_back(at);
     }
+    for (PathPoint& p : path)
+        p.error = path_begin * std::pow(p.error / path_begin, progress);
     return path;
+}
+
+double progress_of_step(double left)
+{
+    // One step says half of it: the next ones are rarely as good or as bad.
+    return std::clamp(std::sqrt(std::log(std::min(1.0, left)) / (kMostCome * std::log(kStep))), 0.75, 1.0);
 }
 
 PathPoint read_path(const std::vector<PathPoint>& path, double error)
@@ -104,7 +112,7 @@ PathPoint read_path(const std::vector<PathPoint>& path, double error)
     const auto to = std::find_if(path.begin(), path.end(), [&](const PathPoint& p) { return p.error <= error; });
     if (to == path.begin())
         return {error};
-    const auto of_noise = [](double e) { return 1.0 / (e * e); };
+    const auto of_noise = [](double e) { return std::pow(e, -1.0 / double{kNoiseFall}); };
     if (to == path.end()) {
         const PathPoint& last = path.back();
         const double more = of_noise(error) / of_noise(last.error);

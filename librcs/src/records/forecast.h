@@ -24,10 +24,13 @@ struct PathPoint {
 };
 
 /// The steps to ever smaller errors, as far as they are known by the records' shares: all of them, with errors as seen so far.
-/// @param gather  rays that a new record begins with   @return errors fall, from what it is now (no rays, no looks)
-std::vector<PathPoint> walk_ahead(std::vector<RecordShare> shares, float gather, double least_error);
+/// @param gather  rays that a new record begins with   @param progress  part of the way that a step comes, over that of most
+/// @return errors fall, from what it is now (no rays, no looks)
+std::vector<PathPoint> walk_ahead(std::vector<RecordShare> shares, float gather, double progress, double least_error);
+/// As the last step showed: it was to bring the error down to kStep of itself. @param left  what it left of it
+double progress_of_step(double left);
 
-/// What an error takes, between the points of a path or beyond its end (where noise falls with the square root of the rays).
+/// What an error takes, between the points of a path or beyond its end (where only noise falls).
 PathPoint read_path(const std::vector<PathPoint>& path, double error);
 
 }  // namespace rcs

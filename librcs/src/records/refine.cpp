@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "records/allotment.h"
 #include "util/color.h"
 
 namespace rcs {
@@ -26,7 +27,7 @@ double mean_irradiance(std::span<const Record> records)
 /// A record's variance relative to its irradiance, had it been gathered with so many rays.
 float variance_with(const Record& r, int rays)
 {
-    return r.noise * r.noise * (static_cast<float>(r.rays) / static_cast<float>(rays));
+    return r.noise * r.noise * std::pow(static_cast<float>(r.rays) / static_cast<float>(rays), 2.0f * kNoiseFall);
 }
 
 float mean_variance(std::span<const Record> records, int rays)
