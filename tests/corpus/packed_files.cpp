@@ -171,6 +171,13 @@ void add_packed_files(Corpus& c)
     c.fails("draco_without_indices", "'indices'", draco_quad([](Draft& d, Json&) { d.primitive.erase("indices"); }));
     c.fails("draco_view_unknown", "'bufferView'", draco_quad([](Draft&, Json& e) { e["bufferView"] = 99; }));
     c.fails("draco_without_attributes", "attributes", draco_quad([](Draft&, Json& e) { e.erase("attributes"); }));
+    c.fails("draco_of_another_version", "expected a mesh, 1, and version 2.2", draco_quad([](Draft& d, Json& e) {
+        d.b.binary[d.view(e["bufferView"])["byteOffset"].get<std::size_t>() + 6] = 1;
+    }));
+    c.fails("draco_of_all_memory", "faces or vertices in", draco_quad([](Draft& d, Json& e) {
+        // After the header and the kind of traversal: 2^28 - 1 and as many.
+        d.b.binary.replace(d.view(e["bufferView"])["byteOffset"].get<std::size_t>() + 12, 8, "\xff\xff\xff\x7f\xff\xff\xff\x7f");
+    }));
     c.fails("draco_of_truth_values", "COLOR_0 as true or false", draco_quad({}, draco::DT_BOOL));
 }
 

@@ -3,8 +3,9 @@
 
     tests/fuzz/run.py --seeds build/release/bin/write_corpus [--seconds 1200] [--scenes ../shared/scenes] [--only draco]
 
-By hand each run tries other inputs, and begins with those that earlier ones found worth keeping. The tests pass --seed and
-begin from the seeds alone: they try the same inputs each time, so that what breaks them is a change of the sources.
+By hand each run tries other inputs, and begins with those that earlier ones found worth keeping. The tests pass --seed: as
+many inputs as TARGETS says, fewer where --seconds end first, from the seeds alone, the same ones each time, so that what
+breaks them is a change of the sources.
 
 Ends with 77 (skipped) where there is no clang with its fuzzing runtime (Debian: clang-14 libclang-rt-14-dev), with 0 if no
 input was found that crashes, hangs or takes more than 4 GB.
@@ -21,7 +22,7 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 HERE = ROOT / "tests" / "fuzz"
 SKIPPED = 77
-TARGETS = ("gltf", "draco", "image", "frame")
+TARGETS = {"gltf": 15_000, "draco": 20_000, "image": 2_500, "frame": 100_000}  # inputs with --seed: about a minute of each
 
 
 def clang():
@@ -43,7 +44,7 @@ def main():
     parser.add_argument("--scenes", help="folder with further scene files")
     parser.add_argument("--seconds", type=int, default=60, help="for each target")
     parser.add_argument("--seed", type=int, help="of the random inputs; the same ones each time")
-    parser.add_argument("--only", choices=TARGETS, nargs="+", default=TARGETS)
+    parser.add_argument("--only", choices=TARGETS, nargs="+", default=list(TARGETS))
     parser.add_argument("--build", default=ROOT / "build" / "fuzz", type=pathlib.Path)
     arguments = parser.parse_args()
     compiler = clang()
@@ -68,7 +69,8 @@ def main():
             done = subprocess.run(
                 [arguments.build / "bin" / ("fuzz_" + name), "-max_total_time=%d" % arguments.seconds, "-timeout=20",
                  "-rss_limit_mb=4096", "-malloc_limit_mb=4096", "-print_final_stats=1", "-verbosity=0", "-close_fd_mask=1",
-                 "-artifact_prefix=%s/" % found, "-seed=%d" % (arguments.seed or 0), kept, corpus / name],
+                 "-artifact_prefix=%s/" % found, "-seed=%d" % (arguments.seed or 0),
+                 "-runs=%d" % (TARGETS[name] if arguments.seed else -1), kept, corpus / name],
                 env=dict(os.environ, TMPDIR=scratch, ASAN_OPTIONS="detect_leaks=0:allocator_may_return_null=1"),
                 stderr=subprocess.PIPE, text=True, errors="replace")
         stats = [line.split("::")[1].strip() for line in done.stderr.splitlines() if "number_of_executed_units" in line]

@@ -6,8 +6,7 @@
 #include <string_view>
 #include <utility>
 
-#include <draco/compression/decode.h>
-
+#include "scene/gltf_draco.h"
 #include "scene/gltf_schema.h"
 #include "scene/gltf_uri.h"
 #include "scene/tinygltf.h"
@@ -134,14 +133,9 @@ void check_draco(const GltfDocument& document, const GltfSource& source, const J
         bad_file(document.file, what + ": its Draco data lie outside their buffer");
     }
 
-    draco::DecoderBuffer data;
-    data.Init(reinterpret_cast<const char*>(bytes.data()) + offset, length);
-    draco::Decoder decoder;
-    const auto decoded = decoder.DecodeMeshFromBuffer(&data);
-    if (!decoded.ok()) {
-        bad_file(document.file, what + ": its Draco data cannot be decoded (" + decoded.status().error_msg() + ")");
-    }
-    const draco::Mesh& mesh = *decoded.value();
+    const std::unique_ptr<draco::Mesh> decoded =
+        decode_draco(document.file, what, reinterpret_cast<const char*>(bytes.data()) + offset, length);
+    const draco::Mesh& mesh = *decoded;
     const int index_type = indices.value("componentType", 0);
     const std::uint64_t most_points = index_type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE    ? 0x100
                                       : index_type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT ? 0x10000
