@@ -360,6 +360,14 @@ TEST(CommandLine, AnInterruptEndsItWithoutLeavingFiles)
     EXPECT_TRUE(folder.names().empty());
 }
 
+TEST(CommandLine, NumbersOfJobsAreCheckedBeforeAServerIsAsked)
+{
+    const TemporaryFolder folder;
+    for (const char* command : {"watch", "fetch", "cancel"})
+        for (const char* job : {"abc", "0", "1.5", "12x", "99999999999999999999"})
+            expect_error({command, job, "--server", folder / "socket"}, kBadUsage, job, folder);
+}
+
 TEST(CommandLine, OneInterruptIsEnoughForAnOrderlyEnd)
 {
     const TemporaryFolder folder;
