@@ -88,6 +88,13 @@ void add_skin_files(Corpus& c)
     c.fails("skin_of_one_matrix", "inverse bind matrices", skin([](Draft& d) {
         d.accessor(first_skin(d)["inverseBindMatrices"])["count"] = 1;
     }));
+    // The joints place the mesh: without weights that matrix is all there is of the skin.
+    c.fails("skin_of_a_huge_matrix", "joint 0 with its inverse bind matrix", skin([](Draft& d) {
+        const float huge[] = {1e30f};
+        const std::size_t view = d.accessor(first_skin(d)["inverseBindMatrices"])["bufferView"];
+        d.b.binary.replace(d.view(static_cast<int>(view))["byteOffset"].get<std::size_t>() + 12 * sizeof(float), sizeof(huge),
+                           reinterpret_cast<const char*>(huge), sizeof(huge));
+    }));
     c.fails("skin_matrices_are_vectors", "MAT4", skin([](Draft& d) { first_skin(d)["inverseBindMatrices"] = 0; }));
     c.fails("skin_joint_index_too_large", "names joint", skin([](Draft& d) { first_skin(d)["joints"] = {3}; }));
     c.fails("skin_too_few_weights", "WEIGHTS_0", skin([](Draft& d) { d.accessor(d.attributes()["WEIGHTS_0"])["count"] = 3; }));

@@ -97,6 +97,7 @@ std::vector<glm::dmat4> joints_of(const Context& context, std::size_t node)
                                        ", which is no node of the scene");
         }
         joints.push_back(*context.matrices[static_cast<std::size_t>(joint)] * glm::dmat4(inverse_bind[i]));
+        check_entries(context.file, what + ", joint " + std::to_string(i) + " with its inverse bind matrix", joints.back());
     }
     return joints;
 }

@@ -134,7 +134,7 @@ std::vector<std::optional<glm::dmat4>> node_matrices(const GltfFile& file, const
     return matrices;
 }
 
-void check_matrix(const GltfFile& file, const tinygltf::Model& model, std::size_t node, const glm::dmat4& matrix)
+void check_entries(const GltfFile& file, const std::string& what, const glm::dmat4& matrix)
 {
     // The scene keeps coordinates as floats; products of a few of them must stay in range.
     constexpr double kMaxEntry = 1e18;
@@ -142,10 +142,17 @@ void check_matrix(const GltfFile& file, const tinygltf::Model& model, std::size_
         for (int row = 0; row < 4; ++row) {
             const double value = matrix[column][row];
             if (!(std::fabs(value) <= kMaxEntry)) {
-                bad_file(file, name_of(model, node) + " has a matrix with the entry " + std::to_string(value) +
+                bad_file(file, what + " has a matrix with the entry " + std::to_string(value) +
                                    ", expected numbers within 1e18 of zero");
             }
         }
+    }
+}
+
+void check_matrix(const GltfFile& file, const tinygltf::Model& model, std::size_t node, const glm::dmat4& matrix)
+{
+    check_entries(file, name_of(model, node), matrix);
+    for (int column = 0; column < 4; ++column) {
         if (std::fabs(matrix[column][3] - (column == 3 ? 1.0 : 0.0)) > 1e-6) {  // a float file's rounding
             bad_file(file, name_of(model, node) + " has a matrix whose last row is not 0 0 0 1");
         }
