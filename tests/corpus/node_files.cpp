@@ -47,6 +47,11 @@ void add_hierarchy_files(Corpus& c)
         d.root()["scene"] = 1;
     });
     c.notes("node_flat", "flattens space", more_nodes(Json::array({{{"mesh", 0}, {"scale", {1, 0, 1}}}})));
+    c.fails("node_reaches_far", "farther than 1e18", node("matrix", {9e17, 0, 0, 0, 0, 9e17, 0, 0, 0, 0, 1, 0, 9.9e17, 0, 0, 1}));
+    c.fails("camera_far_from_the_mesh", "from the middle of the meshes", [](Draft& d) {
+        node("translation", {-9.9e17, 0, 0})(d);
+        more_nodes(Json::array({{{"children", {1}}, {"translation", {9.9e17, 0, 0}}}}))(d);
+    });
     c.fails("node_cycle", "cycle", more_nodes(Json::array({{{"children", {4}}}, {{"children", {3, 0, 1, 2}}}})));
     c.fails("node_of_two_parents", "two nodes", more_nodes(Json::array({{{"children", {0}}}, {{"children", {0}}}})));
     c.fails("node_child_unknown", "child 44", node("children", {44}));

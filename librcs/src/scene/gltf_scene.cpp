@@ -159,6 +159,37 @@ void add_cameras(const GltfFile& file, const tinygltf::Model& model, const Matri
     }
 }
 
+/// Rays begin and end within what single precision can square: Embree stops the program where they do not.
+constexpr double kFarthest = 1e18;
+
+bool is_near(glm::dvec3 p)
+{
+    // Written so that NaN fails, too.
+    return std::fabs(p.x) <= kFarthest && std::fabs(p.y) <= kFarthest && std::fabs(p.z) <= kFarthest;
+}
+
+void check_meshes_reach(const GltfFile& file, const Scene& scene)
+{
+    const Bounds bounds = bounds_of(scene);
+    if (bounds.min.x > bounds.max.x || (is_near(bounds.min) && is_near(bounds.max))) return;
+    for (const Instance& instance : scene.instances) {
+        for (const glm::vec3 position : scene.meshes[static_cast<std::size_t>(instance.mesh)].positions) {
+            if (!is_near(instance.world_from_object * glm::dvec4(position, 1.0))) {
+                bad_file(file, "node \"" + instance.name + "\" places its mesh farther than 1e18 from zero");
+            }
+        }
+    }
+}
+
+void check_cameras_reach(const GltfFile& file, const Scene& scene)
+{
+    for (const Camera& camera : scene.cameras) {
+        if (!is_near(camera.world_from_view[3])) {
+            bad_file(file, "camera \"" + camera.name + "\" stands farther than 1e18 from the middle of the meshes");
+        }
+    }
+}
+
 }  // namespace
 
 Scene build_scene(const GltfFile& file, const tinygltf::Model& model, std::optional<double> time)
@@ -172,7 +203,9 @@ Scene build_scene(const GltfFile& file, const tinygltf::Model& model, std::optio
     add_materials(file, model, scene);
     add_lights(file, model, matrices, scene);
     add_cameras(file, model, matrices, scene);
+    check_meshes_reach(file, scene);
     move_origin(scene);
+    check_cameras_reach(file, scene);
     return scene;
 }
 
