@@ -142,7 +142,7 @@ void examine(const DoctorArguments& arguments)
     if (!arguments.scene.scene.empty()) {
         RunReport unused;
         scene = load(arguments.scene, bar, unused);
-        camera = find_camera(scene, arguments.scene.camera);
+        camera = choose_camera(scene, arguments.scene);
     }
     bar.finish();
     if (!arguments.json)

@@ -52,7 +52,7 @@ void render_scene(const RenderArguments& arguments, const CLI::App& command)
     ThreadPool pool(arguments.scene.threads);
     RunReport report = begin_report(command, arguments.scene, pool);
     const Scene scene = load(arguments.scene, bar, report);
-    const Camera camera = find_camera(scene, arguments.scene.camera);
+    const Camera camera = choose_camera(scene, arguments.scene);
     report.camera = camera.name;
     const RayScene rays = build_rays(scene, options.effects, pool, bar, report);
     limit_gl_threads(pool.size());

@@ -10,6 +10,7 @@
 #include <system_error>
 #include <type_traits>
 
+#include "rcs/camera.h"
 #include "rcs/error.h"
 
 namespace rcs::service {
@@ -96,6 +97,9 @@ void add_scene_arguments(CLI::App& app, SceneArguments& arguments, Size default_
     app.add_option("--camera", arguments.camera,
                    "Name of the scene's camera, or its number from 0; default: the first")
         ->type_name("NAME");
+    app.add_option("--lens-shift", arguments.lens_shift,
+                   "Moves the picture beside the camera's axis, in its heights, each in [-10, 10]: 0,0.5 puts the horizon at the lower edge")
+        ->type_name("RIGHT,UP")->check(checked_by(parse_lens_shift), "");
     app.add_option("--time", arguments.time,
                    "Pose of the scene's animations at that time [s]; default: the rest pose")
         ->type_name("SECONDS")->check(checked_by(parse_time), "");
@@ -176,6 +180,17 @@ double parse_time(const std::string& text)
         throw Error(ErrorCode::bad_argument, text + " is no number of seconds");
     }
     return value;
+}
+
+glm::dvec2 parse_lens_shift(const std::string& text)
+{
+    const char* cursor = text.c_str();
+    glm::dvec2 shift(0.0);
+    if (!take_number(cursor, shift.x) || *cursor++ != ',' || !take_number(cursor, shift.y) || *cursor != '\0' ||
+        !(std::abs(shift.x) <= kMostLensShift && std::abs(shift.y) <= kMostLensShift)) {
+        throw Error(ErrorCode::bad_argument, text + " is not RIGHT,UP with two values in [-10, 10], in heights of the picture");
+    }
+    return shift;
 }
 
 double parse_error_target(const std::string& text)

@@ -37,6 +37,7 @@ struct Size {
 struct SceneArguments {
     std::string scene;
     std::string camera;
+    std::string lens_shift;             ///< "RIGHT,UP"; empty: the camera's
     std::string environment = "scene";  ///< the scene's own, "none", "R,G,B" or an image file
     double environment_rotation = 0.0;  ///< of the image [degrees]
     std::optional<double> time;  ///< of its animations [s]; none: the rest pose
@@ -69,6 +70,8 @@ void add_report_arguments(CLI::App& app, ReportArguments& arguments);
 // that a command line that parsed cannot fail here, and CLI11 puts the option's name before the message.
 Size parse_size(const std::string& text);
 double parse_time(const std::string& text);
+/// "0.1,-0.5", to the right and up, in heights of the picture.
+glm::dvec2 parse_lens_shift(const std::string& text);
 /// "5%" or "0.05". @return in (0, 1]
 double parse_error_target(const std::string& text);
 /// "20s", "2m" or "20", in seconds. @return [s], in (0, 1e6]

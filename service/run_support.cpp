@@ -90,6 +90,13 @@ Scene load(const SceneArguments& arguments, ProgressBar& bar, RunReport& report)
     return scene;
 }
 
+Camera choose_camera(const Scene& scene, const SceneArguments& arguments)
+{
+    Camera camera = find_camera(scene, arguments.camera);
+    if (!arguments.lens_shift.empty()) camera.lens_shift = parse_lens_shift(arguments.lens_shift);
+    return camera;
+}
+
 RayScene build_rays(const Scene& scene, const EffectChoice& effects, const ThreadPool& pool, ProgressBar& bar, RunReport& report)
 {
     bar.show("bvh", 0.0f);

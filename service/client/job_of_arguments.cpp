@@ -106,6 +106,7 @@ v1::Frame request_frame(const RenderArguments& arguments, int number)
     v1::Frame frame;
     frame.set_number(number);
     if (!arguments.scene.camera.empty()) frame.set_camera_name(utf8_text(arguments.scene.camera));
+    if (!arguments.scene.lens_shift.empty()) *frame.mutable_lens_shift() = to_message(parse_lens_shift(arguments.scene.lens_shift));
     if (arguments.scene.time) frame.set_time(*arguments.scene.time);
     return frame;
 }

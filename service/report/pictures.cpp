@@ -29,10 +29,9 @@ std::optional<glm::dvec2> project(const View& view, glm::dvec3 point)
     const Camera& camera = view.camera;
     const glm::dvec3 p(glm::inverse(camera.world_from_view) * glm::dvec4(point, 1.0));
     if (!(p.z < 0.0)) return std::nullopt;
-    const bool perspective = camera.projection == Projection::perspective;
-    const double half_height = perspective ? -p.z * std::tan(0.5 * camera.yfov) : camera.ymag;
-    const double scale = 0.5 * view.height / half_height;
-    return glm::dvec2(0.5 * view.width + scale * p.x, 0.5 * view.height - scale * p.y);
+    const ImagePlane plane = image_plane(view);
+    const double pixel = camera.projection == Projection::perspective ? plane.pixel * -p.z : plane.pixel;
+    return plane.axis + glm::dvec2(p.x, -p.y) / pixel;
 }
 
 }  // namespace

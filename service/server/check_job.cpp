@@ -134,6 +134,7 @@ void check_frames(const v1::Job& job)
         if (!numbers.insert(frame.number()).second) refuse("frames has number " + std::to_string(frame.number()) + " twice");
         check_length("frames.camera_name", frame.camera_name(), kLongestText);
         if (frame.has_camera_given()) from_message(frame.camera_given());
+        from_message(frame.lens_shift());
         if (frame.has_time() && !std::isfinite(frame.time())) refuse("frames.time is not finite");
     }
 }

@@ -216,9 +216,25 @@ OutputFile from_message(const v1::Output& m)
     return file;
 }
 
+v1::LensShift to_message(const glm::dvec2& lens_shift)
+{
+    v1::LensShift m;
+    m.set_right(lens_shift.x);
+    m.set_up(lens_shift.y);
+    return m;
+}
+
+glm::dvec2 from_message(const v1::LensShift& m)
+{
+    for (const double part : {m.right(), m.up()}) {
+        if (!(std::abs(part) <= kMostLensShift)) refuse("lens_shift has " + std::to_string(part) + ", expected values in [-10, 10]");
+    }
+    return {m.right(), m.up()};
+}
+
 v1::Camera to_message(const Camera& camera)
 {
-    const auto& [name, projection, world_from_view, yfov, ymag] = camera;
+    const auto& [name, projection, world_from_view, yfov, ymag, lens_shift] = camera;
     v1::Camera m;
     m.set_name(name);
     m.set_projection(projection == Projection::perspective ? v1::Camera::PROJECTION_PERSPECTIVE
@@ -228,6 +244,7 @@ v1::Camera to_message(const Camera& camera)
     }
     m.set_yfov(yfov);
     m.set_ymag(ymag);
+    *m.mutable_lens_shift() = to_message(lens_shift);
     return m;
 }
 
@@ -251,6 +268,7 @@ Camera from_message(const v1::Camera& m)
     if (!(camera.ymag > 0.0 && std::isfinite(camera.ymag))) {
         refuse("ymag is " + std::to_string(camera.ymag) + ", expected a value above 0");
     }
+    camera.lens_shift = from_message(m.lens_shift());
     return camera;
 }
 

@@ -23,6 +23,10 @@ ToneMapOptions from_message(const v1::ToneMap& message);
 v1::Output to_message(const OutputFile& file);
 OutputFile from_message(const v1::Output& message);
 
+v1::LensShift to_message(const glm::dvec2& lens_shift);
+/// @throws ServiceError bad_argument
+glm::dvec2 from_message(const v1::LensShift& message);
+
 v1::Camera to_message(const Camera& camera);
 /// @throws rcs::Error bad_argument
 Camera from_message(const v1::Camera& message);

@@ -76,9 +76,10 @@ void set_environment(Scene& scene, const internal::Task& task, const LogFunction
 
 Camera camera_of(const internal::Task& task, const Scene& scene)
 {
-    if (!task.frame().has_camera_given()) return find_camera(scene, task.frame().camera_name());
-    Camera camera = from_message(task.frame().camera_given());
-    camera.world_from_view[3] -= glm::dvec4(scene.origin, 0.0);  // given in the file's space
+    const v1::Frame& frame = task.frame();
+    Camera camera = frame.has_camera_given() ? from_message(frame.camera_given()) : find_camera(scene, frame.camera_name());
+    if (frame.has_camera_given()) camera.world_from_view[3] -= glm::dvec4(scene.origin, 0.0);  // given in the file's space
+    if (frame.has_lens_shift()) camera.lens_shift = from_message(frame.lens_shift());
     return camera;
 }
 

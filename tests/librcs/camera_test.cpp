@@ -75,6 +75,27 @@ TEST(CameraRay, FollowsTheCamerasPose)
     }
 }
 
+TEST(CameraRay, OfAShiftedLensIsThatOfAPartOfALargerPicture)
+{
+    // 120 x 80 pixels, two and a half heights to the right of and one below the middle of 1200 x 800.
+    for (const Projection projection : {Projection::perspective, Projection::orthographic}) {
+        Camera wide = turned_camera(projection);
+        wide.yfov = 2.0 * std::atan(2.0);
+        Camera shifted = wide;
+        shifted.yfov = 2.0 * std::atan(0.2);
+        shifted.ymag = wide.ymag / 10.0;
+        shifted.lens_shift = {2.5, -1.0};
+        const glm::dvec2 corner(600.0 + 2.5 * 80.0 - 60.0, 400.0 + 80.0 - 40.0);
+        for (const glm::dvec2 at : {glm::dvec2(0.0, 0.0), {17.25, 60.5}, {120.0, 80.0}}) {
+            const CameraRay part = camera_ray(test::view_of(shifted, 120, 80), at.x, at.y);
+            const CameraRay whole = camera_ray(test::view_of(wide, 1200, 800), corner.x + at.x, corner.y + at.y);
+            expect_near(part.origin, whole.origin, 10 * kRounding, "origin");
+            expect_near(part.direction, whole.direction, 10 * kRounding, "direction");
+            expect_near(part.direction_dy, whole.direction_dy, kRounding, "change by a pixel");
+        }
+    }
+}
+
 TEST(CameraRay, DifferentialsAreFiniteDifferences)
 {
     // Rays are affine in x and y, so one whole pixel is as good as a small step.

@@ -56,27 +56,30 @@ Case random_case(Random& random)
     camera.yfov = random.uniform(1.0, 150.0) * kPi / 180.0;
     camera.ymag = random.log_uniform(0.01, 100.0);
     camera.world_from_view = glm::rotate(glm::dmat4(1.0), random.uniform(0.0, 6.0), random.direction());
+    if (random.chance(0.3))
+        camera.lens_shift = {random.uniform(-2.0, 2.0), random.uniform(-2.0, 2.0)};
     const double distance = random.log_uniform(1e-3, 1e3);
     if (random.chance(0.3)) {
         c.centre_view = random.direction() * distance;
     } else {
         const bool perspective = camera.projection == Projection::perspective;
         const double half = perspective ? std::tan(0.5 * camera.yfov) * distance : camera.ymag;
-        c.centre_view = {random.uniform(-1.5, 1.5) * half * aspect, random.uniform(-1.5, 1.5) * half,
-                         -distance};
+        c.centre_view = {random.uniform(-1.5, 1.5) * half * aspect + 2.0 * half * camera.lens_shift.x,
+                         random.uniform(-1.5, 1.5) * half + 2.0 * half * camera.lens_shift.y, -distance};
     }
     c.radius = random.log_uniform(1e-3, 10.0) * distance;
     return c;
 }
 
 /// Image position [px] of a point of view space in front of the camera, from the definition of the
-/// field of view: the half height of the image is tan(yfov / 2) at depth 1, or ymag.
+/// field of view: the half height of the image is tan(yfov / 2) at depth 1, or ymag; a shift moves it by whole heights.
 glm::dvec2 project(const View& view, glm::dvec3 p)
 {
     const bool perspective = view.camera.projection == Projection::perspective;
     const double half_height = perspective ? std::tan(view.camera.yfov / 2.0) * -p.z : view.camera.ymag;
     const double half_width = half_height * view.width / view.height;
-    return {(p.x / half_width + 1.0) / 2.0 * view.width, (1.0 - p.y / half_height) / 2.0 * view.height};
+    const glm::dvec2 shift = view.camera.lens_shift * 2.0 * half_height;
+    return {((p.x - shift.x) / half_width + 1.0) / 2.0 * view.width, (1.0 - (p.y - shift.y) / half_height) / 2.0 * view.height};
 }
 
 /// Whether the ray of this pixel's sample meets the sphere in front of the camera, by a solved quadratic.
@@ -87,7 +90,8 @@ bool pixel_sees_sphere(const Case& c, int i, int j)
     const double y = 1.0 - 2.0 * (j + view.pixel_offset.y) / view.height;
     const double aspect = static_cast<double>(view.width) / view.height;
     const double half_height = c.perspective() ? std::tan(view.camera.yfov / 2.0) : view.camera.ymag;
-    const glm::dvec3 on_plane(x * half_height * aspect, y * half_height, 0.0);
+    const glm::dvec2 shift = view.camera.lens_shift * 2.0 * half_height;
+    const glm::dvec3 on_plane(x * half_height * aspect + shift.x, y * half_height + shift.y, 0.0);
     const glm::dvec3 origin = c.perspective() ? glm::dvec3(0.0) : on_plane;
     const glm::dvec3 direction = c.perspective() ? on_plane - glm::dvec3(0, 0, 1) : glm::dvec3(0, 0, -1);
     const glm::dvec3 to_centre = c.centre_view - origin;

@@ -249,7 +249,8 @@ TEST(CommandLine, BadValuesNameTheOptionAndTheValue)
         {"--seed", "-1"},       {"--splat", "cubes"},     {"--exposure", "bright"},   {"--exposure", "inf"},
         {"--layers", "nope"},   {"--environment", "sky"}, {"--environment", "1,2"},   {"--environment", "1,2,-3"},
         {"--log-level", "all"}, {"--pixel-format", "32"}, {"--environment", "1,2,3,4"},
-        {"--time", "soon"},     {"--time", "nan"}};
+        {"--time", "soon"},     {"--time", "nan"},        {"--lens-shift", "1"},      {"--lens-shift", "0,11"},
+        {"--lens-shift", "a,b"}, {"--lens-shift", "nan,0"}};
     for (const auto& [option, value] : cases) {
         const std::vector<std::string> arguments{"render", "demo:cornell", "-o", folder / "a.exr", option, value};
         expect_error(arguments, kBadUsage, option + ": " + value + " ", folder);

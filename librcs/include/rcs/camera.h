@@ -15,7 +15,11 @@ struct Camera {
     glm::dmat4 world_from_view{1.0};  ///< rigid: no scale, no shear
     double yfov = 0.8;                ///< vertical field of view [rad], in (0, pi); perspective
     double ymag = 1.0;                ///< half the height of the view [m], > 0; orthographic
+    /// Where the picture's middle lies beside the optical axis, to the right and up [heights of the picture], each in
+    /// [-10, 10]: a lens shift keeps uprights parallel where turning the camera would not.
+    glm::dvec2 lens_shift{0.0};
 };
+inline constexpr double kMostLensShift = 10.0;
 
 /// One image of a camera: its size, and where inside each pixel the single sample lies.
 struct View {
@@ -24,6 +28,14 @@ struct View {
     int height = 0;                     ///< [px]
     glm::dvec2 pixel_offset{0.5, 0.5};  ///< in [0, 1)^2; (0.5, 0.5) is the pixel's centre
 };
+
+/// How a view's image lies across its optical axis, x to the right and y down; on the plane at distance 1 in front of the
+/// eye, or anywhere before an orthographic camera. Pixels are square.
+struct ImagePlane {
+    double pixel = 0.0;    ///< side of a pixel [m]
+    glm::dvec2 axis{0.0};  ///< image position where the axis goes through [px]
+};
+ImagePlane image_plane(const View& view);
 
 /// The ray through image position (x, y) [px], (0, 0) the top left corner of the image, with its
 /// change per pixel (Igehy 1999, "Tracing ray differentials").

@@ -40,8 +40,7 @@ Rectangle covered_part(const View& view, const glm::dmat4& view_from_object, con
     if (!(bounds.min.x <= bounds.max.x))
         return {};
     const bool perspective = view.camera.projection == Projection::perspective;
-    const double half_height = perspective ? std::tan(0.5 * view.camera.yfov) : view.camera.ymag;
-    const double per_unit = 0.5 * view.height / half_height;
+    const ImagePlane plane = image_plane(view);
     Rectangle part;
     int behind = 0;
     for (int corner = 0; corner < 8; ++corner) {
@@ -52,8 +51,8 @@ Rectangle covered_part(const View& view, const glm::dmat4& view_from_object, con
             ++behind;
             continue;
         }
-        const double scale = perspective ? per_unit / -p.z : per_unit;
-        part.add(0.5 * view.width + p.x * scale, 0.5 * view.height - p.y * scale);
+        const double pixel = perspective ? plane.pixel * -p.z : plane.pixel;
+        part.add(plane.axis.x + p.x / pixel, plane.axis.y - p.y / pixel);
     }
     if (behind == 8)
         return {};

@@ -59,12 +59,13 @@ glm::dvec4 parallel_depth_row(const DepthRange& range)
 glm::dmat4 clip_from_view(const View& view, const DepthRange& range)
 {
     const bool perspective = view.camera.projection == Projection::perspective;
-    const double half_height = perspective ? std::tan(0.5 * view.camera.yfov) : view.camera.ymag;
-    const double half_width = half_height * view.width / view.height;
+    const ImagePlane plane = image_plane(view);
+    const glm::dvec2 size(view.width, view.height);
     const glm::dvec4 w_row = perspective ? glm::dvec4(0.0, 0.0, -1.0, 0.0) : glm::dvec4(0.0, 0.0, 0.0, 1.0);
-    const glm::dvec2 shift = 2.0 * (0.5 - view.pixel_offset) / glm::dvec2(view.width, view.height);
-    const glm::dvec4 x_row = glm::dvec4(1.0 / half_width, 0.0, 0.0, 0.0) + shift.x * w_row;
-    const glm::dvec4 y_row = glm::dvec4(0.0, -1.0 / half_height, 0.0, 0.0) + shift.y * w_row;
+    const glm::dvec2 shift = 2.0 * (plane.axis - 0.5 * size + 0.5 - view.pixel_offset) / size;
+    const glm::dvec2 scale = 2.0 / (plane.pixel * size);
+    const glm::dvec4 x_row = glm::dvec4(scale.x, 0.0, 0.0, 0.0) + shift.x * w_row;
+    const glm::dvec4 y_row = glm::dvec4(0.0, -scale.y, 0.0, 0.0) + shift.y * w_row;
     const glm::dvec4 z_row = perspective ? perspective_depth_row(range) : parallel_depth_row(range);
     return glm::transpose(glm::dmat4(x_row, y_row, z_row, w_row));
 }

@@ -5,6 +5,15 @@
 
 namespace rcs {
 
+ImagePlane image_plane(const View& view)
+{
+    const Camera& camera = view.camera;
+    const double half_height =
+        camera.projection == Projection::perspective ? std::tan(0.5 * camera.yfov) : camera.ymag;
+    const glm::dvec2 middle(0.5 * view.width, 0.5 * view.height);
+    return {2.0 * half_height / view.height, middle + glm::dvec2(-camera.lens_shift.x, camera.lens_shift.y) * static_cast<double>(view.height)};
+}
+
 CameraRay camera_ray(const View& view, double x, double y)
 {
     const Camera& camera = view.camera;
@@ -12,12 +21,10 @@ CameraRay camera_ray(const View& view, double x, double y)
     const glm::dvec3 up(camera.world_from_view[1]);
     const glm::dvec3 back(camera.world_from_view[2]);
     const glm::dvec3 eye(camera.world_from_view[3]);
-    const double half_height =
-        camera.projection == Projection::perspective ? std::tan(0.5 * camera.yfov) : camera.ymag;
-    const double pixel = 2.0 * half_height / view.height;  // side of a pixel on the image plane
-    const glm::dvec3 dx = right * pixel;
-    const glm::dvec3 dy = up * -pixel;
-    const glm::dvec3 offset = dx * (x - 0.5 * view.width) + dy * (y - 0.5 * view.height);
+    const ImagePlane plane = image_plane(view);
+    const glm::dvec3 dx = right * plane.pixel;
+    const glm::dvec3 dy = up * -plane.pixel;
+    const glm::dvec3 offset = dx * (x - plane.axis.x) + dy * (y - plane.axis.y);
     const glm::dvec3 none(0.0);
     if (camera.projection == Projection::perspective)
         return {eye, offset - back, none, none, dx, dy};

@@ -149,11 +149,12 @@ void add(Fingerprint& print, const Scene& scene)
 
 void add(Fingerprint& print, const Camera& camera)
 {
-    const auto& [name, projection, world_from_view, yfov, ymag] = camera;
+    const auto& [name, projection, world_from_view, yfov, ymag, lens_shift] = camera;
     print.add(projection);
     add_plain(print, world_from_view);
     print.add(yfov);
     print.add(ymag);
+    add_plain(print, lens_shift);
 }
 
 }  // namespace rcs

@@ -157,6 +157,8 @@ void check(const Element& element, const Camera& camera)
     } else {
         element.expect(camera.ymag > 0.0 && std::isfinite(camera.ymag), "has a ymag that is not above 0");
     }
+    const glm::dvec2 shift = glm::abs(camera.lens_shift);
+    element.expect(shift.x <= kMostLensShift && shift.y <= kMostLensShift, "has a lens_shift outside [-10, 10]");
 }
 
 void check(const Scene& scene, const EnvironmentImage& image)

@@ -64,17 +64,14 @@ PixelBounds sphere_bounds(const View& view, glm::dvec3 centre, double radius)
     const double depth = -glm::dot(glm::dvec3(camera.world_from_view[2]), centre);
     const bool perspective = camera.projection == Projection::perspective;
     const auto extent = perspective ? perspective_slopes : parallel_extent;
-    const double half_height = perspective ? std::tan(0.5 * camera.yfov) : camera.ymag;
-    const double pixels_per_unit = 0.5 * view.height / half_height;  // along both axes: pixels are square
-
-    const auto to_pixels = [pixels_per_unit](Interval interval, int size) {
-        return Interval{interval.low * pixels_per_unit + 0.5 * size,
-                        interval.high * pixels_per_unit + 0.5 * size};
+    const ImagePlane plane = image_plane(view);
+    const auto to_pixels = [&plane](Interval interval, double axis) {
+        return Interval{interval.low / plane.pixel + axis, interval.high / plane.pixel + axis};
     };
     PixelBounds bounds;
-    covered_pixels(to_pixels(extent(x, depth, radius), view.width), view.pixel_offset.x, view.width,
+    covered_pixels(to_pixels(extent(x, depth, radius), plane.axis.x), view.pixel_offset.x, view.width,
                    bounds.x0, bounds.x1);
-    covered_pixels(to_pixels(extent(y, depth, radius), view.height), view.pixel_offset.y, view.height,
+    covered_pixels(to_pixels(extent(y, depth, radius), plane.axis.y), view.pixel_offset.y, view.height,
                    bounds.y0, bounds.y1);
     return bounds.empty() ? PixelBounds{} : bounds;
 }

@@ -82,11 +82,14 @@ struct RandomSphere {
         camera.projection = uniform(0.0, 1.0) < 0.2 ? Projection::orthographic : Projection::perspective;
         camera.yfov = uniform(1.0, 150.0) * kPi / 180.0;
         camera.ymag = log_uniform(0.01, 100.0);
+        if (uniform(0.0, 1.0) < 0.3)
+            camera.lens_shift = {uniform(-2.0, 2.0), uniform(-2.0, 2.0)};
         const double distance = log_uniform(1e-3, 1e3);
         camera.world_from_view =
             glm::rotate(glm::dmat4(1.0), uniform(0.0, 6.0), glm::normalize(glm::dvec3(uniform(-1, 1), uniform(-1, 1), 1.0)));
         const double half = camera.projection == Projection::perspective ? std::tan(0.5 * camera.yfov) * distance : camera.ymag;
         centre_view = {uniform(-1.5, 1.5) * half * aspect, uniform(-1.5, 1.5) * half, uniform(-1.0, 0.3) * distance};
+        centre_view += glm::dvec3(2.0 * half * camera.lens_shift, 0.0);
         radius = log_uniform(1e-3, 10.0) * distance;
     }
 };
@@ -108,8 +111,9 @@ void conservative_bounds(CaseRun& run)
             const double half = perspective ? std::tan(s.view.camera.yfov / 2.0) * -p.z : s.view.camera.ymag;
             // The point's place in the image, and the sample next to it in the direction of the sphere's middle: that one
             // sees the sphere unless the sphere is smaller than a pixel, which the ray below decides.
-            const double x = (p.x / (half * s.view.width / s.view.height) + 1.0) / 2.0 * s.view.width - s.view.pixel_offset.x;
-            const double y = (1.0 - p.y / half) / 2.0 * s.view.height - s.view.pixel_offset.y;
+            const glm::dvec2 beside = glm::dvec2(p) - 2.0 * half * s.view.camera.lens_shift;
+            const double x = (beside.x / (half * s.view.width / s.view.height) + 1.0) / 2.0 * s.view.width - s.view.pixel_offset.x;
+            const double y = (1.0 - beside.y / half) / 2.0 * s.view.height - s.view.pixel_offset.y;
             const int i = static_cast<int>(std::lround(std::clamp(x, -2.0, 1e6))), j = static_cast<int>(std::lround(std::clamp(y, -2.0, 1e6)));
             if (i < 0 || j < 0 || i >= s.view.width || j >= s.view.height)
                 continue;
@@ -141,6 +145,9 @@ void extreme_views(CaseRun& run)
     with(150.0, 32, 32, "field of view 150 degrees");
     with(30.0, 100, 10, "aspect 10:1");
     with(110.0, 10, 100, "aspect 1:10");
+    View shifted = view_of(base, 40, 30);
+    shifted.camera.lens_shift = {0.6, -0.4};
+    compare_splats(run, scene, shifted, {sphere_around(camera_position(base) + glm::dvec3(0.2, 0.0, -0.2), 0.5f)}, "shifted lens");
     View parallel = view_of(base, 40, 30);
     parallel.camera.projection = Projection::orthographic;
     parallel.camera.ymag = 1.5;
@@ -236,7 +243,7 @@ std::vector<SuiteCase> view_cases()
           1e-4, "what quads and tiles may differ by anywhere", true}, camera_inside_a_sphere},
         {{"C2", group, "A million random spheres: around the camera, across its plane, at the horizon", "a bound that is too small: holes",
           "no pixel that sees a sphere lies outside its bound", 0.0, "none may be missed", true}, conservative_bounds},
-        {{"C3", group, "Fields of view of 1 and 150 degrees, aspects 10:1 and 1:10, orthographic", "bounds and footprints at the edge of their range",
+        {{"C3", group, "Fields of view of 1 and 150 degrees, aspects 10:1 and 1:10, orthographic, shifted lens", "bounds and footprints at the edge of their range",
           "same as a loop over all pixels in double precision", 1e-4, "what quads and tiles may differ by anywhere", true}, extreme_views},
         {{"C4", group, "Pictures of 1 x 1, 1 x 4096, 8193 x 3, 17 x 31", "tiles, bands and grids at the picture's edge", "a picture, or one clear error",
           0.0, "nothing is measured", true}, odd_sizes},

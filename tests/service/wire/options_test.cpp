@@ -136,13 +136,20 @@ TEST(WireOptions, ValuesOutsideTheirRangeAreRefusedByName)
 
 TEST(WireOptions, ACameraTravelsExactly)
 {
-    const Camera camera = look_at_camera("eye", {1.1, 2.2, 3.3}, {-4, 5, 0.3}, 0.7);
+    Camera camera = look_at_camera("eye", {1.1, 2.2, 3.3}, {-4, 5, 0.3}, 0.7);
+    camera.lens_shift = {0.25, -1.5};
     const Camera back = from_message(to_message(camera));
     EXPECT_EQ(back.world_from_view, camera.world_from_view);
     EXPECT_EQ(back.yfov, camera.yfov);
+    EXPECT_EQ(back.lens_shift, camera.lens_shift);
     v1::Camera broken = to_message(camera);
     broken.mutable_world_from_view()->RemoveLast();
     EXPECT_THROW(from_message(broken), Error);
+    for (const double shift : {10.5, -11.0, std::numeric_limits<double>::quiet_NaN()}) {
+        broken = to_message(camera);
+        broken.mutable_lens_shift()->set_up(shift);
+        EXPECT_THROW(from_message(broken), Error) << shift;
+    }
 }
 
 }  // namespace
