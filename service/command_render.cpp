@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <memory>
 #include <string>
+#include <system_error>
+#include <utility>
 
 #include <CLI/CLI.hpp>
 
@@ -41,19 +44,55 @@ std::string to_text(const Forecast& forecast)
     return text + line;
 }
 
-void render_scene(const RenderArguments& arguments, const CLI::App& command)
+/// Records that a file holds from one render to the next; nothing without a file.
+class KeptRecords {
+public:
+    /// @throws rcs::Error that names the file: before any work if it could not be written
+    explicit KeptRecords(std::string file) : file_(std::move(file)) { check_text_path(file_); }
+
+    std::vector<Record> load(const Scene& scene, const RenderOptions& options, RunReport& report)
+    {
+        if (file_.empty()) return {};
+        return timed(report, "read records", [&] {
+            key_ = record_key(scene, options);
+            std::error_code ignored;
+            std::vector<Record> records;
+            if (std::filesystem::exists(file_, ignored)) records = read_records(file_, key_);
+            report.record_file = {file_, records.size(), 0};
+            return records;
+        });
+    }
+
+    /// What added nothing leaves the file as it is.
+    void save(const RenderResult& result, RunReport& report) const
+    {
+        if (file_.empty()) return;
+        report.record_file->saved = result.records.size();
+        if (result.stats.records.records > 0) {
+            timed(report, "write records", [&] { write_records(file_, key_, result.records); });
+        }
+    }
+
+private:
+    std::string file_;
+    RecordKey key_;
+};
+
+void render_scene(const RenderArguments& arguments, const std::string& record_file, const CLI::App& command)
 {
     const auto begin = std::chrono::steady_clock::now();
     ProgressBar bar(parse_log_level(arguments.report.log_level), arguments.report.quiet);
     RenderOptions options = final_options(arguments);
     const OutputFiles outputs(parse_outputs(arguments.output, PixelFormat::half_float), parse_tone_map(arguments.output), bar.log());
     check_text_path(arguments.report.stats_file);
+    KeptRecords kept(record_file);
 
     ThreadPool pool(arguments.scene.threads);
     RunReport report = begin_report(command, arguments.scene, pool);
     const Scene scene = load(arguments.scene, bar, report);
     const Camera camera = choose_camera(scene, arguments.scene);
     report.camera = camera.name;
+    std::vector<Record> records = kept.load(scene, options, report);
     const RayScene rays = build_rays(scene, options.effects, pool, bar, report);
     limit_gl_threads(pool.size());
     const std::unique_ptr<GlContext> gl =
@@ -76,7 +115,7 @@ void render_scene(const RenderArguments& arguments, const CLI::App& command)
             std::fflush(stdout);
         }
     };
-    RenderResult result = render(*gl, rays, camera, options, pool, {}, bar.log(), bar.progress(), tell_forecast);
+    RenderResult result = render(*gl, rays, camera, options, pool, std::move(records), bar.log(), bar.progress(), tell_forecast);
     for (const auto& [stage, seconds] : result.stats.stage_seconds) {
         report.add(stage, seconds);
     }
@@ -93,6 +132,7 @@ void render_scene(const RenderArguments& arguments, const CLI::App& command)
     result.image.metadata["rcs:scene"] = arguments.scene.scene;
     result.image.metadata["rcs:environment"] = arguments.scene.environment;
     outputs.write(result.image, pool, bar.progress(), report);
+    kept.save(result, report);
     bar.finish();
     report.render = std::move(result.stats);
     deliver(report, arguments.report, begin);
@@ -105,19 +145,24 @@ void add_render_command(CLI::App& app, Action& action)
     CLI::App& command = *app.add_subcommand("render", "Renders one view of a scene");
     const auto arguments = std::make_shared<RenderArguments>();
     const auto server = std::make_shared<ServerArguments>();
+    const auto record_file = std::make_shared<std::string>();
     add_render_arguments(command, *arguments);
+    command.add_option("--records", *record_file,
+                       "Start from the records in this file, if there is one, and save them there with those this view adds: other views of "
+                       "the scene need not gather them again")
+        ->type_name("FILE")->excludes("--budget");
     add_server_arguments(command, *server);
     command.get_option("--server")->envname("")->default_str("")->description("Let this render server do it: a socket or HOST:PORT");
-    for (const char* local : {"--threads", "--dry-run"}) command.get_option("--server")->excludes(local);
+    for (const char* local : {"--threads", "--dry-run", "--records"}) command.get_option("--server")->excludes(local);
     command.footer(
         "Example: rcsplat render sponza.glb --camera atrium --size 1000x1000 -o sponza.png -o sponza.exr");
-    command.callback([arguments, server, &command, &action] {
+    command.callback([arguments, server, record_file, &command, &action] {
         if (arguments->output.files.empty() && !arguments->options.dry_run) {
             throw CLI::RequiredError("--output");
         }
         const bool remote = command.get_option("--server")->count() > 0;
-        action = [arguments, server, remote, &command] {
-            remote ? render_on_server(*arguments, *server) : render_scene(*arguments, command);
+        action = [arguments, server, record_file, remote, &command] {
+            remote ? render_on_server(*arguments, *server) : render_scene(*arguments, *record_file, command);
         };
     });
 }

@@ -198,6 +198,10 @@ Json to_json(const RunReport& report)
             json["forecast"]["points"].push_back({{"error", point.error}, {"seconds", finite_or_null(point.seconds)}});
         }
     }
+    if (report.record_file) {
+        json["record_file"] = {{"file", report.record_file->file}, {"loaded", report.record_file->loaded},
+                               {"saved", report.record_file->saved}};
+    }
     if (report.shown_with) {
         json["tone_map"] = {{"config", report.shown_with->config}, {"display", report.shown_with->display},
                             {"view", report.shown_with->view}, {"exposure", report.shown_with->exposure}};
@@ -239,6 +243,10 @@ std::string to_text(const RunReport& report)
     if (report.forecast) {
         append(text, "forecast %.1f s for %.1f %%; it took %.1f s\n", report.forecast->goal_seconds,
                100.0 * report.forecast->goal_error, report.seconds);
+    }
+    if (report.record_file) {
+        append(text, "kept     %s records in %s, %s of them from before\n", short_count(report.record_file->saved).c_str(),
+               report.record_file->file.c_str(), short_count(report.record_file->loaded).c_str());
     }
     append(text, "memory   %.0f MB at the most\n", static_cast<double>(peak_memory()) * 1e-6);
     if (report.shown_with) {

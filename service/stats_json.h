@@ -20,6 +20,12 @@ struct ShownWith {
     double exposure = 0.0;  ///< [EV]
 };
 
+/// Records kept in a file from render to render.
+struct RecordFileUse {
+    std::string file;
+    std::uint64_t loaded = 0, saved = 0;
+};
+
 /// What a command did and what it cost.
 struct RunReport {
     std::string command, scene, camera;
@@ -31,6 +37,7 @@ struct RunReport {
     std::optional<RenderStats> render;                               ///< of the render command
     std::uint64_t paths = 0;                                         ///< of the reference command
     std::optional<Forecast> forecast;                                ///< with a target or budget
+    std::optional<RecordFileUse> record_file;
     std::optional<ShownWith> shown_with;
     std::vector<std::string> written;
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes seed corpora for the fuzzers from the test corpus and the shared scenes: OUT/gltf, OUT/draco, OUT/image.
+"""Makes seed corpora for the fuzzers from the test corpus and the shared scenes: OUT/gltf, OUT/draco, OUT/image, OUT/records.
 
     make_seeds.py CORPUS_FOLDER [SCENES_FOLDER] --out OUT     # CORPUS_FOLDER as write_corpus makes it
 """
@@ -48,7 +48,7 @@ def main():
     parser.add_argument("folders", nargs="+", type=pathlib.Path)
     parser.add_argument("--out", required=True, type=pathlib.Path)
     arguments = parser.parse_args()
-    counts = {"gltf": 0, "draco": 0, "image": 0}
+    counts = {"gltf": 0, "draco": 0, "image": 0, "records": 0}
 
     def put(kind, data):
         if not 0 < len(data) <= LARGEST:
@@ -65,6 +65,8 @@ def main():
             data = path.read_bytes()
             if path.suffix in (".png", ".jpg", ".webp", ".exr", ".hdr"):
                 put("image", data)
+            if path.suffix == ".records":
+                put("records", data)
             if path.suffix not in (".glb", ".gltf"):
                 continue
             put("gltf", data)

@@ -22,7 +22,7 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 HERE = ROOT / "tests" / "fuzz"
 SKIPPED = 77
-TARGETS = {"gltf": 15_000, "draco": 20_000, "image": 2_500, "frame": 100_000}  # inputs with --seed: about a minute of each
+TARGETS = {"gltf": 15_000, "draco": 20_000, "image": 2_500, "records": 200_000, "frame": 100_000}  # inputs with --seed: about a minute of each
 
 
 def clang():

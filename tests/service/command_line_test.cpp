@@ -183,6 +183,47 @@ TEST(CommandLine, SaysWhatItGivesToAFileWithoutLight)
     EXPECT_EQ(outcome.err.find("no camera"), std::string::npos) << outcome.err;
 }
 
+TEST(CommandLine, RecordsAreKeptFromRenderToRender)
+{
+    const TemporaryFolder folder;
+    const std::string file = folder / "room.records";
+    const auto stats_of = [&](const std::vector<std::string>& more, const std::string& picture) {
+        std::vector<std::string> arguments{"--records", file, "--json", "-o", picture};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const Outcome outcome = rcsplat(small_render("demo:atrium", arguments));
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        return nlohmann::json::parse(outcome.out);
+    };
+    const auto first = stats_of({}, folder / "a.png");
+    EXPECT_EQ(first.at("record_file").at("loaded"), 0);
+    EXPECT_EQ(first.at("record_file").at("saved"), first.at("records"));
+    const std::string saved = bytes_of(file);
+    const auto again = stats_of({}, folder / "b.png");
+    EXPECT_EQ(again.at("records"), 0);
+    EXPECT_EQ(again.at("rays").at("hemisphere"), 0);
+    EXPECT_EQ(again.at("record_file").at("loaded"), first.at("records"));
+    EXPECT_EQ(bytes_of(folder / "a.png"), bytes_of(folder / "b.png"));
+    EXPECT_EQ(bytes_of(file), saved) << "nothing was added";
+
+    // Another view adds what it sees beyond.
+    const auto beside = stats_of({"--lens-shift", "0.5,0"}, folder / "c.png");
+    EXPECT_GT(beside.at("records"), 0);
+    EXPECT_LT(beside.at("records"), first.at("records"));
+    EXPECT_EQ(beside.at("record_file").at("saved").get<int>(), first.at("records").get<int>() + beside.at("records").get<int>());
+    const std::string grown = bytes_of(file);
+
+    const std::string picture = folder / "d.png";
+    expect_error(small_render("demo:cornell", {"--records", file, "-o", picture}), kFailure, "room.records", folder);
+    expect_error(small_render("demo:atrium", {"--records", file, "-o", picture, "--bounces", "2"}), kFailure, "bounces 1", folder);
+    expect_error(small_render("demo:atrium", {"--records", folder / "nowhere/a", "-o", picture}), kFailure, "nowhere", folder);
+    expect_error(small_render("demo:atrium", {"--records", file, "-o", picture, "--budget", "5s"}), kBadUsage, "--budget", folder);
+    expect_error(small_render("demo:atrium", {"--records", file, "-o", picture, "--server", "s"}), kBadUsage, "--records", folder);
+    EXPECT_EQ(bytes_of(file), grown);
+    write_bytes(file, grown.substr(0, grown.size() / 2));
+    expect_error(small_render("demo:atrium", {"--records", file, "-o", picture}), kFailure, "room.records", folder);
+    EXPECT_EQ(bytes_of(file).size(), grown.size() / 2) << "what is damaged is left for its owner to look at";
+}
+
 TEST(CommandLine, BadScenesFailWithOneLineThatNamesThem)
 {
     const TemporaryFolder folder;

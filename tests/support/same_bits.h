@@ -12,7 +12,7 @@ namespace rcs::test {
 /// Bit by bit; the gap in front of the radiance does not count.
 inline bool same_bits(const Record& a, const Record& b)
 {
-    return std::memcmp(&a, &b, offsetof(Record, gradient_scale) + sizeof(float)) == 0 && a.radiance == b.radiance;
+    return std::memcmp(&a, &b, offsetof(Record, breadth) + sizeof(float)) == 0 && a.radiance == b.radiance;
 }
 inline bool same_bits(const std::vector<Record>& a, const std::vector<Record>& b)
 {

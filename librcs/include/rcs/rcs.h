@@ -16,6 +16,7 @@
 #include "rcs/machine.h"
 #include "rcs/metrics.h"
 #include "rcs/ray_scene.h"
+#include "rcs/record_file.h"
 #include "rcs/records.h"
 #include "rcs/reference.h"
 #include "rcs/render.h"

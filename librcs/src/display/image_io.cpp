@@ -12,7 +12,7 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
-#include "display/file_writer.h"
+#include "util/file_writer.h"
 #include "rcs/error.h"
 #include "util/one_line.h"
 

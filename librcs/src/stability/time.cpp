@@ -1,8 +1,14 @@
 // Group F: frames of an animation, as far as there is one: posed scenes, and records handed from frame to frame.
 #include <cmath>
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <string>
 
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "rcs/error.h"
+#include "rcs/record_file.h"
 #include "stability/case_run.h"
 #include "stability/metamorphic.h"
 #include "stability/scenes.h"
@@ -22,6 +28,52 @@ void static_frames(CaseRun& run)
         run.figure(same_bits(next.image, first.image, layer) ? 0.0 : 1.0, "frames with other bits" + (layer.empty() ? "" : ", in layer " + layer));
         run.require(next.stats.records.records == 0, "frame " + std::to_string(frame) + " gathers " + std::to_string(next.stats.records.records) + " records");
         kept = next.records;
+    }
+}
+
+/// What reading the file says; nothing if it was taken.
+std::string complaint(const std::string& path, const RecordKey& key)
+{
+    try {
+        read_records(path, key);
+        return {};
+    } catch (const Error& e) {
+        return e.what();
+    }
+}
+
+void records_in_a_file(CaseRun& run)
+{
+    const Scene scene = furnished_room();
+    const RenderOptions options = small_options(64);
+    const RenderResult first = run.render(scene, options, "frame 1");
+    const std::string path = run.folder() + "/shot.records";
+    const RecordKey key = record_key(scene, options);
+    write_records(path, key, first.records);
+    const RenderResult next = run.render(scene, scene.cameras[0], options, "frame 2", run.pool(), read_records(path, key));
+    std::string layer;
+    run.figure(same_bits(next.image, first.image, layer) ? 0.0 : 1.0, "frames with other bits" + (layer.empty() ? "" : ", in layer " + layer));
+    run.require(next.stats.records.records == 0, "frame 2 gathers " + std::to_string(next.stats.records.records) + " records");
+
+    Scene brighter = scene;
+    brighter.lights.push_back(point_light({-1.5, 2.0, 1.0}, {3.0f, 1.0f, 0.5f}));
+    RenderOptions finer = options;
+    finer.records.error_tolerance *= 0.5f;
+    run.require(!complaint(path, record_key(brighter, options)).empty(), "records of another light are taken");
+    run.require(!complaint(path, record_key(scene, finer)).empty(), "records of another accuracy are taken");
+    std::ifstream file(path, std::ios::binary);
+    const std::string whole{std::istreambuf_iterator<char>(file), {}};
+    std::mt19937 engine(1);
+    for (int n = 0; n < 200; ++n) {
+        std::string damaged = whole;
+        const std::size_t at = std::uniform_int_distribution<std::size_t>(0, whole.size() - 1)(engine);
+        if (n % 2 == 0)
+            damaged.resize(at);
+        else
+            damaged[at] = static_cast<char>(damaged[at] ^ 1 << n / 2 % 8);
+        std::ofstream(path, std::ios::binary) << damaged;
+        const std::string words = complaint(path, key);
+        run.require(words.find("shot.records") != std::string::npos, "damage at byte " + std::to_string(at) + ": '" + words + "'");
     }
 }
 
@@ -74,6 +126,8 @@ std::vector<SuiteCase> time_cases()
     const std::string group = "time";
     return {
         {{"F1", group, "Four frames of a still scene that hand their records on", "records gathered again, pictures that drift", "same bits, records gathered once", 0.0, "nothing changes", true}, static_frames},
+        {{"F1b", group, "Records saved to a file; the file damaged, or of another scene or accuracy", "old light, garbage taken for records", "same bits, nothing gathered; else one error that names the file", 0.0,
+          "what is read is what was written", true}, records_in_a_file},
         {{"F2", group, "A camera that moves through a still scene with its records", "records that serve another view wrongly", "each frame within the errors estimated for it and for the frame by itself", 1.0, "in mean over pixels", true}, moving_camera},
         {{"F3", group, "An object moves and a lamp switches on: frames in any order (F3 to F5)", "ghosts and old light from the frame before", "each frame has the bits it has alone", 0.0,
           "without handed records frames share nothing", true}, frames_know_nothing_of_each_other},

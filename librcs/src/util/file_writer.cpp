@@ -1,4 +1,4 @@
-#include "display/file_writer.h"
+#include "util/file_writer.h"
 
 #include <cerrno>
 #include <cstring>

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "rcs/records.h"
+#include "rcs/render.h"
+#include "rcs/scene.h"
+
+namespace rcs {
+
+/// What the records of a file were gathered for. They serve no other scene, no other light and no other accuracy, but any
+/// view and any seed.
+struct RecordKey {
+    std::string scene;     ///< fingerprint of the scene with its sky
+    std::string settings;  ///< what else records depend on, in words: bounces, accuracy or target, effects
+    bool operator==(const RecordKey&) const = default;
+};
+RecordKey record_key(const Scene& scene, const RenderOptions& options);
+
+/// Saves records for render() to start from: the same view again needs none (a few, with more
+/// than one sample a pixel), another view only those for what it sees beyond. The same records are the same bytes on every
+/// machine; the file appears under its name only when complete.
+/// @throws Error io, naming the file
+void write_records(const std::string& path, const RecordKey& key, const std::vector<Record>& records);
+
+/// What write_records() saved, bit for bit.
+/// @throws Error that names the file. not_found; io; unsupported: written by another version; bad_file: no record file, a
+///     damaged one, or one of another key
+std::vector<Record> read_records(const std::string& path, const RecordKey& key);
+
+}  // namespace rcs

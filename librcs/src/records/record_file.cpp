@@ -1,0 +1,101 @@
+#include "rcs/record_file.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string_view>
+#include <system_error>
+
+#include "rcs/error.h"
+#include "rcs/fingerprint.h"
+#include "records/record_bytes.h"
+#include "util/file_writer.h"
+
+namespace rcs {
+namespace {
+
+constexpr std::size_t kChecksum = 16;  // digits of a fingerprint
+
+std::string checksum(std::string_view bytes)
+{
+    Fingerprint print;
+    print.add(bytes);
+    return print.text();
+}
+
+std::string text(double value)
+{
+    char digits[32];
+    std::snprintf(digits, sizeof digits, "%.9g", value);
+    return digits;
+}
+
+std::string names_of(const EffectSet& effects)
+{
+    std::string names;
+    for (std::size_t i = 0; i < kEffects; ++i)
+        if (effects.has(static_cast<Effect>(i)))
+            names.append(names.empty() ? " " : ",").append(name_of(static_cast<Effect>(i)));
+    return names;
+}
+
+std::string read_file(const std::string& path)
+{
+    std::error_code ignored;
+    if (!std::filesystem::exists(path, ignored))
+        throw Error(ErrorCode::not_found, "record file " + path + " does not exist");
+    if (!std::filesystem::is_regular_file(path, ignored))
+        throw Error(ErrorCode::io, "cannot read record file " + path + ": it is not a regular file");
+    std::ifstream file(path, std::ios::binary);
+    std::string bytes{std::istreambuf_iterator<char>(file), {}};
+    if (!file.good() && !file.eof())
+        throw Error(ErrorCode::io, "cannot read record file " + path);
+    return bytes;
+}
+
+}  // namespace
+
+RecordKey record_key(const Scene& scene, const RenderOptions& options)
+{
+    Fingerprint print;
+    add(print, scene);
+    const RecordOptions& r = options.records;
+    const std::string aim = options.target_error > 0.0
+                                ? "target error " + text(options.target_error) + ", overlap " + text(options.overlap)
+                                : "accuracy " + text(r.error_tolerance) + ", rays " + text(r.rays) + ", noise " + text(r.noise_target);
+    RecordKey key{print.text(), "bounces " + text(options.bounces) + ", " + aim + ", reach " + text(r.min_reach) + " to " +
+                                    text(r.max_reach) + " px, gradient limit " + text(r.gradient_limit)};
+    if (const std::string with = names_of(options.effects.with); !with.empty())
+        key.settings += ", with" + with;
+    if (const std::string without = names_of(options.effects.without); !without.empty())
+        key.settings += ", without" + without;
+    return key;
+}
+
+void write_records(const std::string& path, const RecordKey& key, const std::vector<Record>& records)
+{
+    std::string bytes = to_bytes(key, records);
+    bytes += checksum(bytes);
+    FileWriter writer(path);
+    std::fwrite(bytes.data(), 1, bytes.size(), writer.file());
+    writer.commit();
+}
+
+std::vector<Record> read_records(const std::string& path, const RecordKey& key)
+{
+    const std::string bytes = read_file(path);
+    const std::string_view all = bytes;
+    const std::string_view body = all.substr(0, all.size() - std::min(all.size(), kChecksum));
+    KeyedRecords file = parse_records(body, path);
+    if (all.substr(body.size()) != checksum(body))
+        throw Error(ErrorCode::bad_file, "record file " + path + " is damaged: its checksum is wrong");
+    if (file.key.scene != key.scene)
+        throw Error(ErrorCode::bad_file, "record file " + path + " belongs to another scene, pose or sky; name another file, or remove it");
+    if (file.key.settings != key.settings)
+        throw Error(ErrorCode::bad_file, "record file " + path + " was made with " + file.key.settings + ", not with " + key.settings + "; name another file, or remove it");
+    return std::move(file.records);
+}
+
+}  // namespace rcs

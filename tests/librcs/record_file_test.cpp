@@ -1,0 +1,293 @@
+#include "rcs/record_file.h"
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "rcs/error.h"
+#include "rcs/fingerprint.h"
+#include "rcs/gl_context.h"
+#include "rcs/ray_scene.h"
+#include "records/record_bytes.h"
+#include "support/same_bits.h"
+#include "support/scenes.h"
+#include "support/temporary_folder.h"
+
+namespace rcs {
+namespace {
+
+using test::bytes_of;
+using test::TemporaryFolder;
+using test::write_bytes;
+
+const RecordKey kKey{"0123456789abcdef", "bounces 1"};
+
+/// Records of all that records may hold, every other one with radiance.
+std::vector<Record> random_records(int count)
+{
+    std::mt19937 engine(7);
+    std::uniform_real_distribution<float> unit(0.0f, 1.0f);
+    const auto vector = [&] { return glm::vec3(unit(engine), unit(engine), unit(engine)); };
+    std::vector<Record> records(static_cast<std::size_t>(count));
+    for (std::size_t k = 0; k < records.size(); ++k) {
+        Record& r = records[k];
+        r.position = 1e6f * (vector() - 0.5f);
+        r.normal = glm::normalize(vector() + 0.1f);
+        r.irradiance = k % 5 == 0 ? glm::vec3(0.0f) : vector();
+        for (int c = 0; c < 3; ++c) {
+            r.rotation_gradient[static_cast<std::size_t>(c)] = vector() - 0.5f;
+            r.translation_gradient[static_cast<std::size_t>(c)] = 1e-30f * vector();
+        }
+        r.harmonic_mean_distance = k % 3 == 0 ? std::numeric_limits<float>::infinity() : unit(engine);
+        r.minimum_distance = k % 3 == 1 ? std::numeric_limits<float>::infinity() : 0.0f;
+        r.gradient_reach = unit(engine);
+        r.rays = static_cast<int>(k) + 1;
+        r.footprint = 1e-5f + unit(engine);
+        r.noise = unit(engine);
+        r.spacing_radius = unit(engine);
+        r.gradient_scale = k % 2 == 0 ? 0.0f : 1.0f;
+        r.closeness = 0.25f;
+        r.breadth = 0.5f;
+        for (int i = 0; i < (k % 2 == 0 ? 108 : 0); ++i)
+            r.radiance.push_back(unit(engine) - 0.5f);
+    }
+    return records;
+}
+
+/// @return what the error says, of the code expected
+std::string error_of(ErrorCode code, const std::function<void()>& work)
+{
+    try {
+        work();
+    } catch (const Error& e) {
+        EXPECT_EQ(e.code(), code) << e.what();
+        return e.what();
+    }
+    ADD_FAILURE() << "no error";
+    return {};
+}
+
+TEST(RecordFile, HoldsRecordsBitForBit)
+{
+    const TemporaryFolder folder;
+    for (const int count : {0, 1, 250}) {
+        const std::vector<Record> records = random_records(count);
+        write_records(folder / "a.records", kKey, records);
+        EXPECT_TRUE(test::same_bits(read_records(folder / "a.records", kKey), records)) << count << " records";
+        write_records(folder / "b.records", kKey, records);
+        EXPECT_EQ(bytes_of(folder / "a.records"), bytes_of(folder / "b.records")) << count << " records";
+    }
+    EXPECT_EQ(folder.names().size(), 2u) << "nothing else is left";
+}
+
+TEST(RecordFile, KeepsItsFormatWithinAVersion)
+{
+    // Whoever changes what a file looks like gives it another version: old files are then refused, not misread.
+    Record r;
+    r.irradiance = {1.0f, 2.0f, 3.0f};
+    r.harmonic_mean_distance = 4.0f;
+    r.rays = 128;
+    r.footprint = 0.5f;
+    const std::string bytes = to_bytes({"scene", "settings"}, {r});
+    ASSERT_EQ(bytes.size(), 12u + 4 + 4 + 5 + 4 + 8 + 4 + 38 * 4);
+    EXPECT_EQ(bytes.substr(0, 25), std::string("rcs records\n\1\0\0\0\5\0\0\0scene", 25));
+    const auto word = [&](std::size_t i) { return bytes.substr(41 + 4 * i, 4); };
+    EXPECT_EQ(word(6), std::string("\0\0\x80\x3f", 4)) << "irradiance 1";
+    EXPECT_EQ(word(8), std::string("\0\0\x40\x40", 4)) << "irradiance 3";
+    EXPECT_EQ(word(27), std::string("\0\0\x80\x40", 4)) << "harmonic mean distance 4";
+    EXPECT_EQ(word(29), std::string("\0\0\x80\x7f", 4)) << "gradient reach infinite";
+    EXPECT_EQ(word(30), std::string("\x80\0\0\0", 4)) << "128 rays";
+    EXPECT_EQ(word(31), std::string("\0\0\0\x3f", 4)) << "footprint 0.5";
+    EXPECT_EQ(word(37), std::string("\0\0\0\0", 4)) << "no radiance";
+}
+
+TEST(RecordFile, CutShortOrWithAnyBitFlippedIsOneErrorThatNamesIt)
+{
+    const TemporaryFolder folder;
+    const std::string path = folder / "a.records";
+    write_records(path, kKey, random_records(2));
+    const std::string whole = bytes_of(path);
+    const auto message = [&](const std::string& bytes) {
+        write_bytes(path, bytes);
+        try {
+            read_records(path, kKey);
+        } catch (const Error& e) {
+            EXPECT_TRUE(e.code() == ErrorCode::bad_file || e.code() == ErrorCode::unsupported) << e.what();
+            return std::string(e.what());
+        }
+        return std::string("accepted");
+    };
+    EXPECT_EQ(message(whole), "accepted");
+    for (std::size_t size = 0; size < whole.size(); size += size < 80 ? 1 : 7)
+        EXPECT_NE(message(whole.substr(0, size)).find("a.records"), std::string::npos) << size << " bytes";
+    for (std::size_t bit = 0; bit < 8 * whole.size(); bit += 3) {
+        std::string flipped = whole;
+        flipped[bit / 8] = static_cast<char>(flipped[bit / 8] ^ 1 << bit % 8);
+        EXPECT_NE(message(flipped).find("a.records"), std::string::npos) << "bit " << bit;
+    }
+    EXPECT_NE(message(whole + "x").find("a.records"), std::string::npos);
+    EXPECT_NE(message("").find("is none"), std::string::npos);
+    EXPECT_NE(message(std::string("rcs records\n\2\0\0\0", 16) + std::string(16, '0')).find("version 2, this build reads version 1"), std::string::npos);
+}
+
+TEST(RecordFile, WithValuesThatNoRecordHasIsAnError)
+{
+    constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInfinity = std::numeric_limits<float>::infinity();
+    const std::vector<std::pair<std::string, std::function<void(Record&)>>> changes{
+        {"position", [](Record& r) { r.position.y = kNan; }},
+        {"position", [](Record& r) { r.position.x = 1e30f; }},
+        {"normal", [](Record& r) { r.normal *= 2.0f; }},
+        {"normal", [](Record& r) { r.normal.z = kInfinity; }},
+        {"irradiance", [](Record& r) { r.irradiance.g = -1.0f; }},
+        {"irradiance", [](Record& r) { r.irradiance.b = kInfinity; }},
+        {"gradient", [](Record& r) { r.rotation_gradient[2].x = kNan; }},
+        {"gradient", [](Record& r) { r.translation_gradient[0].z = kInfinity; }},
+        {"distance", [](Record& r) { r.harmonic_mean_distance = kNan; }},
+        {"distance", [](Record& r) { r.minimum_distance = -1.0f; }},
+        {"distance", [](Record& r) { r.gradient_reach = -0.5f; }},
+        {"distance", [](Record& r) { r.spacing_radius = kInfinity; }},
+        {"rays", [](Record& r) { r.rays = 0; }},
+        {"rays", [](Record& r) { r.rays = -7; }},
+        {"footprint", [](Record& r) { r.footprint = 0.0f; }},
+        {"noise", [](Record& r) { r.noise = kNan; }},
+        {"scale", [](Record& r) { r.gradient_scale = 1.5f; }},
+        {"scale", [](Record& r) { r.closeness = 0.0f; }},
+        {"scale", [](Record& r) { r.breadth = kNan; }},
+        {"radiance", [](Record& r) { r.radiance[5] = kInfinity; }},
+        {"radiance", [](Record& r) { r.radiance.pop_back(); }},
+    };
+    for (std::size_t i = 0; i < changes.size(); ++i) {
+        std::vector<Record> records = random_records(3);
+        changes[i].second(records[2]);
+        const std::string words = error_of(ErrorCode::bad_file, [&] { parse_records(to_bytes(kKey, records), "a.records"); });
+        EXPECT_NE(words.find(changes[i].first), std::string::npos) << "change " << i << ": " << words;
+    }
+}
+
+TEST(RecordFile, ThatPromisesMoreThanItHasTakesNoMemory)
+{
+    std::string bytes = to_bytes(kKey, {});
+    for (std::size_t i = bytes.size() - 4; i < bytes.size(); ++i)
+        bytes[i] = '\xff';
+    EXPECT_NE(error_of(ErrorCode::bad_file, [&] { parse_records(bytes, "a.records"); }).find("too short for 4294967295 records"), std::string::npos);
+    bytes = to_bytes(kKey, {}).substr(0, 16) + "\xff\xff\xff\xff";
+    EXPECT_NE(error_of(ErrorCode::bad_file, [&] { parse_records(bytes, "a.records"); }).find("4294967295 bytes"), std::string::npos);
+}
+
+TEST(RecordFile, MissingOrNoFileIsAnError)
+{
+    const TemporaryFolder folder;
+    EXPECT_NE(error_of(ErrorCode::not_found, [&] { read_records(folder / "none.records", kKey); }).find("none.records"), std::string::npos);
+    EXPECT_NE(error_of(ErrorCode::io, [&] { read_records(folder.path(), kKey); }).find(folder.path()), std::string::npos);
+    EXPECT_NE(error_of(ErrorCode::io, [&] { write_records(folder / "nowhere/a.records", kKey, {}); }).find("nowhere"), std::string::npos);
+    EXPECT_TRUE(folder.names().empty());
+}
+
+TEST(RecordKey, ChangesWithAllThatRecordsDependOnAndWithNothingElse)
+{
+    const Scene scene = test::furnished_room();
+    const RenderOptions options;
+    const RecordKey key = record_key(scene, options);
+    const auto with = [&](auto change) {
+        RenderOptions other = options;
+        change(other);
+        return record_key(scene, other);
+    };
+    EXPECT_EQ(with([](auto& o) { o.seed = 7; o.width = 64; o.aa = 1; o.lobe_rays = 3; o.layers.emplace(); }), key);
+    const std::vector<std::function<void(RenderOptions&)>> changes{
+        [](RenderOptions& o) { o.bounces = 2; },
+        [](RenderOptions& o) { o.target_error = 0.05; },
+        [](RenderOptions& o) { o.records.error_tolerance = 0.19f; },
+        [](RenderOptions& o) { o.records.rays = 256; },
+        [](RenderOptions& o) { o.records.noise_target = 0.01f; },
+        [](RenderOptions& o) { o.records.min_reach = 10.0f; },
+        [](RenderOptions& o) { o.records.gradient_limit = 2.0f; },
+        [](RenderOptions& o) { o.effects.without.set(Effect::area_light); },
+        [](RenderOptions& o) { o.effects.with.set(Effect::area_light); }};
+    for (std::size_t i = 0; i < changes.size(); ++i) {
+        EXPECT_EQ(with(changes[i]).scene, key.scene);
+        EXPECT_NE(with(changes[i]).settings, key.settings) << "change " << i << " goes unseen";
+    }
+    Scene brighter = scene;
+    brighter.sky_radiance += 0.1f;
+    EXPECT_NE(record_key(brighter, options).scene, key.scene);
+}
+
+TEST(RecordFile, OfAnotherSceneOrAccuracyIsRefused)
+{
+    const TemporaryFolder folder;
+    const std::string path = folder / "a.records";
+    write_records(path, kKey, random_records(1));
+    EXPECT_NE(error_of(ErrorCode::bad_file, [&] { read_records(path, {"f", "bounces 1"}); }).find("another scene"), std::string::npos);
+    EXPECT_NE(error_of(ErrorCode::bad_file, [&] { read_records(path, {kKey.scene, "bounces 2"}); }).find("made with bounces 1, not with bounces 2"), std::string::npos);
+}
+
+/// Renders, and renders again from the file with its records.
+struct TwoRenders {
+    RenderResult first, again;
+};
+TwoRenders render_twice(const Scene& scene, const RenderOptions& options)
+{
+    static GlContext gl;
+    const TemporaryFolder folder;
+    const std::string path = folder / "a.records";
+    ThreadPool pool(2);
+    const RayScene rays = build_ray_scene(scene, pool);
+    const RecordKey key = record_key(scene, options);
+    TwoRenders both;
+    both.first = render(gl, rays, scene.cameras[0], options, pool);
+    EXPECT_GT(both.first.records.size(), 10u);
+    write_records(path, key, both.first.records);
+    both.again = render(gl, rays, scene.cameras[0], options, pool, read_records(path, key));
+    return both;
+}
+
+RenderOptions small(int aa)
+{
+    RenderOptions options;
+    options.width = options.height = 64;
+    options.aa = aa;
+    return options;
+}
+
+void expect_same_picture(const Scene& scene, const RenderOptions& options, const std::string& words)
+{
+    const auto [first, again] = render_twice(scene, options);
+    EXPECT_EQ(again.stats.records.records, 0u) << words;
+    EXPECT_EQ(again.stats.records.hemisphere_rays, 0u) << words;
+    EXPECT_TRUE(test::same_bits(again.records, first.records)) << words;
+    for (const auto& [name, layer] : first.image.layers)
+        EXPECT_EQ(again.image.layers.at(name).pixels, layer.pixels) << words << ", layer " << name;
+}
+
+TEST(RecordFile, GivesTheSamePictureWithoutARay)
+{
+    RenderOptions options = small(1);
+    expect_same_picture(test::furnished_room(), options, "diffuse");
+    options.target_error = 0.08;
+    expect_same_picture(test::furnished_room(), options, "with a target");
+    options.target_error = 0.0;
+    options.bounces = 3;
+    expect_same_picture(load_scene("demo:spheres"), options, "glossy, three bounces");
+}
+
+TEST(RecordFile, LeavesHardlyAHoleWhereSamplesOfAPixelShareRecords)
+{
+    // Records of later samples shorten the reach of earlier ones, and so may leave a hole in the first sample's view.
+    for (const double target : {0.0, 0.08}) {
+        RenderOptions options = small(4);
+        options.width = options.height = 128;
+        options.target_error = target;
+        const auto [first, again] = render_twice(load_scene("demo:atrium"), options);
+        EXPECT_LT(again.stats.records.records, first.records.size() / 100) << target;
+        EXPECT_LT(again.stats.error.mean_relative, 1.1 * first.stats.error.mean_relative) << target;
+    }
+}
+
+}  // namespace
+}  // namespace rcs
