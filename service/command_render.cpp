@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 #include <system_error>
@@ -44,11 +45,29 @@ std::string to_text(const Forecast& forecast)
     return text + line;
 }
 
+/// No two of the files that a render writes may be one.
+void check_distinct(const RenderArguments& arguments, const std::string& record_file)
+{
+    std::map<std::filesystem::path, std::string> options;
+    const auto add = [&](const std::string& option, const std::string& file) {
+        if (file.empty()) return;
+        std::error_code ignored;
+        const auto [other, is_new] = options.emplace(std::filesystem::weakly_canonical(file, ignored), option);
+        if (!is_new) throw Error(ErrorCode::bad_argument, option + " " + file + " is the same file as that of " + other->second);
+    };
+    for (const std::string& file : arguments.output.files) add("--output", file);
+    add("--stats", arguments.report.stats_file);
+    add("--records", record_file);
+}
+
 /// Records that a file holds from one render to the next; nothing without a file.
 class KeptRecords {
 public:
     /// @throws rcs::Error that names the file: before any work if it could not be written
-    explicit KeptRecords(std::string file) : file_(std::move(file)) { check_text_path(file_); }
+    explicit KeptRecords(std::string file) : file_(std::move(file))
+    {
+        if (!file_.empty()) check_record_path(file_);
+    }
 
     std::vector<Record> load(const Scene& scene, const RenderOptions& options, RunReport& report)
     {
@@ -63,14 +82,15 @@ public:
         });
     }
 
-    /// What added nothing leaves the file as it is.
+    /// Leaves a file to which nothing was added as it is.
     void save(const RenderResult& result, RunReport& report) const
     {
         if (file_.empty()) return;
-        report.record_file->saved = result.records.size();
-        if (result.stats.records.records > 0) {
+        std::error_code ignored;
+        if (result.stats.records.records > 0 || !std::filesystem::exists(file_, ignored)) {
             timed(report, "write records", [&] { write_records(file_, key_, result.records); });
         }
+        report.record_file->saved = result.records.size();
     }
 
 private:
@@ -85,6 +105,7 @@ void render_scene(const RenderArguments& arguments, const std::string& record_fi
     RenderOptions options = final_options(arguments);
     const OutputFiles outputs(parse_outputs(arguments.output, PixelFormat::half_float), parse_tone_map(arguments.output), bar.log());
     check_text_path(arguments.report.stats_file);
+    check_distinct(arguments, record_file);
     KeptRecords kept(record_file);
 
     ThreadPool pool(arguments.scene.threads);
@@ -150,7 +171,7 @@ void add_render_command(CLI::App& app, Action& action)
     command.add_option("--records", *record_file,
                        "Start from the records in this file, if there is one, and save them there with those this view adds: other views of "
                        "the scene need not gather them again")
-        ->type_name("FILE")->excludes("--budget");
+        ->type_name("FILE")->excludes("--target-error")->excludes("--budget")->excludes("--dry-run");
     add_server_arguments(command, *server);
     command.get_option("--server")->envname("")->default_str("")->description("Let this render server do it: a socket or HOST:PORT");
     for (const char* local : {"--threads", "--dry-run", "--records"}) command.get_option("--server")->excludes(local);

@@ -154,6 +154,7 @@ TEST(RecordFile, WithValuesThatNoRecordHasIsAnError)
         {"rays", [](Record& r) { r.rays = 0; }},
         {"rays", [](Record& r) { r.rays = -7; }},
         {"footprint", [](Record& r) { r.footprint = 0.0f; }},
+        {"footprint", [](Record& r) { r.footprint = 1e-40f; }},
         {"noise", [](Record& r) { r.noise = kNan; }},
         {"scale", [](Record& r) { r.gradient_scale = 1.5f; }},
         {"scale", [](Record& r) { r.closeness = 0.0f; }},
@@ -206,6 +207,7 @@ TEST(RecordKey, ChangesWithAllThatRecordsDependOnAndWithNothingElse)
         [](RenderOptions& o) { o.records.rays = 256; },
         [](RenderOptions& o) { o.records.noise_target = 0.01f; },
         [](RenderOptions& o) { o.records.min_reach = 10.0f; },
+        [](RenderOptions& o) { o.records.max_reach = 50.0f; },
         [](RenderOptions& o) { o.records.gradient_limit = 2.0f; },
         [](RenderOptions& o) { o.effects.without.set(Effect::area_light); },
         [](RenderOptions& o) { o.effects.with.set(Effect::area_light); }};
@@ -213,6 +215,9 @@ TEST(RecordKey, ChangesWithAllThatRecordsDependOnAndWithNothingElse)
         EXPECT_EQ(with(changes[i]).scene, key.scene);
         EXPECT_NE(with(changes[i]).settings, key.settings) << "change " << i << " goes unseen";
     }
+    const auto aimed = [&](float overlap) { return with([&](RenderOptions& o) { o.target_error = 0.05; o.overlap = overlap; }); };
+    EXPECT_NE(aimed(2.0f).settings, aimed(3.0f).settings) << "a target is judged by the splat";
+    EXPECT_NE(key.settings.find("accuracy 0.2, rays 128, noise 0.02"), std::string::npos) << key.settings;
     Scene brighter = scene;
     brighter.sky_radiance += 0.1f;
     EXPECT_NE(record_key(brighter, options).scene, key.scene);
@@ -279,14 +284,64 @@ TEST(RecordFile, GivesTheSamePictureWithoutARay)
 TEST(RecordFile, LeavesHardlyAHoleWhereSamplesOfAPixelShareRecords)
 {
     // Records of later samples shorten the reach of earlier ones, and so may leave a hole in the first sample's view.
-    for (const double target : {0.0, 0.08}) {
-        RenderOptions options = small(4);
-        options.width = options.height = 128;
-        options.target_error = target;
-        const auto [first, again] = render_twice(load_scene("demo:atrium"), options);
-        EXPECT_LT(again.stats.records.records, first.records.size() / 100) << target;
-        EXPECT_LT(again.stats.error.mean_relative, 1.1 * first.stats.error.mean_relative) << target;
+    RenderOptions options = small(4);
+    options.width = options.height = 128;
+    const auto [first, again] = render_twice(load_scene("demo:atrium"), options);
+    EXPECT_LT(again.stats.records.records, first.records.size() / 100);
+    EXPECT_LT(again.stats.error.mean_relative, 1.1 * first.stats.error.mean_relative);
+    EXPECT_EQ(again.image.metadata.at("rcs:records"), std::to_string(again.records.size())) << "those it was made of, gathered or not";
+}
+
+TEST(RecordFile, TakesWhatTheLargestLightLeavesFinite)
+{
+    Scene scene = test::furnished_room();
+    scene.sky_radiance = glm::vec3(1e36f);
+    const auto [first, again] = render_twice(scene, small(1));
+    EXPECT_LE(again.records.size(), first.records.size() + again.stats.records.records);
+}
+
+TEST(RecordFile, SavesWhatIsNoUseToGlossySurfacesForOthers)
+{
+    const TemporaryFolder folder;
+    GlContext gl;
+    ThreadPool pool(2);
+    const Scene scene = load_scene("demo:spheres");
+    const RayScene rays = build_ray_scene(scene, pool);
+    const RenderOptions options = small(1);
+    Camera up = scene.cameras[0];
+    up.lens_shift = {0.0, 3.0};
+    const RenderResult glossy = render(gl, rays, scene.cameras[0], options, pool);
+    ASSERT_TRUE(glossy.stats.plan.needs(Effect::glossy_records));
+    const RenderResult plain = render(gl, rays, up, options, pool);
+    ASSERT_FALSE(plain.stats.plan.needs(Effect::glossy_records));
+    ASSERT_GT(plain.records.size(), 0u);
+    const RenderResult both = render(gl, rays, scene.cameras[0], options, pool, plain.records);
+    EXPECT_EQ(both.stats.records.records, glossy.records.size());
+    EXPECT_EQ(both.records.size(), glossy.records.size() + plain.records.size());
+    EXPECT_EQ(render(gl, rays, up, options, pool, both.records).stats.records.records, 0u);
+}
+
+TEST(RecordFile, OfASmallPictureMakesNoLargeOneCoarse)
+{
+    GlContext gl;
+    ThreadPool pool(2);
+    const Scene scene = load_scene("demo:cornell");
+    const RayScene rays = build_ray_scene(scene, pool);
+    RenderOptions options = small(1);
+    options.width = options.height = 24;
+    const RenderResult coarse = render(gl, rays, scene.cameras[0], options, pool);
+    options.width = options.height = 192;
+    const RenderResult fresh = render(gl, rays, scene.cameras[0], options, pool);
+    const RenderResult grown = render(gl, rays, scene.cameras[0], options, pool, coarse.records);
+    EXPECT_GT(grown.stats.records.records, fresh.records.size() / 2);
+    EXPECT_LT(grown.stats.error.mean_relative, 1.1 * fresh.stats.error.mean_relative);
+    const Image &a = grown.image.layers.at("indirect"), &b = fresh.image.layers.at("indirect");
+    double difference = 0.0, light = 0.0;
+    for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+        difference += std::abs(static_cast<double>(a.pixels[i]) - static_cast<double>(b.pixels[i]));
+        light += static_cast<double>(b.pixels[i]);
     }
+    EXPECT_LT(difference / light, grown.stats.error.mean_relative + fresh.stats.error.mean_relative);
 }
 
 }  // namespace

@@ -84,7 +84,9 @@ TEST_P(Metamorphic, HoldsForARoom)
     options.records.rays = 512;
     options.direct.area_samples = options.direct.penumbra_samples = 64;
     const Scene scene = stability::furnished_room();
-    const StabilityOutcome outcome = run_metamorphic_case({gl(), pool, "", ""}, GetParam().id, scene, scene.cameras[0], options);
+    Camera camera = scene.cameras[0];
+    camera.lens_shift = {0.2, -0.1};
+    const StabilityOutcome outcome = run_metamorphic_case({gl(), pool, "", ""}, GetParam().id, scene, camera, options);
     EXPECT_EQ(outcome.verdict, StabilityVerdict::passed) << outcome.figure << ": " << outcome.measured;
 }
 
@@ -100,11 +102,14 @@ TEST(StabilityReproducer, HoldsTheScenePicturesAndTheCommand)
     options.height = 9;
     options.aa = 1;
     const Scene scene = load_scene("demo:atrium");
-    const StabilityOutcome outcome = run_metamorphic_case({gl(), pool, "", folder.path()}, "rotate", scene, scene.cameras[0], options);
+    Camera camera = scene.cameras[0];
+    camera.lens_shift = {0.25, 0.0};
+    const StabilityOutcome outcome = run_metamorphic_case({gl(), pool, "", folder.path()}, "rotate", scene, camera, options);
     ASSERT_EQ(outcome.verdict, StabilityVerdict::failed) << outcome.figure;
     EXPECT_EQ(outcome.saved, folder / "rotate");
     const std::string page = test::bytes_of(folder / "rotate/README.md");
     EXPECT_NE(page.find("rcsplat render scene.glb"), std::string::npos) << page;
+    EXPECT_NE(page.find("--size 12x9 --lens-shift 0.25,0"), std::string::npos) << page;
     EXPECT_FALSE(test::bytes_of(folder / "rotate/0.exr").empty());
     EXPECT_EQ(load_scene(folder / "rotate/scene.glb").instances.size(), scene.instances.size());
 }

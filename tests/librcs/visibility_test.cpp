@@ -100,6 +100,38 @@ TEST(Visibility, OfATriangleIsThePixelsWhoseCentresItCovers)
     EXPECT_EQ(covered, 15);
 }
 
+TEST(Visibility, OfAShiftedLensIsThatOfAPartOfALargerPicture)
+{
+    // Strips side by side and one above the other, each its own instance.
+    std::vector<Mesh> meshes;
+    for (int i = 0; i < 40; ++i) {
+        const float x = -2.0f + 0.1f * static_cast<float>(i);
+        meshes.push_back(quad(x, -2.0f, x + 0.093f, -1.5f + 0.17f * static_cast<float>(i % 7), -2.0f - 0.01f * static_cast<float>(i)));
+    }
+    const Scene scene = scene_of(std::move(meshes));
+    for (const Projection projection : {Projection::perspective, Projection::orthographic}) {
+        View wide = perspective_view(160, 120, 2.0 * std::atan(0.9));
+        wide.camera.projection = projection;
+        wide.camera.ymag = 1.8;
+        View part = wide;  // 40 x 30 pixels of it, half of their height to the right of its middle and one below
+        part.width = 40;
+        part.height = 30;
+        part.camera.yfov = 2.0 * std::atan(0.9 / 4.0);
+        part.camera.ymag = 1.8 / 4.0;
+        part.camera.lens_shift = {0.5, -1.0};
+        const Visibility whole = render_visibility(gl(), scene, wide), seen = render_visibility(gl(), scene, part);
+        int covered = 0, different = 0;
+        for (int y = 0; y < 30; ++y)
+            for (int x = 0; x < 40; ++x) {
+                const Id id = id_at(seen, part, x, y);
+                covered += id.first != kNone;
+                different += id != id_at(whole, wide, 60 + 15 + x, 45 + 30 + y);
+            }
+        EXPECT_GT(covered, 100);
+        EXPECT_LE(different, 2) << "but for samples on an edge";
+    }
+}
+
 TEST(Visibility, InPerspectiveFollowsTheFieldOfView)
 {
     // At depth 2 a vertical field of view of 90 degrees is 4 high: 12 pixels, so 1/3 unit a pixel.

@@ -216,7 +216,14 @@ TEST(CommandLine, RecordsAreKeptFromRenderToRender)
     expect_error(small_render("demo:cornell", {"--records", file, "-o", picture}), kFailure, "room.records", folder);
     expect_error(small_render("demo:atrium", {"--records", file, "-o", picture, "--bounces", "2"}), kFailure, "bounces 1", folder);
     expect_error(small_render("demo:atrium", {"--records", folder / "nowhere/a", "-o", picture}), kFailure, "nowhere", folder);
-    expect_error(small_render("demo:atrium", {"--records", file, "-o", picture, "--budget", "5s"}), kBadUsage, "--budget", folder);
+    for (const auto& [option, value] : {std::pair{"--budget", "5s"}, {"--target-error", "5%"}})
+        expect_error(small_render("demo:atrium", {"--records", file, "-o", picture, option, value}), kBadUsage, option, folder);
+    expect_error({"render", "demo:atrium", "--records", file, "--dry-run"}, kBadUsage, "--dry-run", folder);
+    for (const std::string& same : {picture, folder.path() + "/./d.png"})
+        expect_error(small_render("demo:atrium", {"--records", same, "-o", picture}), kBadUsage, "is the same file as that of --output", folder);
+    expect_error(small_render("demo:atrium", {"--records", file, "-o", picture, "--stats", file}), kBadUsage, "is the same file as that of --stats", folder);
+    std::filesystem::create_symlink(folder / "nowhere/b", folder / "dangling");
+    expect_error(small_render("demo:atrium", {"--records", folder / "dangling", "-o", picture}), kFailure, "dangling", folder);
     expect_error(small_render("demo:atrium", {"--records", file, "-o", picture, "--server", "s"}), kBadUsage, "--records", folder);
     EXPECT_EQ(bytes_of(file), grown);
     write_bytes(file, grown.substr(0, grown.size() / 2));

@@ -29,6 +29,9 @@ with Client(address) as client:
     assert client.jobs()[0].labels["test"] == "python"
     again = client.submit(scene, width=40, height=32, bounces=2, records={"error_tolerance": 0.3})
     assert numpy.array_equal(again.image(), image)
+    plain, shifted = (client.submit(scene, width=40, height=32, exposure=0.0, lens_shift=shift).image().astype(int) for shift in (None, (0.25, 0)))
+    moved, kept = (numpy.abs(shifted[:, :32] - plain[:, i:i + 32]).mean() for i in (8, 0))
+    assert moved < 0.3 * kept, "not moved by 8 pixels: %g, %g" % (moved, kept)
     try:
         client.submit("demo:cornell", width=0)
         raise SystemExit("a width of 0 was taken")

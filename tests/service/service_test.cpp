@@ -97,16 +97,25 @@ TEST_F(RenderService, RendersTheSamePicturesAsTheCommandLineBitForBit)
     }
 }
 
-TEST_F(RenderService, SkiesAndGivenCamerasArriveToo)
+TEST_F(RenderService, SkiesAndShiftedLensesArriveToo)
 {
     TestServer server(folder_.path());
-    for (const char* sky : {"none", "0.5,1,2"}) {
-        const auto local = rcsplat({"render", "demo:spheres", "--environment", sky, "--size", "32x32", "-q", "-o", folder_ / "a.exr"});
-        const auto remote = rcsplat({"render", "demo:spheres", "--environment", sky, "--size", "32x32", "-q", "-o", folder_ / "b.exr",
-                                     "--server", server.socket()});
+    std::set<std::string> pictures;
+    const std::vector<std::string> plain{"render", "demo:spheres", "--size", "32x32", "-q"};
+    for (const std::vector<std::string>& more :
+         {std::vector<std::string>{}, {"--environment", "none"}, {"--environment", "0.5,1,2"}, {"--lens-shift", "0.25,-0.5"}}) {
+        std::vector<std::string> arguments = plain;
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        arguments.insert(arguments.end(), {"-o", folder_ / "a.exr"});
+        const auto local = rcsplat(arguments);
+        arguments.back() = folder_ / "b.exr";
+        arguments.insert(arguments.end(), {"--server", server.socket()});
+        const auto remote = rcsplat(arguments);
         ASSERT_EQ(local.code + remote.code, 0) << local.err << remote.err;
-        EXPECT_TRUE(bytes_of(folder_ / "a.exr") == bytes_of(folder_ / "b.exr")) << sky;
+        EXPECT_TRUE(bytes_of(folder_ / "a.exr") == bytes_of(folder_ / "b.exr")) << (more.empty() ? "plain" : more[1]);
+        pictures.insert(bytes_of(folder_ / "a.exr"));
     }
+    EXPECT_EQ(pictures.size(), 4u) << "they differ";
 }
 
 TEST_F(RenderService, FramesOfAnAnimationAreFilesOfTheirOwn)

@@ -115,7 +115,8 @@ struct RenderResult {
 /// Renders one view of the scene: emission, direct light, and indirect light by radiance cache
 /// splatting (Gautron et al. 2005).
 /// @param forecast  told once, with a target or budget
-/// @param cache  records of earlier frames of the same scene to start from; may be empty
+/// @param cache  records of earlier frames of the same scene to start from; may be empty. They keep the rays they have: a target
+///     or budget refines only what is new
 RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, const RenderOptions& options,
                     ThreadPool& pool, std::vector<Record> cache = {}, const LogFunction& log = {},
                     const ProgressFunction& progress = {}, const ForecastFunction& forecast = {},

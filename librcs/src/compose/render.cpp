@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <optional>
 #include <string>
 
@@ -19,6 +20,7 @@
 #include "compose/goal.h"
 #include "rcs/error.h"
 #include "rcs/version.h"
+#include "records/view_fit.h"
 
 namespace rcs {
 namespace {
@@ -89,6 +91,15 @@ private:
     const ProgressFunction& progress_;
 };
 
+/// Takes out the records without radiance, which are no use to glossy surfaces but to other views.
+std::vector<Record> take_plain(std::vector<Record>& records)
+{
+    const auto plain = std::stable_partition(records.begin(), records.end(), [](const Record& r) { return !r.radiance.empty(); });
+    std::vector<Record> taken(std::make_move_iterator(plain), std::make_move_iterator(records.end()));
+    records.erase(plain, records.end());
+    return taken;
+}
+
 /// Rays of a pixel, of which each pass shoots its part.
 int of_pass(int rays, int passes)
 {
@@ -133,7 +144,6 @@ void describe(const RenderOptions& o, const RecordOptions& records, int passes, 
     image.metadata["rcs:lobe-rays"] = number(o.lobe_rays);
     image.metadata["rcs:overlap"] = number(o.overlap);
     image.metadata["rcs:seed"] = number(o.seed);
-    image.metadata["rcs:records"] = number(stats.records.records);
     image.metadata["rcs:splat"] = stats.splat_method;
     image.metadata["rcs:error-mean"] = number(stats.error.mean_relative);
     image.metadata["rcs:error-median"] = number(stats.error.median_relative);
@@ -212,8 +222,7 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
     const std::vector<View> views = make_views(camera, options);
     const float texture_scale = 1.0f / std::sqrt(static_cast<float>(options.aa));
     std::vector<Record> records = std::move(cache);
-    if (record_options.radiance)
-        std::erase_if(records, [](const Record& r) { return r.radiance.empty(); });
+    const std::vector<Record> without_radiance = record_options.radiance ? take_plain(records) : std::vector<Record>{};
     std::optional<LightCache> light_cache;
     int lobe_rounds = 1;  // of tracing, in each pass
     std::optional<SharedSamples> shared;  // by passes after the first
@@ -262,6 +271,8 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
             if (has_records) {
                 // Records of earlier passes are shared; this one adds where it sees what they did not.
                 clock.run("records", [&] {
+                    if (is_first)
+                        fit_to_view(gbuffer, view, records);
                     if (goal.is_set() && is_first)
                         goal.place(rays, first, pool, bounced, record_options, records, stats, progress, forecast);
                     else
@@ -319,12 +330,14 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
     keep_layers(effects, result.image);
     tally.finish(gl, records, result.image, counts);
     describe(options, record_options, goal.passes(), camera, stats, result.image);
+    result.image.metadata["rcs:records"] = std::to_string(records.size());
     if (log && options.target_error > 0.0 && stats.error.mean_relative > kNotReached * options.target_error)
         log(LogLevel::warning, "the error of indirect light is estimated as " + percent(stats.error.mean_relative) +
                                    ", not the " + percent(options.target_error) + " wanted");
     if (stats.unserved_pixels > 0 && log)
         log(LogLevel::warning, std::to_string(stats.unserved_pixels) + " visible pixels are served by no record");
     result.records = std::move(records);
+    result.records.insert(result.records.end(), without_radiance.begin(), without_radiance.end());
     return result;
 }
 

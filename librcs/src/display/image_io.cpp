@@ -12,8 +12,8 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
-#include "util/file_writer.h"
 #include "rcs/error.h"
+#include "util/file_writer.h"
 #include "util/one_line.h"
 
 namespace rcs {

@@ -18,6 +18,7 @@ constexpr std::uint32_t kLongestKey = 4096;          // [bytes] of each of its t
 constexpr std::size_t kRadiance = 3 * kHarmonics;    // values of a record that has radiance
 constexpr std::size_t kRecordBytes = 4 * 38;         // without radiance
 constexpr float kFarthest = 1e18f;                   // as for meshes: their product stays a float
+constexpr float kLeastFootprint = 1e-30f;            // below, one over a radius is no float
 constexpr float kUnitLength = 1e-3f;                 // a normal may be off by
 
 /// Shows `visit` every field of a record in turn. A record that gets a new member fails to compile here.
@@ -105,7 +106,8 @@ bool is_finite(const glm::vec3& v) { return std::isfinite(v.x) && std::isfinite(
 bool is_distance(float value) { return value >= 0.0f; }  // infinity is one, NaN is none
 bool is_part(float value) { return value > 0.0f && value <= 1.0f; }
 
-/// What is wrong with a record, or nothing.
+}  // namespace
+
 std::string_view defect_of(const Record& r)
 {
     if (!is_finite(r.position) || glm::length(r.position) > kFarthest)
@@ -123,7 +125,7 @@ std::string_view defect_of(const Record& r)
         return "a distance";
     if (r.rays < 1)
         return "a number of rays";
-    if (!(r.footprint > 0.0f) || std::isinf(r.footprint))
+    if (!(r.footprint >= kLeastFootprint) || std::isinf(r.footprint))
         return "a footprint";
     if (!is_distance(r.noise) || std::isinf(r.noise))
         return "a noise";
@@ -134,6 +136,8 @@ std::string_view defect_of(const Record& r)
     return {};
 }
 
+namespace {
+
 Record read_record(Reader& reader)
 {
     Record record;
@@ -141,11 +145,9 @@ Record read_record(Reader& reader)
     const std::uint32_t values = reader.number();
     if (values != 0 && values != kRadiance)
         reader.damaged("a radiance of " + std::to_string(values) + " values");
-    const std::string_view part = reader.take(4 * std::size_t{values});
-    Reader radiance(part, "");
     record.radiance.reserve(values);
     for (std::uint32_t i = 0; i < values; ++i)
-        record.radiance.push_back(std::bit_cast<float>(radiance.number()));
+        record.radiance.push_back(std::bit_cast<float>(reader.number()));
     return record;
 }
 

@@ -1,6 +1,7 @@
 #include "rcs/record_file.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -25,11 +26,12 @@ std::string checksum(std::string_view bytes)
     return print.text();
 }
 
-std::string text(double value)
+/// As few digits as tell a value from all others.
+template <typename Number>
+std::string text(Number value)
 {
     char digits[32];
-    std::snprintf(digits, sizeof digits, "%.9g", value);
-    return digits;
+    return {digits, std::to_chars(digits, digits + sizeof digits, value).ptr};
 }
 
 std::string names_of(const EffectSet& effects)
@@ -74,9 +76,16 @@ RecordKey record_key(const Scene& scene, const RenderOptions& options)
     return key;
 }
 
+void check_record_path(const std::string& path)
+{
+    const FileWriter probe(path);  // the surest test of a folder is to make a file in it
+}
+
 void write_records(const std::string& path, const RecordKey& key, const std::vector<Record>& records)
 {
-    std::string bytes = to_bytes(key, records);
+    std::vector<Record> sound;  // light beyond what floats hold leaves others
+    std::copy_if(records.begin(), records.end(), std::back_inserter(sound), [](const Record& r) { return defect_of(r).empty(); });
+    std::string bytes = to_bytes(key, sound);
     bytes += checksum(bytes);
     FileWriter writer(path);
     std::fwrite(bytes.data(), 1, bytes.size(), writer.file());

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iomanip>
 #include <limits>
 
 #include "rcs/error.h"
@@ -129,8 +130,14 @@ std::string CaseRun::save() const
     page << "\nOpenGL: " << machine_.gl.renderer() << ", " << machine_.gl.version() << "\n";
     if (scene_) {
         const std::string left_out = export_glb(*scene_, (folder / "scene.glb").string());
-        page << "\nThe first scene rendered, and its first picture again:\n\n    rcsplat render scene.glb --camera '"
-             << camera_->name << "' --aa 1 -o again.exr\n";
+        page << "\nThe first scene rendered, and its first picture again:\n\n    rcsplat render scene.glb --camera '" << camera_->name << "'";
+        if (!pictures_.empty()) {
+            const Image& beauty = pictures_.front().image.layers.at("beauty");
+            page << " --size " << beauty.width << "x" << beauty.height;
+        }
+        if (camera_->lens_shift != glm::dvec2(0.0))
+            page << std::setprecision(17) << " --lens-shift " << camera_->lens_shift.x << "," << camera_->lens_shift.y;
+        page << " --aa 1 -o again.exr\n";
         if (!left_out.empty())
             page << "\nscene.glb lacks " << left_out << ".\n";
     }

@@ -20,8 +20,10 @@ Scene transformed(Scene scene, const glm::dmat4& world)
     for (Camera& camera : scene.cameras) {
         const glm::dvec3 eye = world * glm::dvec4(glm::dvec3(camera.world_from_view[3]), 1.0);
         glm::dmat3 axes = turn * glm::dmat3(camera.world_from_view);
-        if (determinant < 0.0)
-            axes[0] = -axes[0];  // stays rigid; the picture is turned round
+        if (determinant < 0.0) {  // stays rigid; the picture is turned round
+            axes[0] = -axes[0];
+            camera.lens_shift.x = -camera.lens_shift.x;
+        }
         camera.world_from_view = glm::dmat4(axes);
         camera.world_from_view[3] = glm::dvec4(eye, 1.0);
         camera.ymag *= scale;

@@ -7,7 +7,7 @@ import io
 import os
 import pathlib
 from types import TracebackType
-from typing import Any, Iterator, List, Mapping, Optional, Sequence, Type, Union
+from typing import Any, Iterator, List, Mapping, Optional, Sequence, Tuple, Type, Union
 
 import numpy
 import numpy.typing
@@ -100,6 +100,7 @@ class Client:
         *,
         camera: Optional[str] = None,
         time: Optional[float] = None,
+        lens_shift: Optional[Tuple[float, float]] = None,
         outputs: Sequence[str] = ("image.png",),
         exposure: Optional[float] = None,
         frames: Optional[Sequence[job_pb2.Frame]] = None,
@@ -112,7 +113,8 @@ class Client:
         """Submits a picture, or one for each of `frames`.
 
         scene: a .gltf or .glb file, which is uploaded; a built-in one ("demo:cornell"); with on_server a path there.
-        outputs: file names ending in .png, .jpg or .exr. options: fields of RenderOptions (options.proto) by name.
+        lens_shift: to the right and up, in heights of the picture. outputs: file names ending in .png, .jpg or .exr.
+        options: fields of RenderOptions (options.proto) by name.
         """
         job = job_pb2.Job(
             options=options_pb2.RenderOptions(**options),
@@ -132,6 +134,8 @@ class Client:
                 frame.camera_name = camera
             if time is not None:
                 frame.time = time
+            if lens_shift is not None:
+                frame.lens_shift.right, frame.lens_shift.up = lens_shift
         reply = self.call(service_pb2.Request(submit=service_pb2.SubmitRequest(job=job))).submit
         return Job(self, reply.job)
 

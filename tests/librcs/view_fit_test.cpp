@@ -1,0 +1,95 @@
+#include "records/view_fit.h"
+
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "gbuffer/shading.h"
+#include "rcs/gl_context.h"
+#include "support/scenes.h"
+
+namespace rcs {
+namespace {
+
+/// A view's visible points, and a record at every fifth of them.
+struct Seen {
+    View view;
+    GBuffer gbuffer;
+    std::vector<Record> records;
+};
+
+Seen see(const Scene& scene, const View& view)
+{
+    static GlContext gl;
+    ThreadPool pool(2);
+    const RayScene rays = build_ray_scene(scene, pool);
+    Seen seen{view, render_gbuffer(gl, rays, view, 1.0f, pool), {}};
+    for (std::size_t i = 0; i < seen.gbuffer.size(); i += 5) {
+        if (!seen.gbuffer.covered(i))
+            continue;
+        Record r;
+        r.position = seen.gbuffer.scene_position(i);
+        r.normal = seen.gbuffer.normal(i);
+        r.footprint = seen.gbuffer.footprint[i];
+        seen.records.push_back(r);
+    }
+    EXPECT_GT(seen.records.size(), 100u);
+    return seen;
+}
+
+TEST(ViewFit, ChangesNothingForRecordsOfTheSameView)
+{
+    const Scene scene = test::furnished_room();
+    for (const Projection projection : {Projection::perspective, Projection::orthographic}) {
+        View view = test::view_of(scene.cameras[0], 60, 40);
+        view.camera.projection = projection;
+        view.camera.ymag = 1.2;
+        view.camera.lens_shift = {0.1, -0.2};
+        view.pixel_offset = {0.3, 0.8};
+        const Seen seen = see(scene, view);
+        std::vector<Record> records = seen.records;
+        fit_to_view(seen.gbuffer, view, records);
+        for (std::size_t k = 0; k < records.size(); ++k)
+            EXPECT_EQ(records[k].footprint, seen.records[k].footprint) << "record " << k;
+    }
+}
+
+TEST(ViewFit, FollowsTheSizeOfPixels)
+{
+    const Scene scene = test::furnished_room();
+    const Seen small = see(scene, test::view_of(scene.cameras[0], 30, 20)), large = see(scene, test::view_of(scene.cameras[0], 240, 160));
+    std::vector<Record> records = small.records;
+    fit_to_view(large.gbuffer, large.view, records);
+    for (std::size_t k = 0; k < records.size(); ++k)
+        EXPECT_NEAR(records[k].footprint / small.records[k].footprint, 0.125f, 0.03f) << "record " << k;  // the nearest sample is elsewhere
+    records = large.records;
+    fit_to_view(small.gbuffer, small.view, records);
+    double ratio = 0.0;
+    for (std::size_t k = 0; k < records.size(); ++k)
+        ratio += static_cast<double>(records[k].footprint / large.records[k].footprint);
+    // At edges the small picture's sample is on another surface: there they stay as they are.
+    EXPECT_GT(ratio / static_cast<double>(records.size()), 6.0);
+}
+
+TEST(ViewFit, LeavesWhatIsOutOfSightUnlessItIsMuchCoarser)
+{
+    const Scene scene = test::furnished_room();
+    const Seen seen = see(scene, test::view_of(scene.cameras[0], 60, 40));
+    const glm::dvec3 eye = camera_position(seen.view.camera), back(seen.view.camera.world_from_view[2]);
+    Record behind;
+    behind.position = glm::vec3(eye + 2.0 * back);
+    const float pixel = static_cast<float>(2.0 * image_plane(seen.view).pixel);
+    for (const float footprint : {0.5f * pixel, 20.0f * pixel}) {
+        behind.footprint = footprint;
+        std::vector<Record> records{behind};
+        fit_to_view(seen.gbuffer, seen.view, records);
+        EXPECT_NEAR(records[0].footprint, std::min(footprint, 2.0f * pixel), 1e-6f);
+    }
+    behind.position = glm::vec3(eye);
+    std::vector<Record> records{behind};
+    fit_to_view(seen.gbuffer, seen.view, records);
+    EXPECT_GT(records[0].footprint, 0.0f) << "in the eye itself";
+}
+
+}  // namespace
+}  // namespace rcs
