@@ -23,17 +23,6 @@ glm::vec3 difference_color(float value)
     return t < 0.5f ? 2.0f * t * middle : glm::mix(middle, end, 2.0f * t - 1.0f);
 }
 
-/// Image position [px] of a scene-space point; none behind the camera.
-std::optional<glm::dvec2> project(const View& view, glm::dvec3 point)
-{
-    const Camera& camera = view.camera;
-    const glm::dvec3 p(glm::inverse(camera.world_from_view) * glm::dvec4(point, 1.0));
-    if (!(p.z < 0.0)) return std::nullopt;
-    const ImagePlane plane = image_plane(view);
-    const double pixel = camera.projection == Projection::perspective ? plane.pixel * -p.z : plane.pixel;
-    return plane.axis + glm::dvec2(p.x, -p.y) / pixel;
-}
-
 }  // namespace
 
 Image difference_picture(const Image& difference)
@@ -55,7 +44,7 @@ Image records_picture(const Image& display, const View& view, const std::vector<
         }
     }
     for (const Record& record : records) {
-        const std::optional<glm::dvec2> at = project(view, glm::dvec3(record.position));
+        const std::optional<glm::dvec2> at = image_position(view, glm::dvec3(record.position) - camera_position(view.camera));
         if (!at || at->x < 0.0 || at->y < 0.0 || at->x >= picture.width || at->y >= picture.height) continue;
         store(picture, static_cast<int>(at->x), static_cast<int>(at->y), {1.0f, 0.85f, 0.2f});
     }

@@ -133,6 +133,23 @@ TEST(CameraRay, ThroughTheProjectionOfAPointMeetsThePoint)
     }
 }
 
+TEST(ImagePosition, IsWhereTheRayThroughAPointStarts)
+{
+    for (const Projection projection : {Projection::perspective, Projection::orthographic}) {
+        Camera camera = turned_camera(projection);
+        camera.lens_shift = {0.7, -1.3};
+        const View view = test::view_of(camera, 123, 77);
+        for (const glm::dvec2 at : {glm::dvec2(0.0, 0.0), {61.5, 38.5}, {120.25, -9.0}}) {
+            const CameraRay ray = camera_ray(view, at.x, at.y);
+            const auto found = image_position(view, ray.origin + 2.5 * ray.direction - camera_position(camera));
+            ASSERT_TRUE(found);
+            EXPECT_LT(glm::distance(*found, at), 1e-9);
+            EXPECT_EQ(image_position(view, ray.origin - 2.5 * ray.direction - camera_position(camera)).has_value(),
+                      projection == Projection::orthographic);
+        }
+    }
+}
+
 TEST(LookAtCamera, IsRigidAndKeepsItsTargetInTheMiddle)
 {
     std::mt19937 random(3);

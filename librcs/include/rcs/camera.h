@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include <glm/glm.hpp>
@@ -36,6 +37,10 @@ struct ImagePlane {
     glm::dvec2 axis{0.0};  ///< image position where the axis goes through [px]
 };
 ImagePlane image_plane(const View& view);
+
+/// Where a point shows in the image [px], as camera_ray() counts; none if it lies behind a perspective camera.
+/// @param relative  to camera_position() [m]
+std::optional<glm::dvec2> image_position(const View& view, glm::dvec3 relative);
 
 /// The ray through image position (x, y) [px], (0, 0) the top left corner of the image, with its
 /// change per pixel (Igehy 1999, "Tracing ray differentials").

@@ -16,14 +16,10 @@ constexpr double kOblique = 2.0;
 /// The pixel whose sample lies next to a point, given relative to the camera; none outside of the picture.
 std::optional<std::size_t> pixel_at(const View& view, glm::dvec3 relative)
 {
-    const glm::dmat3 axes(view.camera.world_from_view);
-    const glm::dvec3 p = glm::transpose(axes) * relative;
-    const bool perspective = view.camera.projection == Projection::perspective;
-    if (perspective && !(p.z < 0.0))
+    const std::optional<glm::dvec2> position = image_position(view, relative);
+    if (!position)
         return std::nullopt;
-    const ImagePlane plane = image_plane(view);
-    const double pixel = perspective ? plane.pixel * -p.z : plane.pixel;
-    const glm::dvec2 at = glm::round(plane.axis + glm::dvec2(p.x, -p.y) / pixel - view.pixel_offset);
+    const glm::dvec2 at = glm::round(*position - view.pixel_offset);
     if (!(at.x >= 0.0 && at.y >= 0.0 && at.x < view.width && at.y < view.height))
         return std::nullopt;
     return static_cast<std::size_t>(at.y) * static_cast<std::size_t>(view.width) + static_cast<std::size_t>(at.x);

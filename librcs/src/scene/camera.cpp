@@ -14,6 +14,17 @@ ImagePlane image_plane(const View& view)
     return {2.0 * half_height / view.height, middle + glm::dvec2(-camera.lens_shift.x, camera.lens_shift.y) * static_cast<double>(view.height)};
 }
 
+std::optional<glm::dvec2> image_position(const View& view, glm::dvec3 relative)
+{
+    const glm::dvec3 p = glm::transpose(glm::dmat3(view.camera.world_from_view)) * relative;  // undoes a rigid turn
+    const bool perspective = view.camera.projection == Projection::perspective;
+    if (perspective && !(p.z < 0.0))
+        return std::nullopt;
+    const ImagePlane plane = image_plane(view);
+    const double pixel = perspective ? plane.pixel * -p.z : plane.pixel;
+    return plane.axis + glm::dvec2(p.x, -p.y) / pixel;
+}
+
 CameraRay camera_ray(const View& view, double x, double y)
 {
     const Camera& camera = view.camera;
