@@ -176,6 +176,12 @@ void outputs_that_fail(CaseRun& run)
     Circumstances full;
     full.largest_file = 4096;
     require_one_error(run, run_program(run, small_render(large), full), "full.exr", "the disk is full");
+    const std::string older = run.folder() + "/older.exr";
+    run_program(run, small_render(older));
+    const std::string before = contents(older);
+    run.require(!before.empty(), "no picture on a disk with room");
+    require_one_error(run, run_program(run, small_render(older), full), "older.exr", "the disk is full and there is a picture");
+    run.require(contents(older) == before, "the disk is full, and the picture of before is gone or another one");
     std::size_t files = 0;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
         files += entry.is_regular_file();
@@ -250,7 +256,7 @@ std::vector<SuiteCase> machine_cases()
     return {
         {{"G1", group, "1, 2, 3 and 8 threads, 1 and 4 bounces", "results that depend on timing", "same bits", 0.0, "nothing may depend on threads", true}, any_number_of_threads},
         {{"G2", group, "No OpenGL driver, OpenGL 3.3, out of its memory, too large a picture", "crash, a library that is of no use afterwards", "one clear error each, then pictures again", 0.0, "nothing is measured", true}, gl_that_fails},
-        {{"G3", group, "Output that is a folder, in a missing or closed folder, on a full disk", "half a file under the final name", "one clear error each, no file", 0.0, "nothing may be left", true}, outputs_that_fail},
+        {{"G3", group, "Output that is a folder, in a missing or closed folder, on a full disk", "half a file under the final name", "one clear error each, no file; a picture of before stays", 0.0, "nothing may be left", true}, outputs_that_fail},
         {{"G4", group, "rcsplat killed at 16 moments", "a truncated picture under its final name", "no file, or a whole one", 0.0, "none may be truncated", false}, killed_at_any_moment},
         {{"G5", group, "Denormals kept and flushed to zero; radiance of 2^-120", "results that hang on denormals", "same picture", 1e-5, "what lies below 1e-38 is no light", true}, denormals},
     };
