@@ -1,5 +1,6 @@
 // Scale and place (rows D1 and D2 of the suite) on the scenes that the project is judged by, not on toys alone.
 #include <cmath>
+#include <filesystem>
 #include <functional>
 #include <string>
 
@@ -36,6 +37,12 @@ class SharedSceneStability : public testing::TestWithParam<std::string> {
 protected:
     std::string path = RCS_SCENES_DIR "/" + GetParam() + ".glb";
     ThreadPool pool{2};
+
+    void SetUp() override
+    {
+        if (!std::filesystem::exists(path))
+            GTEST_SKIP() << path << " is missing";
+    }
 
     void expect_case(const std::string& id)
     {
