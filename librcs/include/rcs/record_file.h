@@ -18,10 +18,10 @@ struct RecordKey {
 };
 RecordKey record_key(const Scene& scene, const RenderOptions& options);
 
-/// Saves records for render() to start from: the same view again needs none (a few, with more
-/// than one sample a pixel or surfaces one sees through), another view only those for what it sees beyond. The same records are the same bytes on every
-/// machine; the file appears under its name only when complete.
-/// Records that floats cannot hold (not finite, as under light of 1e36) are left out.
+/// Saves records for render() to start from. The same view again needs none, or a few where it has more than one sample a
+/// pixel or surfaces one sees through; another view only those for what it sees beyond. The same records are the same bytes
+/// on every machine; the file appears under its name only when complete. Records that floats cannot hold, as under light of
+/// 1e36, are left out.
 /// @throws Error io, naming the file
 void write_records(const std::string& path, const RecordKey& key, const std::vector<Record>& records);
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
 #include "radiance/harmonics.h"
 #include "rcs/error.h"
@@ -163,7 +164,7 @@ std::string to_bytes(const RecordKey& key, const std::vector<Record>& records)
     std::size_t size = bytes.size();
     for (const Record& record : records)
         size += kRecordBytes + 4 * record.radiance.size();
-    bytes.reserve(size + sizeof(std::uint64_t));
+    bytes.reserve(size);
     for (const Record& record : records) {
         visit_fields(record, [&](const auto& value) { put(bytes, std::bit_cast<std::uint32_t>(value)); });
         put(bytes, static_cast<std::uint32_t>(record.radiance.size()));

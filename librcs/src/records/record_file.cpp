@@ -88,7 +88,7 @@ void write_records(const std::string& path, const RecordKey& key, const std::vec
     std::string bytes = to_bytes(key, sound);
     bytes += checksum(bytes);
     FileWriter writer(path);
-    std::fwrite(bytes.data(), 1, bytes.size(), writer.file());
+    std::fwrite(bytes.data(), 1, bytes.size(), writer.file());  // commit() knows whether all of it was
     writer.commit();
 }
 
