@@ -131,7 +131,7 @@ TEST(RecordFile, CutShortOrWithAnyBitFlippedIsOneErrorThatNamesIt)
         EXPECT_NE(message(flipped).find("a.records"), std::string::npos) << "bit " << bit;
     }
     EXPECT_NE(message(whole + "x").find("a.records"), std::string::npos);
-    EXPECT_NE(message("").find("is none"), std::string::npos);
+    EXPECT_NE(message("").find("a.records is no record file"), std::string::npos);
     EXPECT_NE(message(std::string("rcs records\n\2\0\0\0", 16) + std::string(16, '0')).find("version 2, this build reads version 1"), std::string::npos);
 }
 

@@ -178,7 +178,7 @@ KeyedRecords parse_records(std::string_view bytes, const std::string& path)
 {
     Reader reader(bytes, path);
     if (!bytes.starts_with(kMagic))
-        reader.fail(ErrorCode::bad_file, "is none: it does not begin as one");
+        throw Error(ErrorCode::bad_file, path + " is no record file");
     reader.take(kMagic.size());
     if (const std::uint32_t version = reader.number(); version != kVersion)
         reader.fail(ErrorCode::unsupported, "is of version " + std::to_string(version) + ", this build reads version " + std::to_string(kVersion));
