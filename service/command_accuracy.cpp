@@ -46,7 +46,8 @@ std::vector<SweepPoint> parse_points(const std::string& text, const RenderOption
         const bool digits = !text.empty() && text.size() < 4 && text.find_first_not_of("0123456789") == text.npos;
         const int count = digits ? std::stoi(text) : 0;
         if (count < 2 || count > kMostSweepPoints)
-            throw refuse("is neither a whole number in [2, " + std::to_string(kMostSweepPoints) + "] nor A:RAYS:NOISE,...");
+            throw refuse("is neither a whole number in [2, " + std::to_string(kMostSweepPoints) +
+                         "] nor A:RAYS:NOISE,...");
         return settings_sweep(base, count);
     }
     std::vector<SweepPoint> points;
@@ -97,7 +98,8 @@ SweepPlan plan_of(const AccuracyArguments& arguments)
     plan.path_samples = arguments.path_samples;
     std::sort(plan.path_samples.begin(), plan.path_samples.end());
     plan.path_samples.erase(std::unique(plan.path_samples.begin(), plan.path_samples.end()), plan.path_samples.end());
-    plan.reference = {.samples = arguments.reference_samples, .bounces = base.bounces, .aa = base.aa, .seed = base.seed + 1};
+    plan.reference = {
+        .samples = arguments.reference_samples, .bounces = base.bounces, .aa = base.aa, .seed = base.seed + 1};
     plan.path_seed = base.seed + 3;
     plan.reference_error = 0.01 * arguments.reference_error;
     return plan;
@@ -128,12 +130,14 @@ void write_report(const AccuracyArguments& arguments, const AccuracyReport& repo
     write_text_file(arguments.folder + "/curve.csv", to_csv(report));
     write_display_image(arguments.folder + "/curve.png", raster(lay_out(plot_of(report))));
     write_text_file(arguments.folder + "/index.html", to_html(report));
-    const std::string json = to_json(report).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+    const std::string json =
+        to_json(report).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
     if (!arguments.report.stats_file.empty()) write_text_file(arguments.report.stats_file, json);
     if (arguments.report.json) {
         std::fputs(json.c_str(), stdout);
     } else if (!arguments.report.quiet) {
-        std::printf("%swrote     %s/index.html, curve.png, curve.csv\n", to_text(report).c_str(), arguments.folder.c_str());
+        std::printf("%swrote     %s/index.html, curve.png, curve.csv\n", to_text(report).c_str(),
+                    arguments.folder.c_str());
     }
 }
 
@@ -169,34 +173,45 @@ void add_accuracy_command(CLI::App& app, Action& action)
     RenderOptions& options = arguments->options;
     options.aa = 1;  // renderer and path tracer sample the same pixel centres
     add_scene_arguments(command, arguments->scene, {400, 400});
-    command.add_option("-o,--output", arguments->folder,
-                       "Folder for index.html, curve.png, curve.csv and what later runs take up; made if missing")
-        ->required()->type_name("FOLDER");
-    command.add_option("--points", arguments->points,
-                       "How many settings to measure, in [2, " + std::to_string(kMostSweepPoints) +
-                           "], or the settings themselves: accuracy, rays and noise of each")
-        ->type_name("N|A:RAYS:NOISE,...")->capture_default_str()
-        ->check([](const std::string& text) {
-            return check_text([](const std::string& t) { return parse_points(t, {}); }, text);
-        }, "");
-    command.add_option("--path-samples", arguments->path_samples,
-                       "Paths a pixel at which the path tracer is measured: 16, 32, 64, 128 or multiples of 256")
-        ->type_name("N,...")->delimiter(',')->allow_extra_args(false)->capture_default_str()
+    command
+        .add_option("-o,--output", arguments->folder,
+                    "Folder for index.html, curve.png, curve.csv and what later runs take up; made if missing")
+        ->required()
+        ->type_name("FOLDER");
+    command
+        .add_option("--points", arguments->points,
+                    "How many settings to measure, in [2, " + std::to_string(kMostSweepPoints) +
+                        "], or the settings themselves: accuracy, rays and noise of each")
+        ->type_name("N|A:RAYS:NOISE,...")
+        ->capture_default_str()
+        ->check(
+            [](const std::string& text) {
+                return check_text([](const std::string& t) { return parse_points(t, {}); }, text);
+            },
+            "");
+    command
+        .add_option("--path-samples", arguments->path_samples,
+                    "Paths a pixel at which the path tracer is measured: 16, 32, 64, 128 or multiples of 256")
+        ->type_name("N,...")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->capture_default_str()
         ->check([](const std::string& text) { return check_text(parse_path_samples, text); }, "");
     add_number(command, "--reference-error", arguments->reference_error, {0, 100, true},
                "Error of its own that the reference is traced to: mean relative error of the indirect light [%]");
     add_number(command, "--reference-spp", arguments->reference_samples, {16, kMostSamples},
                "Paths a pixel that the reference may take at the most");
     add_number(command, "--bounces", options.bounces, {1, 64}, "Bounces of indirect light; 8 is about all there is");
-    add_number(command, "--aa", options.aa, {1, 64}, "Samples a pixel; with 1 edges are no error, as both sample centres");
+    add_number(command, "--aa", options.aa, {1, 64},
+               "Samples a pixel; with 1 edges are no error, as both sample centres");
     add_number(command, "--seed", options.seed, {0, kLargestSeed}, "Seed of all random numbers");
     command.add_flag("--fresh", arguments->fresh, "Measure all anew instead of taking up what the folder keeps");
     add_report_arguments(command, arguments->report);
-    command.footer("Example: rcsplat accuracy sponza.glb --camera atrium -o report/\n"
-                   "An interrupted run goes on where it stopped when it is started again.");
-    command.callback([arguments, &command, &action] {
-        action = [arguments, &command] { measure_accuracy(*arguments, command); };
-    });
+    command.footer(
+        "Example: rcsplat accuracy sponza.glb --camera atrium -o report/\n"
+        "An interrupted run goes on where it stopped when it is started again.");
+    command.callback(
+        [arguments, &command, &action] { action = [arguments, &command] { measure_accuracy(*arguments, command); }; });
 }
 
 }  // namespace rcs::service

@@ -65,14 +65,17 @@ void add_compare_command(CLI::App& app, Action& action)
     CLI::App& command = *app.add_subcommand("compare", "Prints error metrics between two images");
     const auto arguments = std::make_shared<CompareArguments>();
     command.add_option("image", arguments->image, "The image to judge: EXR, PNG, JPEG")->required()->type_name("A");
-    command.add_option("reference", arguments->reference,
-                       "What it should be; one traced with --stride is compared at its own pixels")
-        ->required()->type_name("B");
+    command
+        .add_option("reference", arguments->reference,
+                    "What it should be; one traced with --stride is compared at its own pixels")
+        ->required()
+        ->type_name("B");
     command.add_option("--layer", arguments->layer, "Layer to compare")->type_name("NAME")->capture_default_str();
     command.add_flag("--json", arguments->json, "Print JSON");
     command.footer(
         "Relative errors are of luminance I against R, with eps = 0.01 mean(R): relMSE is the mean of\n"
-        "(I-R)^2 / (R^2 + eps^2); MRE, median and p95 are of |I-R| / (R + eps). FLIP is that of Andersson et al. 2020.\n\n"
+        "(I-R)^2 / (R^2 + eps^2); MRE, median and p95 are of |I-R| / (R + eps). FLIP is that of Andersson et al. "
+        "2020.\n\n"
         "Example: rcsplat compare picture.exr reference.exr --layer indirect");
     command.callback([arguments, &action] { action = [arguments] { compare(*arguments); }; });
 }

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
 #include <google/protobuf/util/json_util.h>
+#include <CLI/CLI.hpp>
 
 #include "client/job_run.h"
 #include "client/server_arguments.h"
@@ -52,8 +52,9 @@ void print_line(const v1::JobStatus& status)
     for (char& c : scene) {
         if (static_cast<unsigned char>(c) < ' ') c = '?';
     }
-    std::printf("%8llu  %-23s %5d/%-5d %4d  %-19s  %s", static_cast<unsigned long long>(status.job()), state_text(status.state()).c_str(),
-                status.frames_completed(), status.frames(), status.priority(), time_text(status.submitted_ms()).c_str(), scene.c_str());
+    std::printf("%8llu  %-23s %5d/%-5d %4d  %-19s  %s", static_cast<unsigned long long>(status.job()),
+                state_text(status.state()).c_str(), status.frames_completed(), status.frames(), status.priority(),
+                time_text(status.submitted_ms()).c_str(), scene.c_str());
     if (status.has_error()) std::printf("  %s", status.error().message().c_str());
     std::putchar('\n');
 }
@@ -65,8 +66,8 @@ void run_watch(const JobArguments& arguments)
         if (arguments.json) {
             std::printf("%s\n", json_of(status).c_str());
         } else {
-            std::printf("job %llu %s %d/%d", static_cast<unsigned long long>(status.job()), state_text(status.state()).c_str(),
-                        status.frames_completed(), status.frames());
+            std::printf("job %llu %s %d/%d", static_cast<unsigned long long>(status.job()),
+                        state_text(status.state()).c_str(), status.frames_completed(), status.frames());
             for (const v1::Progress& p : status.running()) {
                 std::printf("  frame %d %s %.0f %%", p.frame(), p.stage().c_str(), 100.0 * p.fraction());
                 if (p.has_error_estimate()) std::printf(" error %.1f %%", 100.0 * p.error_estimate());
@@ -77,7 +78,8 @@ void run_watch(const JobArguments& arguments)
         std::fflush(stdout);
     };
     const v1::JobStatus end = client.watch(arguments.job, show);
-    if (end.state() == v1::JOB_STATE_CANCELLED) throw ServiceError(v1::ERROR_CODE_CANCELLED, "job " + std::to_string(arguments.job) + " was cancelled");
+    if (end.state() == v1::JOB_STATE_CANCELLED)
+        throw ServiceError(v1::ERROR_CODE_CANCELLED, "job " + std::to_string(arguments.job) + " was cancelled");
     if (end.state() == v1::JOB_STATE_FAILED) throw ServiceError(end.error().code(), end.error().message());
 }
 
@@ -95,8 +97,10 @@ void run_fetch(const FetchArguments& arguments, bool one_frame)
         if (one_frame && frame.number() != arguments.frame) return;
         for (const v1::OutputFile& file : frame.files()) {
             const std::filesystem::path name(file.name());
-            const std::string numbered = job.status().frames() == 1 ? file.name()
-                                             : path_of_frame(name.stem().string() + ".####" + name.extension().string(), frame.number());
+            const std::string numbered =
+                job.status().frames() == 1
+                    ? file.name()
+                    : path_of_frame(name.stem().string() + ".####" + name.extension().string(), frame.number());
             const std::string path = (std::filesystem::path(arguments.folder) / numbered).string();
             client.fetch(arguments.job, frame.number(), file.name(), path);
             std::printf("wrote %s\n", path.c_str());
@@ -104,15 +108,17 @@ void run_fetch(const FetchArguments& arguments, bool one_frame)
         }
     });
     if (written == 0) {
-        throw ServiceError(v1::ERROR_CODE_NOT_FOUND, "job " + std::to_string(arguments.job) + " is " + state_text(job.status().state()) +
-                                                         " and has no pictures" + (one_frame ? " of that frame" : "") + " yet");
+        throw ServiceError(v1::ERROR_CODE_NOT_FOUND, "job " + std::to_string(arguments.job) + " is " +
+                                                         state_text(job.status().state()) + " and has no pictures" +
+                                                         (one_frame ? " of that frame" : "") + " yet");
     }
 }
 
 void run_cancel(const JobArguments& arguments)
 {
     Client client = connect(arguments.server);
-    std::printf("job %llu %s\n", static_cast<unsigned long long>(arguments.job), state_text(client.cancel(arguments.job)).c_str());
+    std::printf("job %llu %s\n", static_cast<unsigned long long>(arguments.job),
+                state_text(client.cancel(arguments.job)).c_str());
 }
 
 struct ListArguments {
@@ -134,10 +140,12 @@ void run_list(const ListArguments& arguments)
         }
         print_line(reply.status());
         for_each_frame(client, arguments.job, [](const v1::FrameStatus& frame) {
-            std::printf("  frame %d %s, %.1f s, %d attempts", frame.number(), state_text(frame.state()).c_str(), frame.seconds(), frame.attempts());
+            std::printf("  frame %d %s, %.1f s, %d attempts", frame.number(), state_text(frame.state()).c_str(),
+                        frame.seconds(), frame.attempts());
             if (frame.has_error()) std::printf(": %s", frame.error().message().c_str());
             std::putchar('\n');
-            for (const v1::OutputFile& file : frame.files()) std::printf("    %s, %llu bytes\n", file.name().c_str(), static_cast<unsigned long long>(file.size()));
+            for (const v1::OutputFile& file : frame.files())
+                std::printf("    %s, %llu bytes\n", file.name().c_str(), static_cast<unsigned long long>(file.size()));
             for (const std::string& warning : frame.warnings()) std::printf("    warning: %s\n", warning.c_str());
         });
         return;
@@ -182,7 +190,8 @@ void run_stats(const StatsArguments& arguments)
 
 std::string check_job_number(const std::string& text)
 {
-    const bool is_number = text.find_first_not_of("0123456789") == text.npos && text.size() <= 18 && text.find_first_not_of('0') != text.npos;
+    const bool is_number = text.find_first_not_of("0123456789") == text.npos && text.size() <= 18 &&
+                           text.find_first_not_of('0') != text.npos;
     return is_number ? std::string() : text + " is no number of a job, expected a whole number >= 1";
 }
 
@@ -191,7 +200,9 @@ CLI::App& add_job_command(CLI::App& app, const char* name, const char* help, Arg
 {
     CLI::App& command = *app.add_subcommand(name, help);
     command.add_option("job", arguments.job, "Its number, as submit printed it")
-        ->required()->type_name("JOB")->check(check_job_number, "");
+        ->required()
+        ->type_name("JOB")
+        ->check(check_job_number, "");
     add_server_arguments(command, arguments.server);
     return command;
 }
@@ -208,10 +219,13 @@ void add_job_commands(CLI::App& app, Action& action)
 
     const auto fetch = std::make_shared<FetchArguments>();
     CLI::App& fetch_command = add_job_command(app, "fetch", "Writes the pictures of a job", *fetch);
-    fetch_command.add_option("-o,--output", fetch->folder, "Folder to write them to")->type_name("DIR")->capture_default_str();
+    fetch_command.add_option("-o,--output", fetch->folder, "Folder to write them to")
+        ->type_name("DIR")
+        ->capture_default_str();
     CLI::Option* frame = add_number(fetch_command, "--frame", fetch->frame, {-1e7, 1e7}, "Only those of this frame");
     fetch_command.footer("Example: rcsplat fetch 12 -o pictures");
-    fetch_command.callback([fetch, frame, &action] { action = [fetch, frame] { run_fetch(*fetch, frame->count() > 0); }; });
+    fetch_command.callback(
+        [fetch, frame, &action] { action = [fetch, frame] { run_fetch(*fetch, frame->count() > 0); }; });
 
     const auto cancel = std::make_shared<JobArguments>();
     CLI::App& cancel_command = add_job_command(app, "cancel", "Ends a job; frames that are done stay", *cancel);
@@ -219,11 +233,13 @@ void add_job_commands(CLI::App& app, Action& action)
     cancel_command.callback([cancel, &action] { action = [cancel] { run_cancel(*cancel); }; });
 
     const auto list = std::make_shared<ListArguments>();
-    CLI::App& list_command = *app.add_subcommand("list", "Lists the jobs of a server, the newest first, or the frames of one");
+    CLI::App& list_command =
+        *app.add_subcommand("list", "Lists the jobs of a server, the newest first, or the frames of one");
     list_command.add_option("job", list->job, "Only this job, with its frames")->type_name("JOB");
     add_number(list_command, "--limit", list->limit, {1, 1000}, "At most so many");
     list_command.add_option("--label", list->labels, "Only jobs that have it; may be given several times")
-        ->type_name("NAME=VALUE")->allow_extra_args(false);
+        ->type_name("NAME=VALUE")
+        ->allow_extra_args(false);
     list_command.add_flag("--json", list->json, "Print JSON");
     add_server_arguments(list_command, list->server);
     list_command.footer("Example: rcsplat list");

@@ -28,8 +28,12 @@ void print_plan(const RenderArguments& arguments, const CLI::App& command)
     const RayScene rays = build_rays(scene, options.effects, pool, bar, report);
     const EffectPlan plan = timed(report, "plan", [&] { return plan_effects(rays, camera, options); });
     bar.finish();
-    nlohmann::ordered_json json = {{"version", kVersion}, {"command", "plan"}, {"scene", arguments.scene.scene},
-                                   {"camera", camera.name}, {"seconds", report.stage_seconds.back().second}, {"plan", to_json(plan)}};
+    nlohmann::ordered_json json = {{"version", kVersion},
+                                   {"command", "plan"},
+                                   {"scene", arguments.scene.scene},
+                                   {"camera", camera.name},
+                                   {"seconds", report.stage_seconds.back().second},
+                                   {"plan", to_json(plan)}};
     const std::string text = json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
     if (!arguments.report.stats_file.empty()) {
         write_text_file(arguments.report.stats_file, text);
@@ -45,12 +49,15 @@ void print_plan(const RenderArguments& arguments, const CLI::App& command)
 
 void add_plan_command(CLI::App& app, Action& action)
 {
-    CLI::App& command = *app.add_subcommand("plan", "Says which effects a render of this view simulates, which not, and why");
+    CLI::App& command =
+        *app.add_subcommand("plan", "Says which effects a render of this view simulates, which not, and why");
     const auto arguments = std::make_shared<RenderArguments>();
     add_render_arguments(command, *arguments);
-    command.footer("Takes the options of render; nothing is drawn or written to --output.\n"
-                   "Example: rcsplat plan sponza.glb --camera atrium");
-    command.callback([arguments, &command, &action] { action = [arguments, &command] { print_plan(*arguments, command); }; });
+    command.footer(
+        "Takes the options of render; nothing is drawn or written to --output.\n"
+        "Example: rcsplat plan sponza.glb --camera atrium");
+    command.callback(
+        [arguments, &command, &action] { action = [arguments, &command] { print_plan(*arguments, command); }; });
 }
 
 }  // namespace rcs::service

@@ -28,7 +28,8 @@ void trace_reference(const ReferenceArguments& arguments, const CLI::App& comman
     const auto begin = std::chrono::steady_clock::now();
     ProgressBar bar(parse_log_level(arguments.report.log_level), arguments.report.quiet);
     // What others are judged by keeps all its digits.
-    const OutputFiles outputs(parse_outputs(arguments.output, PixelFormat::full_float), parse_tone_map(arguments.output), bar.log());
+    const OutputFiles outputs(parse_outputs(arguments.output, PixelFormat::full_float),
+                              parse_tone_map(arguments.output), bar.log());
     check_text_path(arguments.report.stats_file);
 
     ThreadPool pool(arguments.scene.threads);
@@ -38,9 +39,8 @@ void trace_reference(const ReferenceArguments& arguments, const CLI::App& comman
     report.camera = view.camera.name;
     const RayScene rays = build_rays(scene, EffectChoice{}, pool, bar, report);
 
-    LayeredImage image = timed(report, "reference", [&] {
-        return render_reference(rays, view, arguments.options, pool, bar.progress());
-    });
+    LayeredImage image = timed(report, "reference",
+                               [&] { return render_reference(rays, view, arguments.options, pool, bar.progress()); });
     const Image& beauty = image.layers.at("beauty");
     report.paths = static_cast<std::uint64_t>(beauty.width) * static_cast<std::uint64_t>(beauty.height) *
                    static_cast<std::uint64_t>(std::stoi(image.metadata.at("rcs:samples")));
@@ -75,9 +75,8 @@ void add_reference_command(CLI::App& app, Action& action)
                           "indirect_standard_error"});
     add_report_arguments(command, arguments->report);
     command.footer("Example: rcsplat reference demo:cornell --size 256x256 --spp 4096 -o reference.exr");
-    command.callback([arguments, &command, &action] {
-        action = [arguments, &command] { trace_reference(*arguments, command); };
-    });
+    command.callback(
+        [arguments, &command, &action] { action = [arguments, &command] { trace_reference(*arguments, command); }; });
 }
 
 }  // namespace rcs::service

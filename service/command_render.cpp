@@ -53,7 +53,8 @@ void check_distinct(const RenderArguments& arguments, const std::string& record_
         if (file.empty()) return;
         std::error_code ignored;
         const auto [other, is_new] = options.emplace(std::filesystem::weakly_canonical(file, ignored), option);
-        if (!is_new) throw Error(ErrorCode::bad_argument, option + " " + file + " is the same file as that of " + other->second);
+        if (!is_new)
+            throw Error(ErrorCode::bad_argument, option + " " + file + " is the same file as that of " + other->second);
     };
     for (const std::string& file : arguments.output.files) add("--output", file);
     add("--stats", arguments.report.stats_file);
@@ -103,7 +104,8 @@ void render_scene(const RenderArguments& arguments, const std::string& record_fi
     const auto begin = std::chrono::steady_clock::now();
     ProgressBar bar(parse_log_level(arguments.report.log_level), arguments.report.quiet);
     RenderOptions options = final_options(arguments);
-    const OutputFiles outputs(parse_outputs(arguments.output, PixelFormat::half_float), parse_tone_map(arguments.output), bar.log());
+    const OutputFiles outputs(parse_outputs(arguments.output, PixelFormat::half_float),
+                              parse_tone_map(arguments.output), bar.log());
     check_text_path(arguments.report.stats_file);
     check_distinct(arguments, record_file);
     KeptRecords kept(record_file);
@@ -116,8 +118,7 @@ void render_scene(const RenderArguments& arguments, const std::string& record_fi
     std::vector<Record> records = kept.load(scene, options, report);
     const RayScene rays = build_rays(scene, options.effects, pool, bar, report);
     limit_gl_threads(pool.size());
-    const std::unique_ptr<GlContext> gl =
-        timed(report, "gl", [&] { return std::make_unique<GlContext>(bar.log()); });
+    const std::unique_ptr<GlContext> gl = timed(report, "gl", [&] { return std::make_unique<GlContext>(bar.log()); });
 
     // What comes before and after render() counts as well.
     const double around = seconds_of_process() + writing_seconds(arguments.output.files, options);
@@ -136,7 +137,8 @@ void render_scene(const RenderArguments& arguments, const std::string& record_fi
             std::fflush(stdout);
         }
     };
-    RenderResult result = render(*gl, rays, camera, options, pool, std::move(records), bar.log(), bar.progress(), tell_forecast);
+    RenderResult result =
+        render(*gl, rays, camera, options, pool, std::move(records), bar.log(), bar.progress(), tell_forecast);
     for (const auto& [stage, seconds] : result.stats.stage_seconds) {
         report.add(stage, seconds);
     }
@@ -168,15 +170,22 @@ void add_render_command(CLI::App& app, Action& action)
     const auto server = std::make_shared<ServerArguments>();
     const auto record_file = std::make_shared<std::string>();
     add_render_arguments(command, *arguments);
-    command.add_option("--records", *record_file,
-                       "Start from the records in this file, if there is one, and save them there with those this view adds: other views of "
-                       "the scene need not gather them again")
-        ->type_name("FILE")->excludes("--target-error")->excludes("--budget")->excludes("--dry-run");
+    command
+        .add_option("--records", *record_file,
+                    "Start from the records in this file, if there is one, and save them there with those this view "
+                    "adds: other views of "
+                    "the scene need not gather them again")
+        ->type_name("FILE")
+        ->excludes("--target-error")
+        ->excludes("--budget")
+        ->excludes("--dry-run");
     add_server_arguments(command, *server);
-    command.get_option("--server")->envname("")->default_str("")->description("Let this render server do it: a socket or HOST:PORT");
+    command.get_option("--server")
+        ->envname("")
+        ->default_str("")
+        ->description("Let this render server do it: a socket or HOST:PORT");
     for (const char* local : {"--threads", "--dry-run", "--records"}) command.get_option("--server")->excludes(local);
-    command.footer(
-        "Example: rcsplat render sponza.glb --camera atrium --size 1000x1000 -o sponza.png -o sponza.exr");
+    command.footer("Example: rcsplat render sponza.glb --camera atrium --size 1000x1000 -o sponza.png -o sponza.exr");
     command.callback([arguments, server, record_file, &command, &action] {
         if (arguments->output.files.empty() && !arguments->options.dry_run) {
             throw CLI::RequiredError("--output");

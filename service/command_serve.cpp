@@ -13,7 +13,8 @@
 namespace rcs::service {
 namespace {
 
-constexpr const char* kConfigHelp = "File with these options, one a line, as in: workers = 2; those of the command line come first";
+constexpr const char* kConfigHelp =
+    "File with these options, one a line, as in: workers = 2; those of the command line come first";
 
 void add_options(CLI::App& command, ServerConfig& config)
 {
@@ -40,13 +41,15 @@ ServerConfig read_again(const std::vector<std::string>& words)
 
 void add_serve_command(CLI::App& app, Action& action, const std::vector<std::string>& words)
 {
-    CLI::App& command = *app.add_subcommand("serve", "Renders jobs that clients submit, one after the other, until it is told to stop");
+    CLI::App& command =
+        *app.add_subcommand("serve", "Renders jobs that clients submit, one after the other, until it is told to stop");
     command.prefix_command();
     command.set_help_flag();
     command.callback([&action, words] {
         // Parsed apart: its configuration file is read again while it runs.
         struct Parsed {
-            CLI::App app{"Renders jobs that clients submit, until SIGTERM; SIGHUP reads the configuration again.", "rcsplat serve"};
+            CLI::App app{"Renders jobs that clients submit, until SIGTERM; SIGHUP reads the configuration again.",
+                         "rcsplat serve"};
             ServerConfig config;
             bool check = false;
         };

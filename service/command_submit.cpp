@@ -56,7 +56,8 @@ void run_submit(const SubmitArguments& arguments)
     requested.job.set_time_limit_seconds(arguments.time_limit);
     for (const std::string& label : arguments.labels) {
         const std::size_t equals = label.find('=');
-        if (equals == label.npos || equals == 0) throw Error(ErrorCode::bad_argument, "--label " + label + " is no NAME=VALUE");
+        if (equals == label.npos || equals == 0)
+            throw Error(ErrorCode::bad_argument, "--label " + label + " is no NAME=VALUE");
         (*requested.job.mutable_labels())[label.substr(0, equals)] = label.substr(equals + 1);
     }
     if (!arguments.detach) {
@@ -65,7 +66,8 @@ void run_submit(const SubmitArguments& arguments)
     Client client = connect(arguments.server);
     const v1::SubmitReply submitted = submit(client, requested, bar);
     bar.finish();
-    std::printf("job %llu%s\n", static_cast<unsigned long long>(submitted.job()), submitted.existed() ? " (submitted before)" : "");
+    std::printf("job %llu%s\n", static_cast<unsigned long long>(submitted.job()),
+                submitted.existed() ? " (submitted before)" : "");
     std::fflush(stdout);
     if (arguments.detach) return;
     follow(client, submitted.job(), bar);
@@ -83,7 +85,8 @@ void run_submit(const SubmitArguments& arguments)
 
 void add_submit_command(CLI::App& app, Action& action)
 {
-    CLI::App& command = *app.add_subcommand("submit", "Lets a render server render a scene, and waits for the pictures");
+    CLI::App& command =
+        *app.add_subcommand("submit", "Lets a render server render a scene, and waits for the pictures");
     const auto arguments = std::make_shared<SubmitArguments>();
     add_render_arguments(command, arguments->render);
     add_server_arguments(command, arguments->server);
@@ -91,19 +94,26 @@ void add_submit_command(CLI::App& app, Action& action)
     command.remove_option(command.get_option("--dry-run"));
     command.remove_option(command.get_option("--stats"));
     command.remove_option(command.get_option("--json"));
-    command.add_option("--frames", arguments->frames, "Frames of an animation, such as 1-100x2,150; outputs have #### for the number")
+    command
+        .add_option("--frames", arguments->frames,
+                    "Frames of an animation, such as 1-100x2,150; outputs have #### for the number")
         ->type_name("LIST");
-    add_number(command, "--fps", arguments->fps, {0, 1e6, true}, "Frames a second: frame N shows the animations at N / fps");
+    add_number(command, "--fps", arguments->fps, {0, 1e6, true},
+               "Frames a second: frame N shows the animations at N / fps");
     add_number(command, "--priority", arguments->priority, {-100, 100}, "Larger ones come first; waiting raises it");
-    command.add_option("--key", arguments->key, "Submitted again with the same key, it stays one job")->type_name("KEY");
+    command.add_option("--key", arguments->key, "Submitted again with the same key, it stays one job")
+        ->type_name("KEY");
     command.add_option("--label", arguments->labels, "For whoever looks at the queue; may be given several times")
-        ->type_name("NAME=VALUE")->allow_extra_args(false);
+        ->type_name("NAME=VALUE")
+        ->allow_extra_args(false);
     add_number(command, "--time-limit", arguments->time_limit, {0, 1e6}, "Wall time of a frame [s]; 0: the server's");
     command.add_flag("--detach", arguments->detach, "Print the job's number and do not wait");
-    command.add_flag("--on-server", arguments->on_server, "SCENE is an absolute path on the server, beneath one of its roots");
+    command.add_flag("--on-server", arguments->on_server,
+                     "SCENE is an absolute path on the server, beneath one of its roots");
     command.get_option("--output")->required();
-    command.footer("Example: rcsplat submit sponza.glb --camera atrium -o sponza.png\n"
-                   "While it waits, Ctrl-C leaves the job in the queue; rcsplat cancel ends it.");
+    command.footer(
+        "Example: rcsplat submit sponza.glb --camera atrium -o sponza.png\n"
+        "While it waits, Ctrl-C leaves the job in the queue; rcsplat cancel ends it.");
     command.callback([arguments, &action] { action = [arguments] { run_submit(*arguments); }; });
 }
 

@@ -42,14 +42,14 @@ std::string image_formats()
 MachineReport describe_machine(GlContext& gl, const ThreadPool& pool, const LogFunction& log)
 {
     MachineReport report = {{"rcsplat", kVersion}};
-    for (auto& fact : describe_gl(gl))
-        report.push_back(std::move(fact));
-    for (auto& fact : describe_rays())
-        report.push_back(std::move(fact));
+    for (auto& fact : describe_gl(gl)) report.push_back(std::move(fact));
+    for (auto& fact : describe_rays()) report.push_back(std::move(fact));
     const ToneMapper mapper(ToneMapOptions{}, log);
-    report.emplace_back("OpenColorIO configuration", mapper.config_name() + ", " + mapper.display() + ", " + mapper.view());
+    report.emplace_back("OpenColorIO configuration",
+                        mapper.config_name() + ", " + mapper.display() + ", " + mapper.view());
     report.emplace_back("OpenImageIO formats", image_formats());
-    report.emplace_back("threads", std::to_string(pool.size()) + " of " + std::to_string(std::thread::hardware_concurrency()));
+    report.emplace_back("threads",
+                        std::to_string(pool.size()) + " of " + std::to_string(std::thread::hardware_concurrency()));
     report.emplace_back("memory free", memory("MemAvailable") + " of " + memory("MemTotal"));
     return report;
 }

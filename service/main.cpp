@@ -24,15 +24,18 @@ constexpr int kSignalBase = 128;  // the shell's convention: 130 is SIGINT
 int exit_code(ErrorCode code)
 {
     switch (code) {
-        case ErrorCode::bad_argument: return kBadUsage;
-        case ErrorCode::cancelled: return rcs::service::interrupt_signal() != 0 ? kSignalBase + rcs::service::interrupt_signal() : kFailure;
+        case ErrorCode::bad_argument:
+            return kBadUsage;
+        case ErrorCode::cancelled:
+            return rcs::service::interrupt_signal() != 0 ? kSignalBase + rcs::service::interrupt_signal() : kFailure;
         case ErrorCode::not_found:
         case ErrorCode::bad_file:
         case ErrorCode::unsupported:
         case ErrorCode::gl_unavailable:
         case ErrorCode::io:
         case ErrorCode::out_of_memory:
-        case ErrorCode::internal: return kFailure;
+        case ErrorCode::internal:
+            return kFailure;
     }
     return kFailure;
 }

@@ -25,8 +25,7 @@ inline constexpr double kLargestSeed = 4294967295.0;  // 2^32 - 1
 
 /// Adds a number; its help ends in the range, and shows the default that `value` holds.
 template <typename Number>
-CLI::Option* add_number(CLI::App& app, const std::string& name, Number& value, Range range,
-                        const std::string& help);
+CLI::Option* add_number(CLI::App& app, const std::string& name, Number& value, Range range, const std::string& help);
 
 struct Size {
     int width = 0;   ///< [px]
@@ -40,8 +39,8 @@ struct SceneArguments {
     std::string lens_shift;             ///< "RIGHT,UP"; empty: the camera's
     std::string environment = "scene";  ///< the scene's own, "none", "R,G,B" or an image file
     double environment_rotation = 0.0;  ///< of the image [degrees]
-    std::optional<double> time;  ///< of its animations [s]; none: the rest pose
-    std::string size;  ///< "WxH"
+    std::optional<double> time;         ///< of its animations [s]; none: the rest pose
+    std::string size;                   ///< "WxH"
     int threads = 0;
 };
 void add_scene_arguments(CLI::App& app, SceneArguments& arguments, Size default_size);

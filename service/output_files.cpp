@@ -129,7 +129,7 @@ void OutputFiles::write(const LayeredImage& image, ThreadPool& pool, const Progr
         for (const OutputFile& file : files_) {
             try {
                 is_exr(file) ? write_exr(file.path, image, file.options)
-                            : write_display_image(file.path, display, file.options);
+                             : write_display_image(file.path, display, file.options);
             } catch (const Error& e) {
                 std::string message = e.what();
                 for (const std::string& done : report.written) {

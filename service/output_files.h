@@ -41,8 +41,7 @@ public:
     /// Tone maps once if any file wants it, then writes the files in the order of the command line.
     /// Adds stages, exposure and the names of the files to `report`.
     /// @throws rcs::Error cancelled, if `progress` says so; io
-    void write(const LayeredImage& image, ThreadPool& pool, const ProgressFunction& progress,
-               RunReport& report) const;
+    void write(const LayeredImage& image, ThreadPool& pool, const ProgressFunction& progress, RunReport& report) const;
 
 private:
     std::vector<OutputFile> files_;

@@ -13,9 +13,12 @@ using Json = nlohmann::ordered_json;
 const char* name_of(PlannedEffect::Basis basis)
 {
     switch (basis) {
-        case PlannedEffect::Basis::exact: return "exact";
-        case PlannedEffect::Basis::bound: return "bound";
-        case PlannedEffect::Basis::measured: return "measured";
+        case PlannedEffect::Basis::exact:
+            return "exact";
+        case PlannedEffect::Basis::bound:
+            return "bound";
+        case PlannedEffect::Basis::measured:
+            return "measured";
     }
     return "";
 }
@@ -24,8 +27,12 @@ Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : 
 
 Json to_json(const PlannedEffect& e)
 {
-    Json json = {{"name", std::string(rcs::name_of(e.effect))}, {"needed", e.needed}, {"available", e.available},
-                 {"chosen_by_user", e.chosen}, {"scene_has_material", e.has_material}, {"reason", e.reason}};
+    Json json = {{"name", std::string(rcs::name_of(e.effect))},
+                 {"needed", e.needed},
+                 {"available", e.available},
+                 {"chosen_by_user", e.chosen},
+                 {"scene_has_material", e.has_material},
+                 {"reason", e.reason}};
     if (!e.of.empty()) {
         json["contribution"] = {{"of", e.of}, {"basis", name_of(e.basis)}, {"share", finite_or_null(e.share)}};
         if (e.basis == PlannedEffect::Basis::measured) {
@@ -41,7 +48,10 @@ Json to_json(const PlannedEffect& e)
 
 Json to_json(const EffectPlan& plan)
 {
-    Json json = {{"bounces", plan.bounces}, {"passes", plan.passes}, {"pilot_rays", plan.pilot_rays}, {"effects", Json::array()}};
+    Json json = {{"bounces", plan.bounces},
+                 {"passes", plan.passes},
+                 {"pilot_rays", plan.pilot_rays},
+                 {"effects", Json::array()}};
     for (const PlannedEffect& e : plan.effects) {
         json["effects"].push_back(to_json(e));
     }
@@ -84,7 +94,10 @@ std::string to_text(const EffectPlan& plan)
     std::string text;
     for (const PlannedEffect& e : plan.effects) {
         char name[64];
-        std::snprintf(name, sizeof name, "%-4s %-22s ", e.needed ? "on" : e.available ? "off" : "none",
+        std::snprintf(name, sizeof name, "%-4s %-22s ",
+                      e.needed      ? "on"
+                      : e.available ? "off"
+                                    : "none",
                       std::string(rcs::name_of(e.effect)).c_str());
         text.append(name).append(e.reason);
         if (e.loss > 0.0) {

@@ -16,8 +16,9 @@ namespace {
 std::string summary(const nlohmann::ordered_json& stats, const std::vector<std::string>& files)
 {
     char line[160];
-    std::snprintf(line, sizeof line, "%s, camera \"%s\", %dx%d, on a server with %d threads\n", stats.value("scene", "").c_str(),
-                  stats.value("camera", "").c_str(), stats.value("width", 0), stats.value("height", 0), stats.value("threads", 0));
+    std::snprintf(line, sizeof line, "%s, camera \"%s\", %dx%d, on a server with %d threads\n",
+                  stats.value("scene", "").c_str(), stats.value("camera", "").c_str(), stats.value("width", 0),
+                  stats.value("height", 0), stats.value("threads", 0));
     std::string text = line;
     std::snprintf(line, sizeof line, "\n%-12s %9s\n", "stage", "seconds");
     text += line;
@@ -25,8 +26,8 @@ std::string summary(const nlohmann::ordered_json& stats, const std::vector<std::
         std::snprintf(line, sizeof line, "%-12s %9.3f\n", stage.c_str(), seconds.get<double>());
         text += line;
     }
-    std::snprintf(line, sizeof line, "%-12s %9.3f\n\nerror    indirect light is off by about %.1f %% in the mean\n", "all",
-                  stats.value("seconds", 0.0), 100.0 * stats.at("error_estimate").value("mean_relative", 0.0));
+    std::snprintf(line, sizeof line, "%-12s %9.3f\n\nerror    indirect light is off by about %.1f %% in the mean\n",
+                  "all", stats.value("seconds", 0.0), 100.0 * stats.at("error_estimate").value("mean_relative", 0.0));
     text += line;
     for (const std::string& file : files) text += "wrote    " + file + "\n";
     return text;

@@ -54,11 +54,9 @@ double seconds_of_process()
     const std::string text{std::istreambuf_iterator<char>(file), {}};
     std::istringstream fields(text.substr(std::min(text.size(), text.rfind(')') + 1)));
     std::string field;
-    for (int i = 3; i <= 22; ++i)
-        fields >> field;
+    for (int i = 3; i <= 22; ++i) fields >> field;
     timespec now{};
-    if (fields.fail() || clock_gettime(CLOCK_BOOTTIME, &now) != 0)
-        return 0.0;
+    if (fields.fail() || clock_gettime(CLOCK_BOOTTIME, &now) != 0) return 0.0;
     const double since_boot = static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
     return std::max(0.0, since_boot - std::strtod(field.c_str(), nullptr) / static_cast<double>(sysconf(_SC_CLK_TCK)));
 }
@@ -97,7 +95,8 @@ Camera choose_camera(const Scene& scene, const SceneArguments& arguments)
     return camera;
 }
 
-RayScene build_rays(const Scene& scene, const EffectChoice& effects, const ThreadPool& pool, ProgressBar& bar, RunReport& report)
+RayScene build_rays(const Scene& scene, const EffectChoice& effects, const ThreadPool& pool, ProgressBar& bar,
+                    RunReport& report)
 {
     bar.show("bvh", 0.0f);
     RayScene rays = timed(report, "bvh", [&] { return build_ray_scene(scene, pool, effects); });

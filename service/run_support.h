@@ -23,7 +23,8 @@ Scene load(const SceneArguments& arguments, ProgressBar& bar, RunReport& report)
 /// The camera that the command line asks for.
 Camera choose_camera(const Scene& scene, const SceneArguments& arguments);
 
-RayScene build_rays(const Scene& scene, const EffectChoice& effects, const ThreadPool& pool, ProgressBar& bar, RunReport& report);
+RayScene build_rays(const Scene& scene, const EffectChoice& effects, const ThreadPool& pool, ProgressBar& bar,
+                    RunReport& report);
 
 /// A software GL brings threads of its own; they are to be as few as ours. What the user set stands.
 void limit_gl_threads(int threads);

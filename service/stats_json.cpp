@@ -67,19 +67,15 @@ void add_render(Json& json, const RunReport& report)
     json["record_rays_per_second"] =
         per(static_cast<double>(stats.records.hemisphere_rays + stats.records.shadow_rays), record_seconds);
     if (stats.light_cache.cells > 0) {
-        json["light_cache"] = {{"cells", stats.light_cache.cells},
-                               {"links", stats.light_cache.links},
-                               {"rays", stats.light_cache.rays},
-                               {"shadow_rays", stats.light_cache.shadow_rays},
-                               {"bytes", stats.light_cache.bytes},
-                               {"seconds", seconds_of(report, "bounces")}};
+        json["light_cache"] = {{"cells", stats.light_cache.cells}, {"links", stats.light_cache.links},
+                               {"rays", stats.light_cache.rays},   {"shadow_rays", stats.light_cache.shadow_rays},
+                               {"bytes", stats.light_cache.bytes}, {"seconds", seconds_of(report, "bounces")}};
     }
     json["error_estimate"] = {{"mean_relative", stats.error.mean_relative},
                               {"median_relative", stats.error.median_relative},
                               {"p95_relative", stats.error.p95_relative}};
     json["splats"] = stats.splats.splats;
-    json["pixels_per_splat"] =
-        per(static_cast<double>(stats.splats.samples), static_cast<double>(stats.splats.splats));
+    json["pixels_per_splat"] = per(static_cast<double>(stats.splats.samples), static_cast<double>(stats.splats.splats));
     json["splat_method"] = stats.splat_method;
     json["plan"] = to_json(stats.plan);
     json["counts"] = to_json(stats.counts);
@@ -137,7 +133,9 @@ void append_render(std::string& text, const RunReport& report)
     }
     append(text, "splats   %s as %s, %s pixels each\n", short_count(stats.splats.splats).c_str(),
            stats.splat_method.c_str(), short_count(pixels).c_str());
-    append(text, "error    indirect light is off by about %.1f %% in the mean, %.1f %% in the median, %.1f %% at the 95th percentile\n",
+    append(text,
+           "error    indirect light is off by about %.1f %% in the mean, %.1f %% in the median, %.1f %% at the 95th "
+           "percentile\n",
            100.0 * stats.error.mean_relative, 100.0 * stats.error.median_relative, 100.0 * stats.error.p95_relative);
     std::string left_out;
     for (const PlannedEffect& e : stats.plan.effects) {
@@ -192,19 +190,24 @@ Json to_json(const RunReport& report)
         json["paths"] = report.paths;
     }
     if (report.forecast) {
-        json["forecast"] = {{"error", report.forecast->goal_error}, {"seconds", report.forecast->goal_seconds},
-                            {"passes", report.forecast->passes}, {"points", Json::array()}};
+        json["forecast"] = {{"error", report.forecast->goal_error},
+                            {"seconds", report.forecast->goal_seconds},
+                            {"passes", report.forecast->passes},
+                            {"points", Json::array()}};
         for (const Forecast::Point& point : report.forecast->points) {
             json["forecast"]["points"].push_back({{"error", point.error}, {"seconds", finite_or_null(point.seconds)}});
         }
     }
     if (report.record_file) {
-        json["record_file"] = {{"file", report.record_file->file}, {"loaded", report.record_file->loaded},
+        json["record_file"] = {{"file", report.record_file->file},
+                               {"loaded", report.record_file->loaded},
                                {"saved", report.record_file->saved}};
     }
     if (report.shown_with) {
-        json["tone_map"] = {{"config", report.shown_with->config}, {"display", report.shown_with->display},
-                            {"view", report.shown_with->view}, {"exposure", report.shown_with->exposure}};
+        json["tone_map"] = {{"config", report.shown_with->config},
+                            {"display", report.shown_with->display},
+                            {"view", report.shown_with->view},
+                            {"exposure", report.shown_with->exposure}};
     }
     json["peak_memory_bytes"] = peak_memory();
     json["images"] = report.written;
@@ -245,8 +248,9 @@ std::string to_text(const RunReport& report)
                100.0 * report.forecast->goal_error, report.seconds);
     }
     if (report.record_file) {
-        append(text, "kept     %s records in %s, %s of them from before\n", short_count(report.record_file->saved).c_str(),
-               report.record_file->file.c_str(), short_count(report.record_file->loaded).c_str());
+        append(text, "kept     %s records in %s, %s of them from before\n",
+               short_count(report.record_file->saved).c_str(), report.record_file->file.c_str(),
+               short_count(report.record_file->loaded).c_str());
     }
     append(text, "memory   %.0f MB at the most\n", static_cast<double>(peak_memory()) * 1e-6);
     if (report.shown_with) {

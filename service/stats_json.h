@@ -31,12 +31,12 @@ struct RunReport {
     std::string command, scene, camera;
     int width = 0, height = 0;  ///< [px]
     int threads = 0;
-    std::vector<std::pair<std::string, std::string>> options;        ///< in the order of --help, as texts
-    std::vector<std::pair<std::string, double>> stage_seconds;       ///< in order of execution; wall time
-    double seconds = 0.0;                                            ///< wall time of the whole command
-    std::optional<RenderStats> render;                               ///< of the render command
-    std::uint64_t paths = 0;                                         ///< of the reference command
-    std::optional<Forecast> forecast;                                ///< with a target or budget
+    std::vector<std::pair<std::string, std::string>> options;   ///< in the order of --help, as texts
+    std::vector<std::pair<std::string, double>> stage_seconds;  ///< in order of execution; wall time
+    double seconds = 0.0;                                       ///< wall time of the whole command
+    std::optional<RenderStats> render;                          ///< of the render command
+    std::uint64_t paths = 0;                                    ///< of the reference command
+    std::optional<Forecast> forecast;                           ///< with a target or budget
     std::optional<RecordFileUse> record_file;
     std::optional<ShownWith> shown_with;
     std::vector<std::string> written;
@@ -53,10 +53,7 @@ auto timed(RunReport& report, const std::string& stage, const Work& work)
         RunReport& report;
         const std::string& stage;
         std::chrono::steady_clock::time_point begin;
-        ~Stop()
-        {
-            report.add(stage, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
-        }
+        ~Stop() { report.add(stage, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count()); }
     } const stop{report, stage, begin};
     return work();
 }

@@ -75,9 +75,8 @@ void run(const char* file)
     rcs::LayeredImage image;
     image.layers["beauty"] = by_quads;
     rcs::write_exr(file, image);
-    std::printf("%s: %zu records from %llu rays; quads and tiles differ by at most %.2g W/m^2\n", file,
-                records.size(), static_cast<unsigned long long>(record_stats.hemisphere_rays),
-                largest_difference(by_tiles, by_quads));
+    std::printf("%s: %zu records from %llu rays; quads and tiles differ by at most %.2g W/m^2\n", file, records.size(),
+                static_cast<unsigned long long>(record_stats.hemisphere_rays), largest_difference(by_tiles, by_quads));
 }
 
 }  // namespace

@@ -30,7 +30,8 @@ constexpr std::int64_t kAskPeriod = 200;  // between questions whether to go on 
 
 std::int64_t steady_ms()
 {
-    return std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now().time_since_epoch()).count();
+    return std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
 }
 
 [[noreturn]] void unavailable(const std::string& what) { throw ServiceError(v1::ERROR_CODE_UNAVAILABLE, what); }
@@ -39,7 +40,8 @@ Fd connected_unix(const std::string& path)
 {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
-    if (path.size() >= sizeof address.sun_path) throw Error(ErrorCode::bad_argument, "the socket's path is too long: " + path);
+    if (path.size() >= sizeof address.sun_path)
+        throw Error(ErrorCode::bad_argument, "the socket's path is too long: " + path);
     path.copy(address.sun_path, path.size());
     Fd fd(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
     if (::connect(fd.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
@@ -65,7 +67,8 @@ Fd connected_tcp(const HostPort& to, double seconds)
             pollfd one{fd.get(), POLLOUT, 0};
             socklen_t size = sizeof error;
             error = ETIMEDOUT;
-            if (::poll(&one, 1, static_cast<int>(1e3 * seconds)) == 1) ::getsockopt(fd.get(), SOL_SOCKET, SO_ERROR, &error, &size);
+            if (::poll(&one, 1, static_cast<int>(1e3 * seconds)) == 1)
+                ::getsockopt(fd.get(), SOL_SOCKET, SO_ERROR, &error, &size);
         }
         const int on = 1;
         ::setsockopt(fd.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
@@ -94,15 +97,19 @@ Client::Client(const std::string& address, const ClientOptions& options) : optio
     for (std::size_t sent = 0; sent < first.size();) {
         const long count = stream_->write(std::string_view(first).substr(sent));
         if (count == Stream::kEnd) break;  // what the server said before it closed is still to be read
-        if (count == Stream::kLater) wait(stream_->wants_write() ? POLLOUT : POLLIN, until);
-        else sent += static_cast<std::size_t>(count);
+        if (count == Stream::kLater)
+            wait(stream_->wants_write() ? POLLOUT : POLLIN, until);
+        else
+            sent += static_cast<std::size_t>(count);
     }
     std::string theirs;
     for (char bytes[kGreetingSize]; theirs.size() < kGreetingSize;) {
         const long count = stream_->read(bytes, kGreetingSize - theirs.size());
         if (count == Stream::kEnd) unavailable("the connection to " + address_ + " broke: " + stream_->failure());
-        if (count == Stream::kLater) wait(POLLIN, until);
-        else theirs.append(bytes, static_cast<std::size_t>(count));
+        if (count == Stream::kLater)
+            wait(POLLIN, until);
+        else
+            theirs.append(bytes, static_cast<std::size_t>(count));
     }
     check_greeting(theirs);
     v1::Request hello;
@@ -145,8 +152,10 @@ void Client::send(const v1::Request& request)
     for (std::size_t sent = 0; sent < bytes.size();) {
         const long count = stream_->write(std::string_view(bytes).substr(sent));
         if (count == Stream::kEnd) return;  // as above
-        if (count == Stream::kLater) wait(POLLOUT, until);
-        else sent += static_cast<std::size_t>(count);
+        if (count == Stream::kLater)
+            wait(POLLOUT, until);
+        else
+            sent += static_cast<std::size_t>(count);
     }
 }
 
@@ -163,10 +172,13 @@ v1::Response Client::receive()
         char bytes[64 << 10];
         const long count = stream_->read(bytes, sizeof bytes);
         if (count == Stream::kEnd) {
-            unavailable("the connection to " + address_ + " ended" + std::string(stream_->failure().empty() ? "" : ": ") + stream_->failure());
+            unavailable("the connection to " + address_ + " ended" +
+                        std::string(stream_->failure().empty() ? "" : ": ") + stream_->failure());
         }
-        if (count == Stream::kLater) wait(stream_->wants_write() ? POLLOUT : POLLIN, until);
-        else reader_.append({bytes, static_cast<std::size_t>(count)});
+        if (count == Stream::kLater)
+            wait(stream_->wants_write() ? POLLOUT : POLLIN, until);
+        else
+            reader_.append({bytes, static_cast<std::size_t>(count)});
     }
 }
 
@@ -195,7 +207,8 @@ void Client::upload(const std::vector<LocalFile>& files, const std::function<voi
             v1::Request put;
             *put.mutable_blob_put()->mutable_blob() = blob;
             put.mutable_blob_put()->set_offset(held);
-            put.mutable_blob_put()->set_data(read_part(files[i].path, held, std::min<std::uint64_t>(hello_.max_chunk_bytes(), blob.size() - held)));
+            put.mutable_blob_put()->set_data(
+                read_part(files[i].path, held, std::min<std::uint64_t>(hello_.max_chunk_bytes(), blob.size() - held)));
             held = call(put).blob_put().held();
             complete = held == blob.size();
             if (progress) progress(static_cast<float>((done + static_cast<double>(held)) / all));
@@ -250,7 +263,10 @@ void Client::fetch(std::uint64_t job, int frame, const std::string& name, const 
 {
     namespace fs = std::filesystem;
     const fs::path target(path);
-    const std::string temporary = (target.parent_path() / std::string(".").append(target.filename().string()).append(".tmp-").append(std::to_string(::getpid()))).string();
+    const std::string temporary =
+        (target.parent_path() /
+         std::string(".").append(target.filename().string()).append(".tmp-").append(std::to_string(::getpid())))
+            .string();
     struct Remove {
         const std::string& file;
         ~Remove() { ::unlink(file.c_str()); }
@@ -269,7 +285,8 @@ void Client::fetch(std::uint64_t job, int frame, const std::string& name, const 
         request.mutable_fetch()->set_offset(offset);
         const v1::FetchReply part = call(request).fetch();
         whole = part.file();
-        if (part.data().empty() && offset < whole.size()) unavailable("the server sent less of " + name + " than there is");
+        if (part.data().empty() && offset < whole.size())
+            unavailable("the server sent less of " + name + " than there is");
         std::string_view rest = part.data();
         while (!rest.empty()) {
             const ssize_t count = ::write(file.get(), rest.data(), rest.size());
@@ -280,7 +297,8 @@ void Client::fetch(std::uint64_t job, int frame, const std::string& name, const 
         sum.add(part.data());
         offset += part.data().size();
     } while (offset < whole.size());
-    if (sum.digest() != whole.sha256()) throw ServiceError(v1::ERROR_CODE_BAD_FILE, "what arrived of " + name + " is not what was rendered");
+    if (sum.digest() != whole.sha256())
+        throw ServiceError(v1::ERROR_CODE_BAD_FILE, "what arrived of " + name + " is not what was rendered");
     if (::rename(temporary.c_str(), path.c_str()) != 0) fail();
 }
 

@@ -13,16 +13,16 @@
 namespace rcs::service {
 
 struct ClientOptions {
-    std::string token;           ///< for TCP
-    std::string ca;              ///< authority of the server's certificate [PEM file]; TLS is spoken beyond loopback, or with it
+    std::string token;  ///< for TCP
+    std::string ca;     ///< authority of the server's certificate [PEM file]; TLS is spoken beyond loopback, or with it
     std::string certificate, key;  ///< to show instead of a token [PEM files]
     double connect_seconds = 10.0;
-    double reply_seconds = 120.0;  ///< that a request may take
+    double reply_seconds = 120.0;        ///< that a request may take
     std::function<bool()> keep_waiting;  ///< asked a few times a second while waiting; false ends it
 };
 
-/// A connection to a render server. Not for several threads at a time. What fails throws ServiceError (the server said so, or
-/// the connection broke: unavailable) or rcs::Error cancelled (keep_waiting said so).
+/// A connection to a render server. Not for several threads at a time. What fails throws ServiceError (the server said
+/// so, or the connection broke: unavailable) or rcs::Error cancelled (keep_waiting said so).
 class Client {
 public:
     /// @param address  path of a Unix socket, or HOST:PORT

@@ -19,7 +19,8 @@ namespace fs = std::filesystem;
 
 std::string lower(std::string text)
 {
-    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    std::transform(text.begin(), text.end(), text.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     return text;
 }
 
@@ -95,7 +96,8 @@ RequestedJob request_job(const RenderArguments& arguments, bool on_server)
     *requested.job.mutable_tone_map() = to_message(tone_map);
     const char* ocio = std::getenv("OCIO");
     if (tone_map.ocio_config.empty() && ocio != nullptr) tone_map.ocio_config = ocio;
-    if (!tone_map.ocio_config.empty()) *requested.job.mutable_tone_map()->mutable_ocio_config() = add_upload(tone_map.ocio_config, requested);
+    if (!tone_map.ocio_config.empty())
+        *requested.job.mutable_tone_map()->mutable_ocio_config() = add_upload(tone_map.ocio_config, requested);
     request_environment(arguments.scene, requested);
     request_scene(arguments, on_server, requested);
     return requested;
@@ -106,7 +108,8 @@ v1::Frame request_frame(const RenderArguments& arguments, int number)
     v1::Frame frame;
     frame.set_number(number);
     if (!arguments.scene.camera.empty()) frame.set_camera_name(utf8_text(arguments.scene.camera));
-    if (!arguments.scene.lens_shift.empty()) *frame.mutable_lens_shift() = to_message(parse_lens_shift(arguments.scene.lens_shift));
+    if (!arguments.scene.lens_shift.empty())
+        *frame.mutable_lens_shift() = to_message(parse_lens_shift(arguments.scene.lens_shift));
     if (arguments.scene.time) frame.set_time(*arguments.scene.time);
     return frame;
 }

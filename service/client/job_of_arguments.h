@@ -12,7 +12,8 @@ namespace rcs::service {
 struct RequestedJob {
     v1::Job job;
     std::vector<Client::LocalFile> uploads;
-    std::vector<std::string> paths;  ///< to write the outputs to, in the job's order; may hold #### for a frame's number
+    std::vector<std::string>
+        paths;  ///< to write the outputs to, in the job's order; may hold #### for a frame's number
 };
 
 /// @param on_server  the scene is a path there @throws rcs::Error

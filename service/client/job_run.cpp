@@ -74,7 +74,9 @@ std::string path_of_frame(const std::string& pattern, int number)
 std::vector<int> parse_frames(const std::string& text)
 {
     static const std::regex part(R"(^(-?\d{1,7})(?:(?:-|\.\.)(-?\d{1,7})(?:[x:](\d{1,7}))?)?$)");
-    const auto refuse = [&](const std::string& why) { throw Error(ErrorCode::bad_argument, "--frames " + text + " " + why); };
+    const auto refuse = [&](const std::string& why) {
+        throw Error(ErrorCode::bad_argument, "--frames " + text + " " + why);
+    };
     std::set<int> frames;
     for (std::size_t begin = 0; begin <= text.size();) {
         const std::size_t end = std::min(text.find(',', begin), text.size());

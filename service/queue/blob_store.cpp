@@ -17,8 +17,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kBetweenSyncs = 8 << 20;  // so that the last sync of a large file does not hold everyone up [bytes]
-constexpr std::size_t kLongestPath = 1000;        // [bytes]
+constexpr std::uint64_t kBetweenSyncs =
+    8 << 20;                                // so that the last sync of a large file does not hold everyone up [bytes]
+constexpr std::size_t kLongestPath = 1000;  // [bytes]
 constexpr const char* kPart = ".part";
 
 std::int64_t modified_ms(const fs::path& path)
@@ -42,7 +43,8 @@ std::vector<Found> oldest_first(const std::string& folder)
     std::vector<Found> found;
     std::error_code ignored;
     for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-        found.push_back({entry.path(), modified_ms(entry.path()), entry.is_regular_file(ignored) ? entry.file_size(ignored) : 0});
+        found.push_back(
+            {entry.path(), modified_ms(entry.path()), entry.is_regular_file(ignored) ? entry.file_size(ignored) : 0});
     }
     std::sort(found.begin(), found.end(), [](const Found& a, const Found& b) { return a.used_ms < b.used_ms; });
     return found;
@@ -60,7 +62,8 @@ void check_scene_path(const std::string& path)
     for (std::size_t begin = 0; begin <= path.size();) {
         const std::size_t end = std::min(path.find('/', begin), path.size());
         const std::string part = path.substr(begin, end - begin);
-        if (part.empty() || part == "." || part == ".." || part.size() > 255) refuse("is no relative path without '..'");
+        if (part.empty() || part == "." || part == ".." || part.size() > 255)
+            refuse("is no relative path without '..'");
         begin = end + 1;
     }
 }
@@ -68,7 +71,8 @@ void check_scene_path(const std::string& path)
 void check_digest(const v1::Blob& blob)
 {
     if (blob.sha256().size() != kDigestSize) {
-        throw ServiceError(v1::ERROR_CODE_BAD_ARGUMENT, "sha256 has " + std::to_string(blob.sha256().size()) + " bytes, expected 32");
+        throw ServiceError(v1::ERROR_CODE_BAD_ARGUMENT,
+                           "sha256 has " + std::to_string(blob.sha256().size()) + " bytes, expected 32");
     }
 }
 
@@ -116,7 +120,8 @@ BlobStore::Upload& BlobStore::upload(const v1::Blob& blob, const std::string& ow
     const auto found = uploads_.find(part);
     if (found != uploads_.end()) return found->second;
     if (uploads_.size() >= static_cast<std::size_t>(limits_.max_uploads)) {
-        throw ServiceError(v1::ERROR_CODE_LIMIT, std::to_string(uploads_.size()) + " uploads are under way, no more are allowed");
+        throw ServiceError(v1::ERROR_CODE_LIMIT,
+                           std::to_string(uploads_.size()) + " uploads are under way, no more are allowed");
     }
     Upload upload;
     upload.fd = Fd(::open(part.c_str(), O_CREAT | O_RDWR | O_CLOEXEC | O_NOFOLLOW, 0600));
@@ -130,12 +135,14 @@ BlobStore::Upload& BlobStore::upload(const v1::Blob& blob, const std::string& ow
     return uploads_.emplace(part, std::move(upload)).first->second;
 }
 
-std::uint64_t BlobStore::put(const v1::Blob& blob, const std::string& owner, std::uint64_t offset, const std::string& data)
+std::uint64_t BlobStore::put(const v1::Blob& blob, const std::string& owner, std::uint64_t offset,
+                             const std::string& data)
 {
     check_digest(blob);
     if (blob.size() > limits_.max_file) {
-        throw ServiceError(v1::ERROR_CODE_LIMIT, "a file of " + std::to_string(blob.size()) + " bytes is larger than the " +
-                                                     std::to_string(limits_.max_file) + " that are allowed");
+        throw ServiceError(v1::ERROR_CODE_LIMIT, "a file of " + std::to_string(blob.size()) +
+                                                     " bytes is larger than the " + std::to_string(limits_.max_file) +
+                                                     " that are allowed");
     }
     if (has(blob.sha256())) return blob.size();
     if (bytes_ + data.size() > limits_.max_store) {
@@ -150,7 +157,8 @@ std::uint64_t BlobStore::put(const v1::Blob& blob, const std::string& owner, std
     }
     if (offset != going.held || (data.empty() && going.held < blob.size())) return going.held;
     if (data.size() > blob.size() - going.held) {
-        throw ServiceError(v1::ERROR_CODE_BAD_ARGUMENT, "the chunk goes beyond the file's size of " + std::to_string(blob.size()) + " bytes");
+        throw ServiceError(v1::ERROR_CODE_BAD_ARGUMENT,
+                           "the chunk goes beyond the file's size of " + std::to_string(blob.size()) + " bytes");
     }
     try {
         write_all(going.fd.get(), data, part);
@@ -178,9 +186,11 @@ void BlobStore::finish(const std::string& part, const std::string& digest)
     Upload& done = uploads_.at(part);
     if (done.sum->digest() != digest) {
         drop(part);
-        throw ServiceError(v1::ERROR_CODE_BAD_FILE, "the uploaded bytes have another SHA-256 than " + hex(digest) + "; they were dropped");
+        throw ServiceError(v1::ERROR_CODE_BAD_FILE,
+                           "the uploaded bytes have another SHA-256 than " + hex(digest) + "; they were dropped");
     }
-    if (::fchmod(done.fd.get(), 0400) != 0 || ::fsync(done.fd.get()) != 0 || ::rename(part.c_str(), path(digest).c_str()) != 0) {
+    if (::fchmod(done.fd.get(), 0400) != 0 || ::fsync(done.fd.get()) != 0 ||
+        ::rename(part.c_str(), path(digest).c_str()) != 0) {
         const int error = errno;
         drop(part);
         errno = error;
@@ -224,14 +234,16 @@ std::string BlobStore::scene(const std::string& key, const v1::SceneFiles& files
         check_scene_path(file.path());
         const fs::path target = fs::path(making) / file.path();
         fs::create_directories(target.parent_path(), problem);
-        if (problem) throw ServiceError(v1::ERROR_CODE_UNAVAILABLE, "cannot make " + target.string() + ": " + problem.message());
+        if (problem)
+            throw ServiceError(v1::ERROR_CODE_UNAVAILABLE, "cannot make " + target.string() + ": " + problem.message());
         if (::link(path(file.content().sha256()).c_str(), target.c_str()) != 0) fail_file("link", target.string());
     }
     if (::rename(making.c_str(), folder.c_str()) != 0) fail_file("rename", making);
     return first;
 }
 
-std::uint64_t BlobStore::remove_unused(std::int64_t oldest_ms, std::uint64_t most_bytes, const std::set<std::string>& digests_in_use,
+std::uint64_t BlobStore::remove_unused(std::int64_t oldest_ms, std::uint64_t most_bytes,
+                                       const std::set<std::string>& digests_in_use,
                                        const std::set<std::string>& scenes_in_use)
 {
     std::set<std::string> kept;
@@ -240,11 +252,12 @@ std::uint64_t BlobStore::remove_unused(std::int64_t oldest_ms, std::uint64_t mos
     const bool full = bytes_ > most_bytes;
     // Scenes are links: what they hold is free once both are gone.
     for (const Found& scene : oldest_first(scenes_)) {
-        if ((full || scene.used_ms < oldest_ms) && !scenes_in_use.contains(scene.path.filename())) fs::remove_all(scene.path, ignored);
+        if ((full || scene.used_ms < oldest_ms) && !scenes_in_use.contains(scene.path.filename()))
+            fs::remove_all(scene.path, ignored);
     }
     std::uint64_t freed = 0;
     for (const Found& file : oldest_first(folder_)) {
-        const bool needed = kept.contains(file.path.filename()) || uploads_.contains(file.path) ;
+        const bool needed = kept.contains(file.path.filename()) || uploads_.contains(file.path);
         if (file.used_ms < oldest_ms && uploads_.contains(file.path)) {
             uploads_.erase(file.path);  // its client went away
         } else if (needed || (file.used_ms >= oldest_ms && bytes_ <= most_bytes)) {

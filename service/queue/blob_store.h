@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "wire/files.h"
 #include "rcs/v1/job.pb.h"
+#include "wire/files.h"
 #include "wire/sha256.h"
 
 namespace rcs::service {
@@ -20,9 +20,9 @@ struct BlobLimits {
     int max_uploads = 64;                   ///< incomplete ones
 };
 
-/// Uploaded files by their content: STATE/blobs/DIGEST, and DIGEST.OWNER.part while incomplete. The folder is all there is: a
-/// file appears under its digest only once its bytes were found to have it, and are on disk. Owners continue only their own
-/// uploads. Scenes made of such files: STATE/scenes/KEY, a folder of hard links.
+/// Uploaded files by their content: STATE/blobs/DIGEST, and DIGEST.OWNER.part while incomplete. The folder is all there
+/// is: a file appears under its digest only once its bytes were found to have it, and are on disk. Owners continue only
+/// their own uploads. Scenes made of such files: STATE/scenes/KEY, a folder of hard links.
 class BlobStore {
 public:
     /// @param state  the state folder
@@ -45,9 +45,10 @@ public:
     /// Equal for equal files under equal names.
     static std::string scene_key(const v1::SceneFiles& files);
 
-    /// Removes files and scenes that were not used since `oldest` and that nobody needs, more where the store is fuller than
-    /// `most_bytes`, and uploads that did not go on since. @return bytes that were freed
-    std::uint64_t remove_unused(std::int64_t oldest_ms, std::uint64_t most_bytes, const std::set<std::string>& digests_in_use,
+    /// Removes files and scenes that were not used since `oldest` and that nobody needs, more where the store is fuller
+    /// than `most_bytes`, and uploads that did not go on since. @return bytes that were freed
+    std::uint64_t remove_unused(std::int64_t oldest_ms, std::uint64_t most_bytes,
+                                const std::set<std::string>& digests_in_use,
                                 const std::set<std::string>& scenes_in_use);
     std::uint64_t bytes() const { return bytes_; }
 

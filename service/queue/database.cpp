@@ -27,8 +27,8 @@ Database::Database(const std::string& path)
     // SQLite gives its side files the mode of the main one.
     const int fd = ::open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0600);
     if (fd >= 0) ::close(fd);
-    if (sqlite3_open_v2(path.c_str(), &handle_, SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE, nullptr) !=
-        SQLITE_OK) {
+    if (sqlite3_open_v2(path.c_str(), &handle_, SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE,
+                        nullptr) != SQLITE_OK) {
         const std::string why = handle_ != nullptr ? sqlite3_errmsg(handle_) : "out of memory";
         sqlite3_close(handle_);
         throw ServiceError(v1::ERROR_CODE_UNAVAILABLE, "cannot open " + path + ": " + why);
@@ -64,15 +64,16 @@ Statement& Statement::bind(double value)
 
 Statement& Statement::bind(std::string_view text)
 {
-    check(database_, sqlite3_bind_text(statement_, ++bound_, text.data(), static_cast<int>(text.size()), SQLITE_TRANSIENT));
+    check(database_,
+          sqlite3_bind_text(statement_, ++bound_, text.data(), static_cast<int>(text.size()), SQLITE_TRANSIENT));
     return *this;
 }
 
 Statement& Statement::bind_blob(std::string_view bytes)
 {
     // An empty blob, not null.
-    check(database_, sqlite3_bind_blob(statement_, ++bound_, bytes.empty() ? "" : bytes.data(), static_cast<int>(bytes.size()),
-                                       SQLITE_TRANSIENT));
+    check(database_, sqlite3_bind_blob(statement_, ++bound_, bytes.empty() ? "" : bytes.data(),
+                                       static_cast<int>(bytes.size()), SQLITE_TRANSIENT));
     return *this;
 }
 
@@ -104,7 +105,8 @@ std::string Statement::text(int column) const
 {
     const void* bytes = sqlite3_column_blob(statement_, column);
     const int size = sqlite3_column_bytes(statement_, column);
-    return bytes != nullptr ? std::string(static_cast<const char*>(bytes), static_cast<std::size_t>(size)) : std::string();
+    return bytes != nullptr ? std::string(static_cast<const char*>(bytes), static_cast<std::size_t>(size))
+                            : std::string();
 }
 
 bool Statement::is_null(int column) const { return sqlite3_column_type(statement_, column) == SQLITE_NULL; }

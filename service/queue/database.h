@@ -47,7 +47,11 @@ public:
     /// Takes the next row. @return false: there is none; the statement can be bound and stepped again
     bool step();
     /// Of a statement without rows.
-    void run() { while (step()) {} }
+    void run()
+    {
+        while (step()) {
+        }
+    }
 
     std::int64_t integer(int column) const;
     double real(int column) const;

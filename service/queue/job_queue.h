@@ -14,13 +14,13 @@
 namespace rcs::service {
 
 struct QueueOptions {
-    int max_unfinished_jobs = 10'000;    ///< a job beyond is refused
+    int max_unfinished_jobs = 10'000;  ///< a job beyond is refused
     int max_unfinished_frames = 100'000;
-    double ageing_seconds = 600.0;       ///< of waiting that count as one step of priority, > 0
-    int max_deaths = 2;                  ///< of workers, that a frame may cause
-    int max_tries = 3;                   ///< of a frame, where the failure may pass
-    int max_starts = 20;                 ///< of a frame in all, however they ended
-    double backoff_seconds = 1.0;        ///< before the second try; each further one waits four times as long
+    double ageing_seconds = 600.0;  ///< of waiting that count as one step of priority, > 0
+    int max_deaths = 2;             ///< of workers, that a frame may cause
+    int max_tries = 3;              ///< of a frame, where the failure may pass
+    int max_starts = 20;            ///< of a frame in all, however they ended
+    double backoff_seconds = 1.0;   ///< before the second try; each further one waits four times as long
 };
 
 /// What became of a frame that was started.
@@ -56,8 +56,9 @@ struct Completed {
 /// Jobs and frames on disk. Changes belong to a transaction, which the first one begins and commit() ends; once that
 /// returns they survive the end of any process, and after a durable change also of the machine.
 ///
-/// SQLite in WAL mode. A durable change (submit, an end, cancel) commits with synchronous=FULL: the log is on disk before
-/// commit() returns. A frame's start commits with synchronous=NORMAL: the worst that losing it does is to start it again.
+/// SQLite in WAL mode. A durable change (submit, an end, cancel) commits with synchronous=FULL: the log is on disk
+/// before commit() returns. A frame's start commits with synchronous=NORMAL: the worst that losing it does is to start
+/// it again.
 class JobQueue {
 public:
     /// Makes the database if there is none. Frames that were running begin anew.
@@ -86,7 +87,7 @@ public:
     void remove(std::uint64_t job);
 
     bool has_changes() const { return transaction_ != Transaction::none; }
-    void commit();     ///< @throws ServiceError unavailable; then nothing has changed
+    void commit();  ///< @throws ServiceError unavailable; then nothing has changed
     void roll_back();
 
     // Reading; sees uncommitted changes too.
@@ -110,16 +111,17 @@ public:
         std::int64_t finished_ms = 0;
         std::uint64_t bytes = 0;  ///< of its pictures
     };
-    std::vector<Ended> ended_jobs() const;  ///< the oldest first
-    std::set<std::string> blobs_in_use() const;   ///< digests that unfinished jobs need
-    std::set<std::string> scenes_in_use() const;  ///< keys
+    std::vector<Ended> ended_jobs() const;         ///< the oldest first
+    std::set<std::string> blobs_in_use() const;    ///< digests that unfinished jobs need
+    std::set<std::string> scenes_in_use() const;   ///< keys
     std::set<std::string> folders_in_use() const;  ///< of completed frames
 
 private:
     enum class Transaction { none, plain, durable };
     void begin(Transaction kind);
     void recover(FrameKey key, std::int64_t now_ms);
-    void set_frame(FrameKey key, v1::FrameState state, const v1::Error& error, std::int64_t not_before, std::int64_t now_ms);
+    void set_frame(FrameKey key, v1::FrameState state, const v1::Error& error, std::int64_t not_before,
+                   std::int64_t now_ms);
     void settle(std::uint64_t job, std::int64_t now_ms);
     v1::JobStatus read_status(const Statement& row) const;
 

@@ -9,9 +9,10 @@ namespace rcs::service {
 namespace {
 
 constexpr const char* kStatusColumns =
-    "id, state, priority, spec, scene, owner, submitted, started, finished, frames, completed, failed, active, error_code, error";
+    "id, state, priority, spec, scene, owner, submitted, started, finished, frames, completed, failed, active, "
+    "error_code, error";
 constexpr std::size_t kMostBytes = kMaxMessage - (64 << 10);  // of a list's jobs: the rest of the message takes little
-constexpr std::uint32_t kFewFrames = 10;  // whose statistics fit into a message
+constexpr std::uint32_t kFewFrames = 10;                      // whose statistics fit into a message
 
 v1::Error read_error(const Statement& row, int code_column)
 {
@@ -85,7 +86,8 @@ v1::ListReply JobQueue::list(const v1::ListRequest& request, const std::string& 
     std::string states;
     for (const int state : request.states()) states.append(states.empty() ? "" : ",").append(std::to_string(state));
     Statement row(database_, (std::string("SELECT ") + kStatusColumns + " FROM jobs WHERE id<? AND (?='' OR owner=?)" +
-                              (states.empty() ? "" : " AND state IN (" + states + ")") + " ORDER BY id DESC").c_str());
+                              (states.empty() ? "" : " AND state IN (" + states + ")") + " ORDER BY id DESC")
+                                 .c_str());
     row.bind(request.before() != 0 ? static_cast<std::int64_t>(request.before()) : INT64_MAX).bind(owner).bind(owner);
     v1::ListReply reply;
     std::size_t bytes = 0;
@@ -120,8 +122,9 @@ v1::JobReply JobQueue::details(const v1::JobRequest& request) const
     reply.mutable_job()->ParseFromString(spec.text(0));
     if (reply.job().ByteSizeLong() > kMostBytes / 2) reply.mutable_job()->mutable_scene()->clear_files();
 
-    Statement row(database_, "SELECT idx, number, state, starts, error_code, error, started, finished, estimate, stats, warnings "
-                             "FROM frames WHERE job=? ORDER BY idx LIMIT ? OFFSET ?");
+    Statement row(database_,
+                  "SELECT idx, number, state, starts, error_code, error, started, finished, estimate, stats, warnings "
+                  "FROM frames WHERE job=? ORDER BY idx LIMIT ? OFFSET ?");
     row.bind(id).bind(std::int64_t{count}).bind(std::int64_t{request.first_frame()});
     std::size_t bytes = reply.ByteSizeLong();
     while (row.step()) {
@@ -160,9 +163,11 @@ std::optional<int> JobQueue::index_of(std::uint64_t job, int frame_number) const
 
 std::optional<std::pair<v1::OutputFile, std::string>> JobQueue::file(FrameKey key, const std::string& name) const
 {
-    Statement row(database_, "SELECT i.size, i.sha256, f.folder FROM files i JOIN frames f ON f.job=i.job AND f.idx=i.idx "
-                             "WHERE i.job=? AND i.idx=? AND i.name=?");
-    if (!row.bind(static_cast<std::int64_t>(key.job)).bind(std::int64_t{key.index}).bind(name).step()) return std::nullopt;
+    Statement row(database_,
+                  "SELECT i.size, i.sha256, f.folder FROM files i JOIN frames f ON f.job=i.job AND f.idx=i.idx "
+                  "WHERE i.job=? AND i.idx=? AND i.name=?");
+    if (!row.bind(static_cast<std::int64_t>(key.job)).bind(std::int64_t{key.index}).bind(name).step())
+        return std::nullopt;
     v1::OutputFile file;
     file.set_name(name);
     file.set_size(static_cast<std::uint64_t>(row.integer(0)));
@@ -190,8 +195,8 @@ std::uint64_t JobQueue::count(v1::FrameState state) const
     // The texts match those of the partial indices.
     const bool waiting = state == v1::FRAME_STATE_QUEUED || state == v1::FRAME_STATE_SOFT_FAILED;
     Statement row(database_, waiting ? "SELECT count(*) FROM frames WHERE state IN (1, 3) AND state=?"
-                                     : state == v1::FRAME_STATE_ACTIVE ? "SELECT count(*) FROM frames WHERE state=2 AND state=?"
-                                                                       : "SELECT count(*) FROM frames WHERE state=?");
+                             : state == v1::FRAME_STATE_ACTIVE ? "SELECT count(*) FROM frames WHERE state=2 AND state=?"
+                                                               : "SELECT count(*) FROM frames WHERE state=?");
     row.bind(std::int64_t{state}).step();
     return static_cast<std::uint64_t>(row.integer(0));
 }
@@ -206,10 +211,12 @@ std::uint64_t JobQueue::count(v1::JobState state) const
 std::vector<JobQueue::Ended> JobQueue::ended_jobs() const
 {
     std::vector<Ended> jobs;
-    Statement row(database_, "SELECT id, finished, (SELECT coalesce(sum(size), 0) FROM files WHERE job=id) FROM jobs "
-                             "WHERE finished>0 ORDER BY finished, id");
+    Statement row(database_,
+                  "SELECT id, finished, (SELECT coalesce(sum(size), 0) FROM files WHERE job=id) FROM jobs "
+                  "WHERE finished>0 ORDER BY finished, id");
     while (row.step()) {
-        jobs.push_back({static_cast<std::uint64_t>(row.integer(0)), row.integer(1), static_cast<std::uint64_t>(row.integer(2))});
+        jobs.push_back(
+            {static_cast<std::uint64_t>(row.integer(0)), row.integer(1), static_cast<std::uint64_t>(row.integer(2))});
     }
     return jobs;
 }

@@ -9,10 +9,10 @@ namespace rcs::service {
 
 /// The image that all others are judged by, and how sure it is.
 struct ReferenceSummary {
-    int paths = 0;                ///< a pixel
-    double seconds = 0.0;         ///< that tracing it took, in all runs together
-    double error = 0.0;           ///< its own, mean relative, of the indirect layer: what a perfect image would measure
-    double wanted_error = 0.0;    ///< what that was to reach
+    int paths = 0;              ///< a pixel
+    double seconds = 0.0;       ///< that tracing it took, in all runs together
+    double error = 0.0;         ///< its own, mean relative, of the indirect layer: what a perfect image would measure
+    double wanted_error = 0.0;  ///< what that was to reach
     std::string picture, indirect;  ///< JPEG files in memory
 };
 

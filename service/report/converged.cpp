@@ -55,7 +55,8 @@ ConvergedReference converge(const RayScene& rays, const View& view, const Refere
     if (reference.error > wanted_error && log) {
         log(LogLevel::warning, "the reference took " + std::to_string(reference.paths) +
                                    " paths a pixel, the most allowed, and has an error of " +
-                                   percent_text(reference.error) + ", not the " + percent_text(wanted_error) + " wanted");
+                                   percent_text(reference.error) + ", not the " + percent_text(wanted_error) +
+                                   " wanted");
     }
     return reference;
 }

@@ -32,8 +32,8 @@ void add_effects(Fingerprint& print, const std::optional<EffectSet>& effects)
 
 void add_records(Fingerprint& print, const RecordOptions& options)
 {
-    const auto& [error_tolerance, rays, noise_target, min_reach, max_reach, gradient_limit, radiance, bounces, seed, effects] =
-        options;
+    const auto& [error_tolerance, rays, noise_target, min_reach, max_reach, gradient_limit, radiance, bounces, seed,
+                 effects] = options;
     print.add(error_tolerance);
     print.add(rays);
     print.add(noise_target);
@@ -97,8 +97,8 @@ std::string machine_key(int threads, const std::string& gl_renderer)
 void add(Fingerprint& print, const RenderOptions& options)
 {
     // Taken apart by all its members: one more, and this does not compile until it counts here, too.
-    const auto& [width, height, aa, bounces, records, direct, lobe_rays, overlap, splat, target_error,
-                 budget_seconds, dry_run, effects, layers, auto_exposure, seed] = options;
+    const auto& [width, height, aa, bounces, records, direct, lobe_rays, overlap, splat, target_error, budget_seconds,
+                 dry_run, effects, layers, auto_exposure, seed] = options;
     print.add(width);
     print.add(height);
     print.add(aa);

@@ -82,7 +82,8 @@ std::vector<CostPoint> costs_of(const std::vector<Measurement>& measurements, bo
 Json to_json(const Measurement& m)
 {
     Json json{{"label", m.label}, {"paths_per_pixel", m.paths}, {"seconds", m.seconds}, {"stages", Json::array()}};
-    for (const auto& [stage, seconds] : m.stage_seconds) json["stages"].push_back({{"name", stage}, {"seconds", seconds}});
+    for (const auto& [stage, seconds] : m.stage_seconds)
+        json["stages"].push_back({{"name", stage}, {"seconds", seconds}});
     json["records"] = m.records;
     json["rays"] = m.rays;
     json["estimated_error"] = m.estimated_error ? Json(*m.estimated_error) : Json(nullptr);
@@ -110,7 +111,8 @@ std::optional<Measurement> load_measurement(const std::string& folder)
         for (const auto& [name, picture] : kPictures) measurement.pictures.*picture = read_bytes(folder + name);
         return measurement;
     } catch (const Json::exception& e) {
-        throw Error(ErrorCode::bad_file, folder + kResult + " is damaged (" + e.what() + "); remove it to measure anew");
+        throw Error(ErrorCode::bad_file,
+                    folder + kResult + " is damaged (" + e.what() + "); remove it to measure anew");
     }
 }
 

@@ -21,9 +21,9 @@ struct PointPictures {
 
 /// One way to make the image: what it cost and how wrong it is.
 struct Measurement {
-    std::string label;        ///< "--accuracy 0.2 --rays 128 --noise 0.02", "64 paths a pixel"
-    int paths = 0;            ///< paths a pixel; 0: a render
-    double seconds = 0.0;     ///< of the image alone: without loading, acceleration structure and files
+    std::string label;     ///< "--accuracy 0.2 --rays 128 --noise 0.02", "64 paths a pixel"
+    int paths = 0;         ///< paths a pixel; 0: a render
+    double seconds = 0.0;  ///< of the image alone: without loading, acceleration structure and files
     std::vector<std::pair<std::string, double>> stage_seconds;  ///< in order of execution; wall time
     std::uint64_t records = 0, rays = 0;                        ///< of a render
     std::optional<double> estimated_error;  ///< what the renderer said of its own relative error, if it did

@@ -78,7 +78,8 @@ std::string rows(const AccuracyReport& report)
               percent_text(m.indirect.mean_relative_error), percent_text(m.indirect.median_relative_error),
               percent_text(m.indirect.p95_relative_error), number_text(m.indirect.relmse, "%.2g"),
               number_text(m.indirect.ratio_of_means, "%.4f"), percent_text(m.beauty.mean_relative_error),
-              number_text(m.beauty.relmse, "%.2g"), number_text(m.beauty.flip, "%.3f"), m.estimated_error ? percent_text(*m.estimated_error) : std::string("–")})
+              number_text(m.beauty.relmse, "%.2g"), number_text(m.beauty.flip, "%.3f"),
+              m.estimated_error ? percent_text(*m.estimated_error) : std::string("–")})
             html += "<td>" + cell + "</td>";
         html += "</tr>\n";
     }
@@ -106,8 +107,8 @@ Json stages(const Measurement& m)
 {
     Json stages = Json::array();
     for (const auto& [name, seconds] : m.stage_seconds) {
-        stages.push_back({{"name", name}, {"share", m.seconds > 0.0 ? seconds / m.seconds : 0.0},
-                          {"text", duration_text(seconds)}});
+        stages.push_back(
+            {{"name", name}, {"share", m.seconds > 0.0 ? seconds / m.seconds : 0.0}, {"text", duration_text(seconds)}});
     }
     return stages;
 }
@@ -125,16 +126,21 @@ std::size_t first_shown(const AccuracyReport& report)
 std::string data_of(const AccuracyReport& report)
 {
     Json data{{"first", first_shown(report)},
-              {"reference", {{"picture", data_uri(report.reference.picture)},
-                             {"indirect", data_uri(report.reference.indirect)}}},
+              {"reference",
+               {{"picture", data_uri(report.reference.picture)}, {"indirect", data_uri(report.reference.indirect)}}},
               {"points", Json::array()}};
     for (std::size_t i = 0; i < report.points.size(); ++i) {
         const Measurement& m = report.points[i];
-        Json images{{"picture", data_uri(m.pictures.picture)}, {"indirect", data_uri(m.pictures.indirect)},
+        Json images{{"picture", data_uri(m.pictures.picture)},
+                    {"indirect", data_uri(m.pictures.indirect)},
                     {"difference", data_uri(m.pictures.difference)}};
         if (!m.pictures.records.empty()) images["records"] = data_uri(m.pictures.records);
-        data["points"].push_back({{"name", name_of(report, i)}, {"label", m.label}, {"traced", !m.is_render()},
-                                  {"facts", facts(m)}, {"stages", stages(m)}, {"images", images}});
+        data["points"].push_back({{"name", name_of(report, i)},
+                                  {"label", m.label},
+                                  {"traced", !m.is_render()},
+                                  {"facts", facts(m)},
+                                  {"stages", stages(m)},
+                                  {"images", images}});
     }
     // "</script>" in a name would end the element: no "<" may stand in it.
     std::string text = data.dump(-1, ' ', false, Json::error_handler_t::replace);
@@ -152,16 +158,21 @@ std::string floor_text(const AccuracyReport& report)
 std::string reference_text(const AccuracyReport& report)
 {
     const ReferenceSummary& reference = report.reference;
-    std::string text = "The reference is path traced with the same bounces of light, by code that shares nothing with the "
-                       "records: " + std::to_string(reference.paths) + " paths a pixel in " +
-                       duration_text(reference.seconds) + ", in two halves of different seeds. Half the difference of the "
-                       "halves is the error of their mean: " + percent_text(reference.error) + " of the indirect light "
-                       "(mean relative error)";
+    std::string text =
+        "The reference is path traced with the same bounces of light, by code that shares nothing with the "
+        "records: " +
+        std::to_string(reference.paths) + " paths a pixel in " + duration_text(reference.seconds) +
+        ", in two halves of different seeds. Half the difference of the "
+        "halves is the error of their mean: " +
+        percent_text(reference.error) +
+        " of the indirect light "
+        "(mean relative error)";
     text += reference.error > reference.wanted_error
                 ? "; " + percent_text(reference.wanted_error) + " was wanted, but the paths allowed ran out. "
                 : ", where " + percent_text(reference.wanted_error) + " was wanted. ";
-    return text + "That noise is part of every error given here, for rendered and path traced images alike. The path "
-                  "tracer's points have another seed than the reference.";
+    return text +
+           "That noise is part of every error given here, for rendered and path traced images alike. The path "
+           "tracer's points have another seed than the reference.";
 }
 
 }  // namespace

@@ -44,7 +44,8 @@ Image records_picture(const Image& display, const View& view, const std::vector<
         }
     }
     for (const Record& record : records) {
-        const std::optional<glm::dvec2> at = image_position(view, glm::dvec3(record.position) - camera_position(view.camera));
+        const std::optional<glm::dvec2> at =
+            image_position(view, glm::dvec3(record.position) - camera_position(view.camera));
         if (!at || at->x < 0.0 || at->y < 0.0 || at->x >= picture.width || at->y >= picture.height) continue;
         store(picture, static_cast<int>(at->x), static_cast<int>(at->y), {1.0f, 0.85f, 0.2f});
     }

@@ -13,8 +13,8 @@ constexpr double kLeft = 64.0, kRight = kPlotWidth - 22.0, kTop = 40.0, kBottom 
 
 /// A logarithmic axis and where it lies in the plot [px].
 struct Axis {
-    double least, most;    ///< values at the ends
-    double begin, end;     ///< their positions [px]
+    double least, most;  ///< values at the ends
+    double begin, end;   ///< their positions [px]
 
     double place(double value) const
     {
@@ -45,7 +45,8 @@ std::vector<double> time_ticks(const Axis& axis)
             if (power < 1 || digit < 5.0) add(digit * std::pow(10.0, power));
         }
     }
-    for (const double minutes : {1.0, 2.0, 5.0, 10.0, 20.0, 60.0, 120.0, 300.0, 600.0, 1440.0, 4320.0}) add(60.0 * minutes);
+    for (const double minutes : {1.0, 2.0, 5.0, 10.0, 20.0, 60.0, 120.0, 300.0, 600.0, 1440.0, 4320.0})
+        add(60.0 * minutes);
     return ticks;
 }
 
@@ -54,7 +55,8 @@ std::vector<double> error_ticks(const Axis& axis)
 {
     const bool wide = axis.most / axis.least > 2e4;
     std::vector<double> ticks;
-    for (int power = static_cast<int>(std::floor(std::log10(axis.least))); std::pow(10.0, power) <= axis.most; ++power) {
+    for (int power = static_cast<int>(std::floor(std::log10(axis.least))); std::pow(10.0, power) <= axis.most;
+         ++power) {
         for (const double digit : {1.0, 2.0, 5.0}) {
             const double value = digit * std::pow(10.0, power);
             if (axis.holds(value) && (digit == 1.0 || !wide)) ticks.push_back(value);
@@ -107,8 +109,8 @@ void add_point(std::vector<Shape>& shapes, const PlotPoint& point, const Axis& x
     shape.at = {x.place(point.seconds), y.place(point.error)};
     shape.title = point.title;
     const bool at_end = shape.at[0] > kRight - 60.0;
-    shapes.push_back(
-        text(Role::mark, shape.at[0] + (at_end ? 4.0 : 7.0), shape.at[1] + (at_end ? 20.0 : -7.0), point.mark, at_end ? 1.0 : 0.0));
+    shapes.push_back(text(Role::mark, shape.at[0] + (at_end ? 4.0 : 7.0), shape.at[1] + (at_end ? 20.0 : -7.0),
+                          point.mark, at_end ? 1.0 : 0.0));
     shapes.push_back(std::move(shape));
 }
 
@@ -141,18 +143,30 @@ void add_points(std::vector<Shape>& shapes, const PlotData& data, const Axis& x,
 const char* class_of(Role role)
 {
     switch (role) {
-        case Role::frame: return "frame";
-        case Role::grid: return "grid";
-        case Role::tick: return "tick";
-        case Role::title: return "title";
-        case Role::front: return "front";
-        case Role::front_point: return "front-point";
-        case Role::other_point: return "other-point";
-        case Role::paths: return "paths";
-        case Role::paths_point: return "paths-point";
-        case Role::floor: return "floor";
-        case Role::mark: return "mark";
-        case Role::floor_mark: return "floor-mark";
+        case Role::frame:
+            return "frame";
+        case Role::grid:
+            return "grid";
+        case Role::tick:
+            return "tick";
+        case Role::title:
+            return "title";
+        case Role::front:
+            return "front";
+        case Role::front_point:
+            return "front-point";
+        case Role::other_point:
+            return "other-point";
+        case Role::paths:
+            return "paths";
+        case Role::paths_point:
+            return "paths-point";
+        case Role::floor:
+            return "floor";
+        case Role::mark:
+            return "mark";
+        case Role::floor_mark:
+            return "floor-mark";
     }
     return "";
 }
@@ -164,7 +178,10 @@ std::string number(double value)
     return digits;
 }
 
-std::string attribute(const char* name, const std::string& value) { return std::string(" ") + name + "=\"" + value + "\""; }
+std::string attribute(const char* name, const std::string& value)
+{
+    return std::string(" ") + name + "=\"" + value + "\"";
+}
 
 std::string element_of(const Shape& shape)
 {
@@ -178,11 +195,13 @@ std::string element_of(const Shape& shape)
             return "<polyline" + look + attribute("points", points) + "/>";
         }
         case Shape::Kind::disc:
-            return "<circle" + look + attribute("cx", number(x)) + attribute("cy", number(y)) + attribute("r", number(r)) + "/>";
+            return "<circle" + look + attribute("cx", number(x)) + attribute("cy", number(y)) +
+                   attribute("r", number(r)) + "/>";
         case Shape::Kind::square:
             return "<rect" + look + attribute("x", number(x - r)) + attribute("y", number(y - r)) +
                    attribute("width", number(2 * r)) + attribute("height", number(2 * r)) + "/>";
-        case Shape::Kind::text: break;
+        case Shape::Kind::text:
+            break;
     }
     const char* anchor = shape.anchor == 0.0 ? "start" : shape.anchor == 1.0 ? "end" : "middle";
     return "<text" + look + attribute("x", number(x)) + attribute("y", number(y)) + attribute("text-anchor", anchor) +
@@ -218,8 +237,9 @@ std::vector<Shape> lay_out(const PlotData& data)
 
 std::string to_svg(const std::vector<Shape>& shapes, const std::string& description)
 {
-    std::string svg = "<svg id=\"plot\" viewBox=\"0 0 " + std::to_string(kPlotWidth) + " " + std::to_string(kPlotHeight) +
-                      "\" role=\"group\" aria-label=\"" + html_escape(description) + "\">\n";
+    std::string svg = "<svg id=\"plot\" viewBox=\"0 0 " + std::to_string(kPlotWidth) + " " +
+                      std::to_string(kPlotHeight) + "\" role=\"group\" aria-label=\"" + html_escape(description) +
+                      "\">\n";
     for (const Shape& shape : shapes) {
         const std::string element = element_of(shape);
         if (shape.render < 0) {

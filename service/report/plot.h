@@ -21,22 +21,35 @@ struct PlotData {
 };
 
 /// What a shape is for; how it looks is the drawing's business.
-enum class Role { frame, grid, tick, title, front, front_point, other_point, paths, paths_point, floor, mark, floor_mark };
+enum class Role {
+    frame,
+    grid,
+    tick,
+    title,
+    front,
+    front_point,
+    other_point,
+    paths,
+    paths_point,
+    floor,
+    mark,
+    floor_mark
+};
 
 /// One thing to draw. Positions are pairs x, y [px] from the top left of kPlotWidth x kPlotHeight.
 struct Shape {
     enum class Kind { line, disc, square, text };
     Kind kind = Kind::line;
     Role role = Role::frame;
-    std::vector<double> at;    ///< a line has two pairs or more, all others have one
-    std::string text;          ///< of a text
-    double anchor = 0.0;       ///< which part of a text lies at its position: 0 its beginning, 0.5 its middle, 1 its end
-    int render = -1;           ///< number of the point that a disc or square stands for, renders first; -1: none
-    std::string title;         ///< of that point
+    std::vector<double> at;  ///< a line has two pairs or more, all others have one
+    std::string text;        ///< of a text
+    double anchor = 0.0;     ///< which part of a text lies at its position: 0 its beginning, 0.5 its middle, 1 its end
+    int render = -1;         ///< number of the point that a disc or square stands for, renders first; -1: none
+    std::string title;       ///< of that point
 };
 
-inline constexpr int kPlotWidth = 820;   ///< [px]
-inline constexpr int kPlotHeight = 480;  ///< [px]
+inline constexpr int kPlotWidth = 820;       ///< [px]
+inline constexpr int kPlotHeight = 480;      ///< [px]
 inline constexpr double kPointRadius = 5.0;  ///< [px]
 inline constexpr double kFontSize = 13.0;    ///< [px]
 

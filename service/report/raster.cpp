@@ -21,7 +21,7 @@ constexpr const char* kFont = "DejaVuSans";
 /// How a role looks on white.
 struct Style {
     glm::vec3 color;
-    double width;       ///< of lines [px of the layout]
+    double width;  ///< of lines [px of the layout]
     bool dashed = false;
     bool hollow = false;  ///< of discs and squares
 };
@@ -31,18 +31,28 @@ Style style_of(Role role)
     const glm::vec3 ink(0.12f, 0.14f, 0.18f), faint(0.88f), blue(0.04f, 0.36f, 0.75f), orange(0.76f, 0.34f, 0.03f);
     const glm::vec3 grey(0.40f, 0.43f, 0.48f);
     switch (role) {
-        case Role::grid: return {faint, 1.0};
-        case Role::front: return {blue, 2.0};
-        case Role::front_point: return {blue, 2.0};
-        case Role::other_point: return {blue, 2.0, false, true};
-        case Role::paths: return {orange, 2.0};
-        case Role::paths_point: return {orange, 2.0};
-        case Role::floor: return {grey, 1.5, true};
-        case Role::floor_mark: return {grey, 0.0};
-        case Role::tick: return {grey, 0.0};
+        case Role::grid:
+            return {faint, 1.0};
+        case Role::front:
+            return {blue, 2.0};
+        case Role::front_point:
+            return {blue, 2.0};
+        case Role::other_point:
+            return {blue, 2.0, false, true};
+        case Role::paths:
+            return {orange, 2.0};
+        case Role::paths_point:
+            return {orange, 2.0};
+        case Role::floor:
+            return {grey, 1.5, true};
+        case Role::floor_mark:
+            return {grey, 0.0};
+        case Role::tick:
+            return {grey, 0.0};
         case Role::frame:
         case Role::title:
-        case Role::mark: return {ink, 1.0};
+        case Role::mark:
+            return {ink, 1.0};
     }
     return {ink, 1.0};
 }
@@ -85,7 +95,8 @@ void draw_point(Image& image, glm::dvec2 center, const Style& style, bool disc)
     paint(image, center - radius, center + radius, style.color, [&](glm::dvec2 p) { return 0.5 - distance(p); });
     if (!style.hollow) return;
     const double rim = style.width * kScale;
-    paint(image, center - radius, center + radius, glm::vec3(1.0f), [&](glm::dvec2 p) { return 0.5 - distance(p) - rim; });
+    paint(image, center - radius, center + radius, glm::vec3(1.0f),
+          [&](glm::dvec2 p) { return 0.5 - distance(p) - rim; });
 }
 
 void draw_text(Image& image, const Shape& shape, const Style& style)
@@ -116,8 +127,12 @@ void draw(Image& image, const Shape& shape)
             }
             break;
         case Shape::Kind::disc:
-        case Shape::Kind::square: draw_point(image, first, style, shape.kind == Shape::Kind::disc); break;
-        case Shape::Kind::text: draw_text(image, shape, style); break;
+        case Shape::Kind::square:
+            draw_point(image, first, style, shape.kind == Shape::Kind::disc);
+            break;
+        case Shape::Kind::text:
+            draw_text(image, shape, style);
+            break;
     }
 }
 

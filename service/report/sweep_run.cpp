@@ -32,7 +32,7 @@ struct Bench {
 /// What every point is held against.
 struct Standard {
     LayeredImage reference;
-    std::string key;        ///< of reference, library and machine
+    std::string key;               ///< of reference, library and machine
     ToneMapper picture, indirect;  ///< all points are shown with the exposures of the reference
 };
 
@@ -52,7 +52,9 @@ ToneMapper shown_as(const Image& layer)
 
 Standard make_standard(const Bench& bench, const ConvergedReference& reference, const std::string& reference_key)
 {
-    Standard standard{reference.image, {}, shown_as(reference.image.layers.at("beauty")),
+    Standard standard{reference.image,
+                      {},
+                      shown_as(reference.image.layers.at("beauty")),
                       shown_as(reference.image.layers.at("indirect"))};
     Fingerprint print;
     print.add(reference_key);
@@ -80,11 +82,12 @@ void judge(const Bench& bench, const Standard& standard, const LayeredImage& ima
 
 std::uint64_t all_rays(const RenderStats& stats)
 {
-    return stats.records.hemisphere_rays + stats.records.shadow_rays + stats.direct_shadow_rays + stats.light_cache.rays +
-           stats.light_cache.shadow_rays + stats.traced.rays + stats.traced.shadow_rays;
+    return stats.records.hemisphere_rays + stats.records.shadow_rays + stats.direct_shadow_rays +
+           stats.light_cache.rays + stats.light_cache.shadow_rays + stats.traced.rays + stats.traced.shadow_rays;
 }
 
-Measurement measure_render(const Bench& bench, const Standard& standard, const SweepPoint& point, const std::string& part)
+Measurement measure_render(const Bench& bench, const Standard& standard, const SweepPoint& point,
+                           const std::string& part)
 {
     const auto begin = std::chrono::steady_clock::now();
     RenderResult result = render(bench.gl, bench.rays, bench.view.camera, point.options, bench.pool, {}, bench.log,
@@ -124,7 +127,8 @@ std::vector<Measurement> measure_renders(const Bench& bench, const Standard& sta
         if (!kept) {
             if (!warm) warm_up(bench);
             warm = true;
-            const std::string part = std::to_string(measured.size() + 1) + "/" + std::to_string(bench.plan.points.size());
+            const std::string part =
+                std::to_string(measured.size() + 1) + "/" + std::to_string(bench.plan.points.size());
             kept = measure_render(bench, standard, point, part);
             save(folder, *kept);
         }
@@ -192,7 +196,10 @@ AccuracyReport run_sweep(GlContext& gl, const RayScene& rays, const View& view, 
 
     const auto& layers = standard.reference.layers;
     const std::string scratch = plan.cache + "/scratch.jpg";
-    report.reference = {reference.paths, reference.seconds, reference.error, plan.reference_error,
+    report.reference = {reference.paths,
+                        reference.seconds,
+                        reference.error,
+                        plan.reference_error,
                         jpeg_bytes(standard.picture.apply(layers.at("beauty"), pool), scratch),
                         jpeg_bytes(standard.indirect.apply(layers.at("indirect"), pool), scratch)};
     report.width = view.width;

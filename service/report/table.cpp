@@ -71,8 +71,8 @@ std::string to_text(const AccuracyReport& report)
 {
     std::string text = headline(report.renders(), report.paths()) + "\n\n";
     char line[256];
-    std::snprintf(line, sizeof line, "%2s %10s %8s %8s %8s %10s  %s\n", "", "seconds", "MRE", "median", "p95", "records",
-                  "settings");
+    std::snprintf(line, sizeof line, "%2s %10s %8s %8s %8s %10s  %s\n", "", "seconds", "MRE", "median", "p95",
+                  "records", "settings");
     text += line;
     const std::vector<bool> best = on_front(report);
     for (std::size_t i = 0; i < report.points.size(); ++i) {
@@ -82,16 +82,18 @@ std::string to_text(const AccuracyReport& report)
                       100.0 * m.indirect.p95_relative_error, static_cast<unsigned long long>(m.records));
         text.append(line).append(m.label).append(best[i] || !m.is_render() ? "\n" : " (beaten)\n");
     }
-    std::snprintf(line, sizeof line, "\nreference %d paths a pixel in %s; by its own noise a perfect image would measure %.2f %%\n",
-                  report.reference.paths, duration_text(report.reference.seconds).c_str(), 100.0 * report.reference.error);
+    std::snprintf(line, sizeof line,
+                  "\nreference %d paths a pixel in %s; by its own noise a perfect image would measure %.2f %%\n",
+                  report.reference.paths, duration_text(report.reference.seconds).c_str(),
+                  100.0 * report.reference.error);
     return text + line;
 }
 
 nlohmann::ordered_json to_json(const AccuracyReport& report)
 {
-    nlohmann::ordered_json json{{"version", kVersion},       {"command", "accuracy"},   {"scene", report.scene},
-                                {"camera", report.camera},   {"width", report.width},   {"height", report.height},
-                                {"bounces", report.bounces}, {"aa", report.aa},         {"threads", report.threads},
+    nlohmann::ordered_json json{{"version", kVersion},           {"command", "accuracy"},   {"scene", report.scene},
+                                {"camera", report.camera},       {"width", report.width},   {"height", report.height},
+                                {"bounces", report.bounces},     {"aa", report.aa},         {"threads", report.threads},
                                 {"processor", report.processor}, {"gl", report.gl_renderer}};
     json["headline"] = headline(report.renders(), report.paths());
     json["reference"] = {{"paths_per_pixel", report.reference.paths},

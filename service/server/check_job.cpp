@@ -19,15 +19,16 @@ constexpr std::size_t kLongestLabel = 200, kLongestName = 100, kLongestText = 10
 void check_length(const char* field, const std::string& text, std::size_t most)
 {
     if (text.size() > most) {
-        refuse(std::string(field) + " has " + std::to_string(text.size()) + " bytes, expected at most " + std::to_string(most));
+        refuse(std::string(field) + " has " + std::to_string(text.size()) + " bytes, expected at most " +
+               std::to_string(most));
     }
 }
 
 void check_count(const char* field, int count, int least, int most)
 {
     if (count < least || count > most) {
-        refuse(std::string(field) + " has " + std::to_string(count) + " entries, expected [" + std::to_string(least) + ", " +
-               std::to_string(most) + "]");
+        refuse(std::string(field) + " has " + std::to_string(count) + " entries, expected [" + std::to_string(least) +
+               ", " + std::to_string(most) + "]");
     }
 }
 
@@ -45,7 +46,8 @@ void check_scene(const ServerConfig& config, CheckedJob& checked)
         case v1::Scene::kBuiltin: {
             const auto names = demo_scene_names();
             if (std::find(names.begin(), names.end(), scene.builtin()) == names.end()) {
-                throw ServiceError(v1::ERROR_CODE_NOT_FOUND, "there is no built-in scene " + scene.builtin().substr(0, kLongestName));
+                throw ServiceError(v1::ERROR_CODE_NOT_FOUND,
+                                   "there is no built-in scene " + scene.builtin().substr(0, kLongestName));
             }
             checked.scene_key = scene.builtin();
             if (scene.label().empty()) scene.set_label(scene.builtin());
@@ -73,7 +75,8 @@ void check_scene(const ServerConfig& config, CheckedJob& checked)
             if (scene.label().empty()) scene.set_label(scene.files().files(0).path());
             break;
         }
-        case v1::Scene::SOURCE_NOT_SET: refuse("scene has no source");
+        case v1::Scene::SOURCE_NOT_SET:
+            refuse("scene has no source");
     }
 }
 
@@ -82,10 +85,13 @@ void check_environment(CheckedJob& checked)
     v1::Environment& environment = *checked.job.mutable_environment();
     check_length("environment.label", environment.label(), kLongestText);
     if (environment.label().empty()) environment.set_label("scene");
-    if (!(std::abs(environment.rotation_degrees()) <= 360.0)) refuse("environment.rotation_degrees is outside [-360, 360]");
+    if (!(std::abs(environment.rotation_degrees()) <= 360.0))
+        refuse("environment.rotation_degrees is outside [-360, 360]");
     if (environment.has_constant()) {
-        for (const float value : {environment.constant().red(), environment.constant().green(), environment.constant().blue()}) {
-            if (!(value >= 0.0f && std::isfinite(value))) refuse("environment.constant has a value that is not finite or below 0");
+        for (const float value :
+             {environment.constant().red(), environment.constant().green(), environment.constant().blue()}) {
+            if (!(value >= 0.0f && std::isfinite(value)))
+                refuse("environment.constant has a value that is not finite or below 0");
         }
     }
     const std::string& ending = environment.image_ending();
@@ -97,15 +103,17 @@ void check_environment(CheckedJob& checked)
 
 void check_outputs(const v1::Job& job)
 {
-    static const std::set<std::string> kLayers = {"beauty", "emission", "direct", "indirect", "indirect_error", "irradiance", "albedo",
-                                                  "normal", "depth", "records"};
+    static const std::set<std::string> kLayers = {"beauty",     "emission", "direct", "indirect", "indirect_error",
+                                                  "irradiance", "albedo",   "normal", "depth",    "records"};
     check_count("outputs", job.outputs_size(), 1, kMostOutputs);
     std::set<std::string> names;
     for (const v1::Output& output : job.outputs()) {
         const std::string& name = output.name();
         const std::string plain = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-";
-        if (name.empty() || name.size() > kLongestName || name.front() == '.' || name.find_first_not_of(plain) != name.npos) {
-            refuse("outputs.name '" + name.substr(0, kLongestName) + "' is no [A-Za-z0-9._-] of 1 to 100 characters that does not begin with a dot");
+        if (name.empty() || name.size() > kLongestName || name.front() == '.' ||
+            name.find_first_not_of(plain) != name.npos) {
+            refuse("outputs.name '" + name.substr(0, kLongestName) +
+                   "' is no [A-Za-z0-9._-] of 1 to 100 characters that does not begin with a dot");
         }
         const auto has = [&](const char* ending) { return name.ends_with(ending); };
         const bool exr = has(".exr"), png = has(".png"), jpeg = has(".jpg") || has(".jpeg");
@@ -118,10 +126,12 @@ void check_outputs(const v1::Job& job)
                                : format == PixelFormat::uint8 || (png && format == PixelFormat::uint16));
         if (!fits) refuse("outputs.pixel_format of '" + name + "' is none that such a file has");
         if (file.options.jpeg_quality < 1 || file.options.jpeg_quality > 100) {
-            refuse("outputs.jpeg_quality is " + std::to_string(file.options.jpeg_quality) + ", expected a value in [1, 100]");
+            refuse("outputs.jpeg_quality is " + std::to_string(file.options.jpeg_quality) +
+                   ", expected a value in [1, 100]");
         }
         for (const std::string& layer : output.layers()) {
-            if (!exr || !kLayers.contains(layer)) refuse("outputs.layers of '" + name + "' has " + layer.substr(0, kLongestName) + ", which it cannot");
+            if (!exr || !kLayers.contains(layer))
+                refuse("outputs.layers of '" + name + "' has " + layer.substr(0, kLongestName) + ", which it cannot");
         }
     }
 }
@@ -131,7 +141,8 @@ void check_frames(const v1::Job& job)
     check_count("frames", job.frames_size(), 0, kMostFrames);
     std::set<int> numbers;
     for (const v1::Frame& frame : job.frames()) {
-        if (!numbers.insert(frame.number()).second) refuse("frames has number " + std::to_string(frame.number()) + " twice");
+        if (!numbers.insert(frame.number()).second)
+            refuse("frames has number " + std::to_string(frame.number()) + " twice");
         check_length("frames.camera_name", frame.camera_name(), kLongestText);
         if (frame.has_camera_given()) from_message(frame.camera_given());
         from_message(frame.lens_shift());
@@ -175,8 +186,9 @@ CheckedJob check_job(const v1::Job& job, const ServerConfig& config, const BlobS
     const RenderOptions options = from_message(job.options());
     const double megapixels = 1e-6 * options.width * options.height;
     if (megapixels > config.max_pixels_millions) {
-        throw ServiceError(v1::ERROR_CODE_LIMIT, "a frame of " + std::to_string(options.width) + "x" + std::to_string(options.height) +
-                                                     " has more than the " + std::to_string(config.max_pixels_millions) +
+        throw ServiceError(v1::ERROR_CODE_LIMIT, "a frame of " + std::to_string(options.width) + "x" +
+                                                     std::to_string(options.height) + " has more than the " +
+                                                     std::to_string(config.max_pixels_millions) +
                                                      " million pixels that this server renders");
     }
     from_message(job.tone_map());
@@ -186,9 +198,11 @@ CheckedJob check_job(const v1::Job& job, const ServerConfig& config, const BlobS
     check_outputs(job);
     check_frames(job);
     check_rest(job, config);
-    const auto missing = std::count_if(checked.blobs.begin(), checked.blobs.end(), [&](const std::string& d) { return !blobs.has(d); });
+    const auto missing =
+        std::count_if(checked.blobs.begin(), checked.blobs.end(), [&](const std::string& d) { return !blobs.has(d); });
     if (missing > 0) {
-        throw ServiceError(v1::ERROR_CODE_MISSING_BLOBS, std::to_string(missing) + " of the job's files are not here; upload them first");
+        throw ServiceError(v1::ERROR_CODE_MISSING_BLOBS,
+                           std::to_string(missing) + " of the job's files are not here; upload them first");
     }
     return checked;
 }

@@ -11,8 +11,8 @@ namespace rcs::service {
 
 /// What the queue has to know of a job beside itself.
 struct CheckedJob {
-    v1::Job job;               ///< labels filled in
-    std::string scene_key;     ///< equal for equal scenes
+    v1::Job job;                  ///< labels filled in
+    std::string scene_key;        ///< equal for equal scenes
     std::set<std::string> blobs;  ///< digests that it needs
 };
 

@@ -16,26 +16,26 @@ namespace rcs::service {
 
 /// What a server is told, by flags or by a file of the same names.
 struct ServerConfig {
-    std::string socket;               ///< path; its folder is made for the owner alone where it is missing
-    std::string group;                ///< whose members may connect too
-    std::string state;                ///< folder of queue, uploads and pictures
-    std::vector<std::string> roots;   ///< beneath which jobs may name scenes by path
-    std::string listen;               ///< "HOST:PORT" of TCP; "" listens on the socket alone
-    std::string http;                 ///< "HOST:PORT" of the status page; loopback
-    std::string token_file;           ///< that TCP clients show; "": STATE/token, made when needed
+    std::string socket;              ///< path; its folder is made for the owner alone where it is missing
+    std::string group;               ///< whose members may connect too
+    std::string state;               ///< folder of queue, uploads and pictures
+    std::vector<std::string> roots;  ///< beneath which jobs may name scenes by path
+    std::string listen;              ///< "HOST:PORT" of TCP; "" listens on the socket alone
+    std::string http;                ///< "HOST:PORT" of the status page; loopback
+    std::string token_file;          ///< that TCP clients show; "": STATE/token, made when needed
     std::string tls_certificate, tls_key, client_ca;
 
-    int workers = 0;                  ///< 0: one for each 8 cores
-    int threads = 0;                  ///< of a worker; 0: shares the cores
-    double time_limit = 3600.0;       ///< of a frame [s]
-    double memory_limit_mb = 0.0;     ///< of a worker [MB]; 0: 80 % of the machine's, shared
-    double stop_grace = 10.0;         ///< that running frames get when the server is told to stop [s]
-    double min_free_mb = 256.0;       ///< on the state's disk: below, jobs and uploads are refused [MB]
-    double keep_days = 14.0;          ///< pictures and jobs that have ended
-    double keep_gb = 50.0;            ///< of pictures; beyond, the oldest go
+    int workers = 0;               ///< 0: one for each 8 cores
+    int threads = 0;               ///< of a worker; 0: shares the cores
+    double time_limit = 3600.0;    ///< of a frame [s]
+    double memory_limit_mb = 0.0;  ///< of a worker [MB]; 0: 80 % of the machine's, shared
+    double stop_grace = 10.0;      ///< that running frames get when the server is told to stop [s]
+    double min_free_mb = 256.0;    ///< on the state's disk: below, jobs and uploads are refused [MB]
+    double keep_days = 14.0;       ///< pictures and jobs that have ended
+    double keep_gb = 50.0;         ///< of pictures; beyond, the oldest go
     int max_connections = 256;
-    double message_seconds = 30.0;    ///< from the first byte of a message to its last, and for what is sent to be taken
-    int max_pixels_millions = 64;     ///< of a frame
+    double message_seconds = 30.0;  ///< from the first byte of a message to its last, and for what is sent to be taken
+    int max_pixels_millions = 64;   ///< of a frame
     bool log_debug = false;
     QueueOptions queue;
     BlobLimits blobs;

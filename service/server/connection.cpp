@@ -11,12 +11,12 @@
 namespace rcs::service {
 namespace {
 
-constexpr std::int64_t kBetweenNews = 100;            // to a watcher of a job [ms]
-constexpr std::int64_t kHelloTime = 10'000;           // [ms]
-constexpr std::int64_t kIdleTime = 3'600'000;         // of a client that watches nothing [ms]
+constexpr std::int64_t kBetweenNews = 100;     // to a watcher of a job [ms]
+constexpr std::int64_t kHelloTime = 10'000;    // [ms]
+constexpr std::int64_t kIdleTime = 3'600'000;  // of a client that watches nothing [ms]
 constexpr std::size_t kMostWatches = 64;
-constexpr std::size_t kRequestsOfATurn = 16;          // so that others have their turn
-constexpr std::size_t kReadOfATurn = 256 << 10;       // [bytes]
+constexpr std::size_t kRequestsOfATurn = 16;     // so that others have their turn
+constexpr std::size_t kReadOfATurn = 256 << 10;  // [bytes]
 
 bool same_secret(const std::string& a, const std::string& b)
 {
@@ -119,7 +119,8 @@ void Connection::greet(const v1::HelloRequest& hello, const std::string& token)
         } else if (same_secret(hello.token(), token)) {
             caller_ = {"token", false};
         } else {
-            throw ServiceError(v1::ERROR_CODE_UNAUTHENTICATED, hello.token().empty() ? "this server wants a token" : "the token is wrong");
+            throw ServiceError(v1::ERROR_CODE_UNAUTHENTICATED,
+                               hello.token().empty() ? "this server wants a token" : "the token is wrong");
         }
     }
     hello_ = true;
@@ -128,7 +129,8 @@ void Connection::greet(const v1::HelloRequest& hello, const std::string& token)
 void Connection::watch(std::uint64_t job, std::uint64_t request)
 {
     if (watches_.size() >= kMostWatches) {
-        throw ServiceError(v1::ERROR_CODE_LIMIT, "a connection watches at most " + std::to_string(kMostWatches) + " jobs at a time");
+        throw ServiceError(v1::ERROR_CODE_LIMIT,
+                           "a connection watches at most " + std::to_string(kMostWatches) + " jobs at a time");
     }
     if (!watches_.emplace(request, Watch{job, true, 0}).second) {
         throw ServiceError(v1::ERROR_CODE_PROTOCOL, "two watch requests have the id " + std::to_string(request));

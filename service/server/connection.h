@@ -42,7 +42,7 @@ public:
     std::optional<std::int64_t> next_due() const;
 
     int fd() const { return stream_.fd(); }
-    short events() const;     ///< for poll()
+    short events() const;  ///< for poll()
     bool has_pending() const { return !finishing_ && may_read() && (stream_.has_pending() || backlog_); }
     bool closed() const { return closed_ || (finishing_ && out_.empty()); }
     /// When it is sent away unless something happens. [ms]
@@ -62,10 +62,10 @@ private:
     Caller caller_;
     FrameReader reader_;
     std::string out_;
-    std::size_t sent_ = 0;         ///< of out_
+    std::size_t sent_ = 0;  ///< of out_
     bool greeted_ = false, hello_ = false, finishing_ = false, closed_ = false;
-    bool backlog_ = false;         ///< whole messages were left in reader_
-    std::int64_t heard_ms_;        ///< when the message that is arriving began, or the last one ended
+    bool backlog_ = false;   ///< whole messages were left in reader_
+    std::int64_t heard_ms_;  ///< when the message that is arriving began, or the last one ended
     std::int64_t unsent_since_ms_ = 0;
     std::map<std::uint64_t, Watch> watches_;  ///< by request
 };

@@ -16,20 +16,28 @@ constexpr std::int64_t kTime = 10'000;            // for request and answer [ms]
 const char* reason(int status)
 {
     switch (status) {
-        case 200: return "OK";
-        case 400: return "Bad Request";
-        case 403: return "Forbidden";
-        case 404: return "Not Found";
-        case 405: return "Method Not Allowed";
-        case 431: return "Request Header Fields Too Large";
-        default: return "Internal Server Error";
+        case 200:
+            return "OK";
+        case 400:
+            return "Bad Request";
+        case 403:
+            return "Forbidden";
+        case 404:
+            return "Not Found";
+        case 405:
+            return "Method Not Allowed";
+        case 431:
+            return "Request Header Fields Too Large";
+        default:
+            return "Internal Server Error";
     }
 }
 
 std::string header(const std::string& request, const std::string& name)
 {
     std::string lower = request;
-    std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    std::transform(lower.begin(), lower.end(), lower.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     const std::size_t at = lower.find("\r\n" + name + ":");
     if (at == lower.npos) return {};
     const std::size_t begin = std::min(request.find_first_not_of(" \t", at + name.size() + 3), request.size());
@@ -77,10 +85,11 @@ std::optional<std::string> HttpConnection::receive()
 
 void HttpConnection::answer(const HttpAnswer& answer)
 {
-    out_ = "HTTP/1.1 " + std::to_string(answer.status) + " " + reason(answer.status) + "\r\nContent-Type: " + answer.type +
-           "\r\nContent-Length: " + std::to_string(answer.body.size()) +
+    out_ = "HTTP/1.1 " + std::to_string(answer.status) + " " + reason(answer.status) +
+           "\r\nContent-Type: " + answer.type + "\r\nContent-Length: " + std::to_string(answer.body.size()) +
            "\r\nConnection: close\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n"
-           "Content-Security-Policy: default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src 'self'; "
+           "Content-Security-Policy: default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
+           "img-src 'self'; "
            "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'\r\n\r\n";
     if (!head_only_) out_ += answer.body;
     answered_ = true;
@@ -91,8 +100,10 @@ void HttpConnection::flush()
     while (!closed_ && sent_ < out_.size()) {
         const long count = stream_.write(std::string_view(out_).substr(sent_));
         if (count == Stream::kLater) return;
-        if (count == Stream::kEnd) closed_ = true;
-        else sent_ += static_cast<std::size_t>(count);
+        if (count == Stream::kEnd)
+            closed_ = true;
+        else
+            sent_ += static_cast<std::size_t>(count);
     }
 }
 

@@ -19,7 +19,8 @@ class HttpConnection {
 public:
     HttpConnection(Fd fd, std::int64_t now) : stream_(std::move(fd)), begin_ms_(now) {}
 
-    /// Reads on. @return the path that is asked for, once the request is complete and may be answered; what may not is answered
+    /// Reads on. @return the path that is asked for, once the request is complete and may be answered; what may not is
+    /// answered
     ///         here. Only names of this machine are taken as Host, so that no page from elsewhere can read this one.
     std::optional<std::string> receive();
     void answer(const HttpAnswer& answer);

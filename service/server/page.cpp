@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kJobs = 50, kFrames = 24;         // that the page shows; of each job
+constexpr int kJobs = 50, kFrames = 24;              // that the page shows; of each job
 constexpr std::uint64_t kLargestPicture = 16 << 20;  // as a thumbnail [bytes]
 const Caller kViewer{"page", true};
 
@@ -25,16 +25,18 @@ std::string short_state(std::string name)
     return name;
 }
 
-bool shows(const v1::OutputFile& file)
-{
-    return !file.name().ends_with(".exr") && file.size() <= kLargestPicture;
-}
+bool shows(const v1::OutputFile& file) { return !file.name().ends_with(".exr") && file.size() <= kLargestPicture; }
 
 Json frame_json(const v1::FrameStatus& frame, std::uint64_t job)
 {
-    Json json = {{"number", frame.number()}, {"state", short_state(v1::FrameState_Name(frame.state()))}, {"attempts", frame.attempts()},
-                 {"seconds", frame.seconds()}, {"error_estimate", frame.error_estimate()}, {"reason", frame.error().message()},
-                 {"warnings", Json::array()}, {"picture", ""}};
+    Json json = {{"number", frame.number()},
+                 {"state", short_state(v1::FrameState_Name(frame.state()))},
+                 {"attempts", frame.attempts()},
+                 {"seconds", frame.seconds()},
+                 {"error_estimate", frame.error_estimate()},
+                 {"reason", frame.error().message()},
+                 {"warnings", Json::array()},
+                 {"picture", ""}};
     for (const std::string& warning : frame.warnings()) json["warnings"].push_back(warning);
     for (const v1::OutputFile& file : frame.files()) {
         if (!shows(file)) continue;
@@ -46,12 +48,15 @@ Json frame_json(const v1::FrameStatus& frame, std::uint64_t job)
 
 Json progress_json(const v1::Progress& progress, std::uint64_t job)
 {
-    Json json = {{"frame", progress.frame()}, {"stage", progress.stage()}, {"fraction", progress.fraction()},
+    Json json = {{"frame", progress.frame()},
+                 {"stage", progress.stage()},
+                 {"fraction", progress.fraction()},
                  {"elapsed", progress.elapsed_seconds()}};
     if (progress.has_eta_seconds()) json["eta"] = progress.eta_seconds();
     if (progress.has_error_estimate()) json["error_estimate"] = progress.error_estimate();
     if (progress.preview_number() > 0) {
-        json["preview"] = "/preview/" + std::to_string(job) + "/" + std::to_string(progress.frame()) + "?" + std::to_string(progress.preview_number());
+        json["preview"] = "/preview/" + std::to_string(job) + "/" + std::to_string(progress.frame()) + "?" +
+                          std::to_string(progress.preview_number());
     }
     return json;
 }
@@ -59,19 +64,30 @@ Json progress_json(const v1::Progress& progress, std::uint64_t job)
 Json status_json(const Service& service)
 {
     const v1::HealthReply health = service.health();
-    Json json = {{"serving", health.serving()}, {"message", health.message()}, {"workers", health.workers()}, {"busy", health.busy()},
-                 {"waiting", health.queued_frames()}, {"uptime", health.uptime_seconds()}, {"jobs", Json::array()}};
+    Json json = {
+        {"serving", health.serving()}, {"message", health.message()},       {"workers", health.workers()},
+        {"busy", health.busy()},       {"waiting", health.queued_frames()}, {"uptime", health.uptime_seconds()},
+        {"jobs", Json::array()}};
     v1::ListRequest list;
     list.set_limit(kJobs);
     const v1::ListReply jobs = service.queue().list(list, "");
     for (const v1::JobStatus& listed : jobs.jobs()) {
         const v1::JobStatus status = service.status(listed.job(), kViewer);
-        Json job = {{"job", status.job()}, {"state", short_state(v1::JobState_Name(status.state()))}, {"scene", status.scene()},
-                    {"owner", status.owner()}, {"priority", status.priority()}, {"submitted", status.submitted_ms()},
-                    {"finished", status.finished_ms()}, {"frames", status.frames()}, {"completed", status.frames_completed()},
-                    {"failed", status.frames_failed()}, {"reason", status.error().message()}, {"running", Json::array()},
+        Json job = {{"job", status.job()},
+                    {"state", short_state(v1::JobState_Name(status.state()))},
+                    {"scene", status.scene()},
+                    {"owner", status.owner()},
+                    {"priority", status.priority()},
+                    {"submitted", status.submitted_ms()},
+                    {"finished", status.finished_ms()},
+                    {"frames", status.frames()},
+                    {"completed", status.frames_completed()},
+                    {"failed", status.frames_failed()},
+                    {"reason", status.error().message()},
+                    {"running", Json::array()},
                     {"shown", Json::array()}};
-        for (const v1::Progress& progress : status.running()) job["running"].push_back(progress_json(progress, status.job()));
+        for (const v1::Progress& progress : status.running())
+            job["running"].push_back(progress_json(progress, status.job()));
         v1::JobRequest request;
         request.set_job(status.job());
         request.set_frames(kFrames);

@@ -89,7 +89,8 @@ std::string read_token(const std::string& path, bool make)
     std::string token = read_part(path, 0, 4096);
     while (!token.empty() && (token.back() == '\n' || token.back() == '\r')) token.pop_back();
     constexpr std::size_t kShortest = 32;
-    if (token.size() < kShortest) throw Error(ErrorCode::bad_file, "the token in " + path + " has fewer than 32 characters");
+    if (token.size() < kShortest)
+        throw Error(ErrorCode::bad_file, "the token in " + path + " has fewer than 32 characters");
     return token;
 }
 
@@ -132,36 +133,48 @@ private:
     std::string token_;
     std::optional<TlsContext> tls_;
     Connections connections_;
-    std::vector<Answer> answers_;   ///< of this turn; sent once it is committed
+    std::vector<Answer> answers_;  ///< of this turn; sent once it is committed
     std::vector<FrameEnd> ends_;
-    std::vector<std::uint64_t> changed_, ended_;  ///< jobs of this turn with news, and with an end of a frame or of waiting
+    std::vector<std::uint64_t> changed_,
+        ended_;  ///< jobs of this turn with news, and with an end of a frame or of waiting
     std::vector<pollfd> polled_;
     std::int64_t next_tend_ms_ = 0, accept_after_ms_ = 0;
-    std::int64_t stop_at_ms_ = 0;   ///< 0: not stopping
+    std::int64_t stop_at_ms_ = 0;  ///< 0: not stopping
 };
 
 Server::Server(const ServerConfig& config, const std::function<ServerConfig()>& reload)
-    : config_(config), reload_(reload), signals_(catch_signals()), service_(config_, log_), unix_(config.socket, config.group)
+    : config_(config),
+      reload_(reload),
+      signals_(catch_signals()),
+      service_(config_, log_),
+      unix_(config.socket, config.group)
 {
     log_.set_debug(config_.log_debug);
     raise_file_limit();
     if (!config_.listen.empty()) {
         prepare_tcp();
         tcp_ = listen_tcp(parse_host_port(config_.listen));
-        log_.info("listening", {{"address", parse_host_port(config_.listen).host}, {"port", port_of(tcp_)}, {"tls", tls_ ? "yes" : "no"}});
+        log_.info(
+            "listening",
+            {{"address", parse_host_port(config_.listen).host}, {"port", port_of(tcp_)}, {"tls", tls_ ? "yes" : "no"}});
     }
     if (!config_.http.empty()) {
         http_ = listen_tcp(parse_host_port(config_.http));
         log_.info("listening", {{"http", parse_host_port(config_.http).host}, {"port", port_of(http_)}});
     }
-    log_.info("listening", {{"socket", config_.socket}, {"state", config_.state}, {"workers", config_.workers}, {"threads", config_.threads}});
+    log_.info("listening", {{"socket", config_.socket},
+                            {"state", config_.state},
+                            {"workers", config_.workers},
+                            {"threads", config_.threads}});
 }
 
 void Server::prepare_tcp()
 {
-    token_ = read_token(config_.token_file.empty() ? config_.state + "/token" : config_.token_file, config_.token_file.empty());
+    token_ = read_token(config_.token_file.empty() ? config_.state + "/token" : config_.token_file,
+                        config_.token_file.empty());
     tls_.reset();
-    if (!config_.tls_certificate.empty()) tls_ = TlsContext::server(config_.tls_certificate, config_.tls_key, config_.client_ca);
+    if (!config_.tls_certificate.empty())
+        tls_ = TlsContext::server(config_.tls_certificate, config_.tls_key, config_.client_ca);
 }
 
 void Server::run()
@@ -190,7 +203,8 @@ void Server::turn()
     read_signals();
     std::size_t next = 2 + (tcp_ ? 1u : 0u) + (http_ ? 1u : 0u);
     for (Worker& worker : service_.workers().workers()) {
-        const short events = next < polled_.size() && polled_[next].fd == worker.socket.get() ? polled_[next].revents : 0;
+        const short events =
+            next < polled_.size() && polled_[next].fd == worker.socket.get() ? polled_[next].revents : 0;
         ++next;
         service_.workers().serve(worker, (events & (POLLIN | POLLHUP)) != 0, (events & POLLOUT) != 0, ends_, changed_);
     }
@@ -228,7 +242,8 @@ void Server::wait()
     std::int64_t until = next_tend_ms_;
     polled_.clear();
     polled_.push_back({signals_.get(), POLLIN, 0});
-    const bool room = now >= accept_after_ms_ && connections_.size() < static_cast<std::size_t>(config_.max_connections) + 8;
+    const bool room =
+        now >= accept_after_ms_ && connections_.size() < static_cast<std::size_t>(config_.max_connections) + 8;
     polled_.push_back({unix_.fd(), static_cast<short>(room ? POLLIN : 0), 0});
     if (tcp_) polled_.push_back({tcp_.get(), static_cast<short>(room ? POLLIN : 0), 0});
     if (http_) polled_.push_back({http_.get(), static_cast<short>(browsers_.size() < kMostBrowsers ? POLLIN : 0), 0});
@@ -253,7 +268,9 @@ void Server::read_signals()
                 service_.workers().reap(ends_);
                 next_tend_ms_ = 0;
                 break;
-            case SIGHUP: reload_config(); break;
+            case SIGHUP:
+                reload_config();
+                break;
             default:
                 notify("STOPPING=1");
                 log_.info("stopping", {{"signal", static_cast<int>(signal.ssi_signo)}});
@@ -283,7 +300,8 @@ void Server::accept_all(int listener, bool unix_socket)
     for (int i = 0; i < 64; ++i) {
         Fd fd(::accept4(listener, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
         if (!fd && (errno == EMFILE || errno == ENFILE || errno == ENOMEM || errno == ENOBUFS)) {
-            accept_after_ms_ = now_ms() + kAcceptPause;  // it stays readable: without a pause this would go round and round
+            accept_after_ms_ =
+                now_ms() + kAcceptPause;  // it stays readable: without a pause this would go round and round
             log_.write(Level::warning, "not_accepted", {{"why", std::strerror(errno)}});
         }
         if (!fd) return;
@@ -292,14 +310,17 @@ void Server::accept_all(int listener, bool unix_socket)
         try {
             const bool full = connections_.size() >= static_cast<std::size_t>(config_.max_connections);
             std::optional<v1::Error> refusal;
-            if (full) refusal = error_message(v1::ERROR_CODE_LIMIT, "the server has " + std::to_string(connections_.size()) + " connections, no more are allowed");
+            if (full)
+                refusal = error_message(v1::ERROR_CODE_LIMIT, "the server has " + std::to_string(connections_.size()) +
+                                                                  " connections, no more are allowed");
             if (unix_socket) {
                 const Peer peer = peer_of(fd.get());
                 if (!may_connect(peer, config_.group)) {
                     log_.write(Level::warning, "refused", {{"uid", peer.uid}});
                     refusal = error_message(v1::ERROR_CODE_FORBIDDEN, "this user may not use the server");
                 }
-                connections_.emplace_back(Stream(std::move(fd)), "uid:" + std::to_string(peer.uid), peer.uid == ::getuid(), now);
+                connections_.emplace_back(Stream(std::move(fd)), "uid:" + std::to_string(peer.uid),
+                                          peer.uid == ::getuid(), now);
             } else {
                 Stream stream = tls_ ? Stream(std::move(fd), tls_->get(), true) : Stream(std::move(fd));
                 connections_.emplace_back(std::move(stream), "", false, now);
@@ -339,7 +360,8 @@ void Server::read_requests(Connection& connection)
 void Server::answer(Connection& connection, const v1::Request& request)
 {
     if (!connection.known()) {
-        if (!request.has_hello()) throw ServiceError(v1::ERROR_CODE_UNAUTHENTICATED, "the first request has to be hello");
+        if (!request.has_hello())
+            throw ServiceError(v1::ERROR_CODE_UNAUTHENTICATED, "the first request has to be hello");
         connection.greet(request.hello(), token_);
         v1::Response response;
         response.set_id(request.id());
@@ -366,7 +388,8 @@ void Server::answer(Connection& connection, const v1::Request& request)
         return;
     }
     try {
-        answers_.push_back({&connection, service_.answer(request, connection.caller()), request.has_submit() || request.has_cancel()});
+        answers_.push_back(
+            {&connection, service_.answer(request, connection.caller()), request.has_submit() || request.has_cancel()});
         if (request.has_cancel()) {
             ended_.push_back(request.cancel().job());
             next_tend_ms_ = 0;

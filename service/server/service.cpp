@@ -49,8 +49,13 @@ Fd locked(const std::string& state)
 }  // namespace
 
 Service::Service(const ServerConfig& config, const ServerLog& log)
-    : config_(config), log_(log), lock_(locked(config.state)), queue_(config.state + "/queue.db", config.queue, now_ms()),
-      blobs_(config.state, config.blobs), workers_(config, log), started_ms_(now_ms())
+    : config_(config),
+      log_(log),
+      lock_(locked(config.state)),
+      queue_(config.state + "/queue.db", config.queue, now_ms()),
+      blobs_(config.state, config.blobs),
+      workers_(config, log),
+      started_ms_(now_ms())
 {
     remove_orphans();
 }
@@ -86,32 +91,45 @@ v1::Response Service::answer(const v1::Request& request, const Caller& caller)
                 break;
             case v1::Request::kBlobPut: {
                 const v1::BlobPutRequest& put = request.blob_put();
-                if (put.data().size() > kMaxChunk) throw ServiceError(v1::ERROR_CODE_LIMIT, "a chunk is larger than max_chunk_bytes");
+                if (put.data().size() > kMaxChunk)
+                    throw ServiceError(v1::ERROR_CODE_LIMIT, "a chunk is larger than max_chunk_bytes");
                 if (stopping_) throw ServiceError(v1::ERROR_CODE_UNAVAILABLE, "the server is stopping");
                 check_space();
                 response.mutable_blob_put()->set_held(blobs_.put(put.blob(), caller.owner, put.offset(), put.data()));
                 break;
             }
-            case v1::Request::kSubmit: *response.mutable_submit() = submit(request.submit(), caller); break;
-            case v1::Request::kFetch: *response.mutable_fetch() = fetch(request.fetch(), caller); break;
+            case v1::Request::kSubmit:
+                *response.mutable_submit() = submit(request.submit(), caller);
+                break;
+            case v1::Request::kFetch:
+                *response.mutable_fetch() = fetch(request.fetch(), caller);
+                break;
             case v1::Request::kCancel:
                 check_may_see(request.cancel().job(), caller);
                 response.mutable_cancel()->set_state(*queue_.cancel(request.cancel().job(), now_ms()));
                 log_.info("job_cancelled", {{"job", request.cancel().job()}, {"by", caller.owner}});
                 break;
             case v1::Request::kList:
-                if (request.list().limit() > 1000) throw ServiceError(v1::ERROR_CODE_BAD_ARGUMENT, "limit is above 1000");
+                if (request.list().limit() > 1000)
+                    throw ServiceError(v1::ERROR_CODE_BAD_ARGUMENT, "limit is above 1000");
                 *response.mutable_list() = queue_.list(request.list(), caller.sees_all ? "" : caller.owner);
                 break;
             case v1::Request::kJob:
-                if (request.job().frames() > 500) throw ServiceError(v1::ERROR_CODE_BAD_ARGUMENT, "frames is above 500");
+                if (request.job().frames() > 500)
+                    throw ServiceError(v1::ERROR_CODE_BAD_ARGUMENT, "frames is above 500");
                 check_may_see(request.job().job(), caller);
                 *response.mutable_job() = queue_.details(request.job());
                 *response.mutable_job()->mutable_status() = status(request.job().job(), caller);
                 break;
-            case v1::Request::kStats: *response.mutable_stats() = stats(request.stats().prometheus()); break;
-            case v1::Request::kHealth: *response.mutable_health() = health(); break;
-            case v1::Request::kPreview: *response.mutable_preview() = preview(request.preview(), caller); break;
+            case v1::Request::kStats:
+                *response.mutable_stats() = stats(request.stats().prometheus());
+                break;
+            case v1::Request::kHealth:
+                *response.mutable_health() = health();
+                break;
+            case v1::Request::kPreview:
+                *response.mutable_preview() = preview(request.preview(), caller);
+                break;
             case v1::Request::kHello:
             case v1::Request::kWatch:
             case v1::Request::CALL_NOT_SET:
@@ -142,7 +160,8 @@ void Service::check_space() const
     const double free = static_cast<double>(free_space(config_.state)) / kMega;
     if (free < config_.min_free_mb) {
         char text[160];
-        std::snprintf(text, sizeof text, "the server's disk is nearly full: %.0f MB are free, %.0f MB are kept for jobs it has", free,
+        std::snprintf(text, sizeof text,
+                      "the server's disk is nearly full: %.0f MB are free, %.0f MB are kept for jobs it has", free,
                       config_.min_free_mb);
         throw ServiceError(v1::ERROR_CODE_UNAVAILABLE, text);
     }
@@ -155,8 +174,11 @@ v1::SubmitReply Service::submit(const v1::SubmitRequest& request, const Caller& 
     const CheckedJob checked = check_job(request.job(), config_, blobs_);
     const auto submitted = queue_.submit(checked.job, caller.owner, checked.scene_key, checked.blobs, now_ms());
     ++(submitted.existed ? counters_.jobs_repeated : counters_.jobs_submitted);
-    log_.info("job_submitted", {{"job", submitted.job}, {"owner", caller.owner}, {"scene", checked.job.scene().label()},
-                                {"frames", std::max(1, checked.job.frames_size())}, {"existed", submitted.existed}});
+    log_.info("job_submitted", {{"job", submitted.job},
+                                {"owner", caller.owner},
+                                {"scene", checked.job.scene().label()},
+                                {"frames", std::max(1, checked.job.frames_size())},
+                                {"existed", submitted.existed}});
     v1::SubmitReply reply;
     reply.set_job(submitted.job);
     reply.set_existed(submitted.existed);
@@ -170,7 +192,8 @@ v1::FetchReply Service::fetch(const v1::FetchRequest& request, const Caller& cal
     const auto found = index ? queue_.file({request.job(), *index}, request.name()) : std::nullopt;
     if (!found) {
         throw ServiceError(v1::ERROR_CODE_NOT_FOUND, "job " + std::to_string(request.job()) + " has no picture " +
-                                                         request.name().substr(0, 100) + " of frame " + std::to_string(request.frame()));
+                                                         request.name().substr(0, 100) + " of frame " +
+                                                         std::to_string(request.frame()));
     }
     const std::size_t length = request.length() != 0 ? std::min<std::size_t>(request.length(), kMaxChunk) : kMaxChunk;
     const auto& [file, path] = *found;
@@ -189,7 +212,8 @@ v1::PreviewReply Service::preview(const v1::PreviewRequest& request, const Calle
     const auto index = queue_.index_of(request.job(), request.frame());
     const RunningFrame* frame = index ? workers_.running({request.job(), *index}) : nullptr;
     if (frame == nullptr || frame->preview.empty()) {
-        throw ServiceError(v1::ERROR_CODE_NOT_FOUND, "there is no preview of frame " + std::to_string(request.frame()) + " now");
+        throw ServiceError(v1::ERROR_CODE_NOT_FOUND,
+                           "there is no preview of frame " + std::to_string(request.frame()) + " now");
     }
     v1::PreviewReply reply;
     reply.set_jpeg(frame->preview);
@@ -220,8 +244,13 @@ void Service::put_down(const FrameEnd& end)
     const std::int64_t now = now_ms();
     const FrameKey key = end.frame.key;
     if (end.done) {
-        queue_.complete(key, {end.frame.folder, {end.done->files().begin(), end.done->files().end()}, end.done->stats_json(),
-                              end.frame.warnings, end.done->error_estimate()}, now);
+        queue_.complete(key,
+                        {end.frame.folder,
+                         {end.done->files().begin(), end.done->files().end()},
+                         end.done->stats_json(),
+                         end.frame.warnings,
+                         end.done->error_estimate()},
+                        now);
     } else {
         queue_.fail(key, end.ending, end.error, now);
     }
@@ -235,13 +264,15 @@ void Service::commit()
         if (end.done) {
             ++counters_.frames_completed;
             counters_.frame_seconds += seconds;
-            log_.info("frame_completed", {{"job", end.frame.key.job}, {"frame", end.frame.progress.frame()}, {"seconds", seconds}});
+            log_.info("frame_completed",
+                      {{"job", end.frame.key.job}, {"frame", end.frame.progress.frame()}, {"seconds", seconds}});
         } else {
             std::error_code ignored;
             fs::remove_all(results_path(end.frame.folder), ignored);
             ++(end.ending == Ending::failed ? counters_.frames_failed : counters_.frames_retried);
-            log_.write(Level::warning, "frame_ended", {{"job", end.frame.key.job}, {"frame", end.frame.progress.frame()},
-                                                       {"why", end.error.message()}});
+            log_.write(
+                Level::warning, "frame_ended",
+                {{"job", end.frame.key.job}, {"frame", end.frame.progress.frame()}, {"why", end.error.message()}});
         }
     }
     of_this_turn_.clear();
@@ -266,15 +297,16 @@ internal::Task Service::task_of(const NextFrame& next, std::int64_t now)
     if (scene.has_files()) task.set_scene_file(blobs_.scene(next.scene_key, scene.files()));
     task.set_scene_key(next.scene_key);
     if (next.job.environment().has_image()) {
-        const auto file = single_file("environment" + next.job.environment().image_ending(), next.job.environment().image());
+        const auto file =
+            single_file("environment" + next.job.environment().image_ending(), next.job.environment().image());
         task.set_environment_file(blobs_.scene(BlobStore::scene_key(file), file));
     }
     if (next.job.tone_map().has_ocio_config()) {
         const auto file = single_file("config.ocio", next.job.tone_map().ocio_config());
         task.set_ocio_file(blobs_.scene(BlobStore::scene_key(file), file));
     }
-    const std::string folder = "results/" + std::to_string(next.key.job) + "." + std::to_string(next.key.index) + "." + std::to_string(now) +
-                               "." + std::to_string(task.id());
+    const std::string folder = "results/" + std::to_string(next.key.job) + "." + std::to_string(next.key.index) + "." +
+                               std::to_string(now) + "." + std::to_string(task.id());
     make_private_folder(results_path(folder));
     task.set_folder(folder);
     return task;
@@ -291,7 +323,8 @@ bool Service::start_one(std::int64_t now)
         *message.mutable_task() = task_of(*next, now);
     } catch (const ServiceError& e) {
         queue_.start(next->key, now);
-        queue_.fail(next->key, e.code() == v1::ERROR_CODE_UNAVAILABLE ? Ending::may_pass : Ending::failed, error_message(e.code(), e.what()), now);
+        queue_.fail(next->key, e.code() == v1::ERROR_CODE_UNAVAILABLE ? Ending::may_pass : Ending::failed,
+                    error_message(e.code(), e.what()), now);
         queue_.commit();
         log_.write(Level::warning, "frame_not_started", {{"job", next->key.job}, {"why", e.what()}});
         return true;
@@ -371,7 +404,8 @@ void Service::expire(std::int64_t now)
 bool Service::is_idle() const
 {
     const auto& all = workers_.workers();
-    return unsaved_.empty() && std::none_of(all.begin(), all.end(), [](const Worker& w) { return w.frame.has_value(); });
+    return unsaved_.empty() &&
+           std::none_of(all.begin(), all.end(), [](const Worker& w) { return w.frame.has_value(); });
 }
 
 void Service::end()

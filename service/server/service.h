@@ -16,14 +16,14 @@ namespace rcs::service {
 
 /// On whose behalf a request comes.
 struct Caller {
-    std::string owner;     ///< "uid:1000", "token", "certificate:NAME"
-    bool sees_all = false; ///< the server's own user; others see their own jobs alone
+    std::string owner;      ///< "uid:1000", "token", "certificate:NAME"
+    bool sees_all = false;  ///< the server's own user; others see their own jobs alone
 };
 
 /// Since the server's start.
 struct Counters {
     std::uint64_t jobs_submitted = 0, jobs_repeated = 0, frames_completed = 0, frames_failed = 0, frames_retried = 0,
-        requests = 0, errors = 0, connections = 0, connections_refused = 0, jobs_expired = 0;
+                  requests = 0, errors = 0, connections = 0, connections_refused = 0, jobs_expired = 0;
     double frame_seconds = 0.0;
 };
 
@@ -82,8 +82,8 @@ private:
     BlobStore blobs_;
     WorkerPool workers_;
     Counters counters_;
-    std::vector<FrameEnd> unsaved_;          ///< put down in the next turn
-    std::vector<FrameEnd> of_this_turn_;     ///< put down, not yet committed
+    std::vector<FrameEnd> unsaved_;       ///< put down in the next turn
+    std::vector<FrameEnd> of_this_turn_;  ///< put down, not yet committed
     std::uint64_t next_task_ = 1;
     std::int64_t started_ms_, next_expiry_ms_ = 0;
     bool stopping_ = false;

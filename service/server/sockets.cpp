@@ -43,9 +43,11 @@ void secure_folder(const std::string& folder, const std::string& group)
     struct stat status{};
     if (::lstat(folder.c_str(), &status) != 0) fail("cannot look at " + folder);
     if (!S_ISDIR(status.st_mode) || status.st_uid != ::getuid() || (status.st_mode & 0022) != 0) {
-        throw Error(ErrorCode::io, "the socket's folder " + folder + " has to be this user's own, and writable by nobody else");
+        throw Error(ErrorCode::io,
+                    "the socket's folder " + folder + " has to be this user's own, and writable by nobody else");
     }
-    if (!group.empty() && (::chown(folder.c_str(), static_cast<uid_t>(-1), group_id(group)) != 0 || ::chmod(folder.c_str(), 0710) != 0)) {
+    if (!group.empty() &&
+        (::chown(folder.c_str(), static_cast<uid_t>(-1), group_id(group)) != 0 || ::chmod(folder.c_str(), 0710) != 0)) {
         fail("cannot open " + folder + " to the group " + group);
     }
 }
@@ -80,16 +82,19 @@ UnixListener::UnixListener(const std::string& path, const std::string& group) : 
     const auto* generic = reinterpret_cast<const sockaddr*>(&address);
     {
         const Fd probe(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
-        if (::connect(probe.get(), generic, sizeof address) == 0) throw Error(ErrorCode::io, "something else listens on " + path);
+        if (::connect(probe.get(), generic, sizeof address) == 0)
+            throw Error(ErrorCode::io, "something else listens on " + path);
         struct stat status{};
-        if (errno == ECONNREFUSED && ::lstat(path.c_str(), &status) == 0 && S_ISSOCK(status.st_mode)) ::unlink(path.c_str());
+        if (errno == ECONNREFUSED && ::lstat(path.c_str(), &status) == 0 && S_ISSOCK(status.st_mode))
+            ::unlink(path.c_str());
     }
     fd_ = Fd(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
     const mode_t before = ::umask(group.empty() ? 0177 : 0117);
     const int bound = ::bind(fd_.get(), generic, sizeof address);
     ::umask(before);
     if (bound != 0) fail("cannot listen on " + path);
-    if (!group.empty() && ::chown(path.c_str(), static_cast<uid_t>(-1), group_id(group)) != 0) fail("cannot give " + path + " to " + group);
+    if (!group.empty() && ::chown(path.c_str(), static_cast<uid_t>(-1), group_id(group)) != 0)
+        fail("cannot give " + path + " to " + group);
     if (::listen(fd_.get(), SOMAXCONN) != 0) fail("cannot listen on " + path);
 }
 
@@ -105,7 +110,8 @@ Fd listen_tcp(const HostPort& address)
     hints.ai_socktype = SOCK_STREAM;
     addrinfo* list = nullptr;
     const int code = ::getaddrinfo(address.host.c_str(), address.port.c_str(), &hints, &list);
-    if (code != 0) throw Error(ErrorCode::bad_argument, "cannot listen on " + address.host + ": " + ::gai_strerror(code));
+    if (code != 0)
+        throw Error(ErrorCode::bad_argument, "cannot listen on " + address.host + ": " + ::gai_strerror(code));
     const std::unique_ptr<addrinfo, void (*)(addrinfo*)> owner(list, ::freeaddrinfo);
     Fd fd(::socket(list->ai_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
     const int on = 1;

@@ -37,15 +37,18 @@ v1::StatsReply Service::stats(bool prometheus) const
         {"rcsplat_up_seconds", "gauge", "Time since the server's start", state.uptime_seconds()},
         {"rcsplat_serving", "gauge", "1 while jobs are taken", state.serving() ? 1.0 : 0.0},
         {"rcsplat_jobs_submitted_total", "counter", "Jobs taken", number(counters_.jobs_submitted)},
-        {"rcsplat_jobs_repeated_total", "counter", "Submits whose idempotency key was known", number(counters_.jobs_repeated)},
+        {"rcsplat_jobs_repeated_total", "counter", "Submits whose idempotency key was known",
+         number(counters_.jobs_repeated)},
         {"rcsplat_jobs_expired_total", "counter", "Ended jobs that were removed", number(counters_.jobs_expired)},
         {"rcsplat_jobs_unfinished", "gauge", "Jobs that wait or run",
-         number(queue_.count(v1::JOB_STATE_QUEUED) + queue_.count(v1::JOB_STATE_RUNNING) + queue_.count(v1::JOB_STATE_CANCEL_REQUESTED))},
+         number(queue_.count(v1::JOB_STATE_QUEUED) + queue_.count(v1::JOB_STATE_RUNNING) +
+                queue_.count(v1::JOB_STATE_CANCEL_REQUESTED))},
         {"rcsplat_frames_waiting", "gauge", "Frames that wait", number(state.queued_frames())},
         {"rcsplat_frames_running", "gauge", "Frames being rendered", number(state.busy())},
         {"rcsplat_frames_completed_total", "counter", "Frames rendered", number(counters_.frames_completed)},
         {"rcsplat_frames_failed_total", "counter", "Frames given up", number(counters_.frames_failed)},
-        {"rcsplat_frames_retried_total", "counter", "Tries that failed and may be repeated", number(counters_.frames_retried)},
+        {"rcsplat_frames_retried_total", "counter", "Tries that failed and may be repeated",
+         number(counters_.frames_retried)},
         {"rcsplat_frame_seconds_total", "counter", "Wall time of completed frames", counters_.frame_seconds},
         {"rcsplat_workers", "gauge", "Workers that are ready", number(state.workers())},
         {"rcsplat_worker_restarts_total", "counter", "Workers that ended", number(workers_.restarts())},
@@ -63,8 +66,8 @@ v1::StatsReply Service::stats(bool prometheus) const
         (*reply.mutable_values())[value.name] = value.value;
         if (!prometheus) continue;
         char text[320];
-        std::snprintf(text, sizeof text, "# HELP %s %s\n# TYPE %s %s\n%s %.17g\n", value.name, value.help, value.name, value.kind, value.name,
-                      value.value);
+        std::snprintf(text, sizeof text, "# HELP %s %s\n# TYPE %s %s\n%s %.17g\n", value.name, value.help, value.name,
+                      value.kind, value.name, value.value);
         *reply.mutable_prometheus() += text;
     }
     return reply;

@@ -18,7 +18,7 @@
 namespace rcs::service {
 namespace {
 
-constexpr std::int64_t kCancelGrace = 3000;  // for a worker to end a frame by itself [ms]
+constexpr std::int64_t kCancelGrace = 3000;     // for a worker to end a frame by itself [ms]
 constexpr std::int64_t kLongestPause = 60'000;  // between attempts to start a worker [ms]
 constexpr int kSocketInWorker = 3;
 
@@ -59,7 +59,9 @@ std::uint64_t resident_memory(pid_t pid)
 
 std::string how_it_ended(int status)
 {
-    if (WIFSIGNALED(status)) return std::string("was ended by signal ") + std::to_string(WTERMSIG(status)) + " (" + ::strsignal(WTERMSIG(status)) + ")";
+    if (WIFSIGNALED(status))
+        return std::string("was ended by signal ") + std::to_string(WTERMSIG(status)) + " (" +
+               ::strsignal(WTERMSIG(status)) + ")";
     return "ended with code " + std::to_string(WEXITSTATUS(status));
 }
 
@@ -111,7 +113,8 @@ void WorkerPool::tend(std::int64_t now, const std::function<bool(std::uint64_t)>
         const double megabytes = 1e-6 * static_cast<double>(worker.memory);
         if (megabytes > config_.memory_limit_mb) {
             char text[120];
-            std::snprintf(text, sizeof text, "took %.0f MB of memory, more than the limit of %.0f MB", megabytes, config_.memory_limit_mb);
+            std::snprintf(text, sizeof text, "took %.0f MB of memory, more than the limit of %.0f MB", megabytes,
+                          config_.memory_limit_mb);
             kill(worker, v1::ERROR_CODE_MEMORY_LIMIT, text);
         }
         if (!worker.frame) continue;
@@ -152,7 +155,8 @@ void WorkerPool::send(Worker& worker, const internal::ToWorker& message)
     serve(worker, false, true, none, nobody);
 }
 
-void WorkerPool::serve(Worker& worker, bool readable, bool writable, std::vector<FrameEnd>& ends, std::vector<std::uint64_t>& changed)
+void WorkerPool::serve(Worker& worker, bool readable, bool writable, std::vector<FrameEnd>& ends,
+                       std::vector<std::uint64_t>& changed)
 {
     if (writable && !worker.out.empty()) {
         const ssize_t count = ::send(worker.socket.get(), worker.out.data(), worker.out.size(), MSG_NOSIGNAL);
@@ -178,7 +182,8 @@ void WorkerPool::serve(Worker& worker, bool readable, bool writable, std::vector
     }
 }
 
-void WorkerPool::handle(Worker& worker, internal::FromWorker& message, std::vector<FrameEnd>& ends, std::vector<std::uint64_t>& changed)
+void WorkerPool::handle(Worker& worker, internal::FromWorker& message, std::vector<FrameEnd>& ends,
+                        std::vector<std::uint64_t>& changed)
 {
     if (message.has_ready()) {
         worker.ready = true;
@@ -212,8 +217,9 @@ void WorkerPool::handle(Worker& worker, internal::FromWorker& message, std::vect
             FrameEnd end{std::move(frame), std::nullopt, Ending::failed, message.failed()};
             if (message.has_done()) end.done = message.done();
             const v1::ErrorCode code = message.failed().code();
-            if (code == v1::ERROR_CODE_IO || code == v1::ERROR_CODE_OUT_OF_MEMORY || code == v1::ERROR_CODE_GL_UNAVAILABLE ||
-                code == v1::ERROR_CODE_INTERNAL || code == v1::ERROR_CODE_CANCELLED || code == v1::ERROR_CODE_UNAVAILABLE) {
+            if (code == v1::ERROR_CODE_IO || code == v1::ERROR_CODE_OUT_OF_MEMORY ||
+                code == v1::ERROR_CODE_GL_UNAVAILABLE || code == v1::ERROR_CODE_INTERNAL ||
+                code == v1::ERROR_CODE_CANCELLED || code == v1::ERROR_CODE_UNAVAILABLE) {
                 end.ending = Ending::may_pass;
             }
             ends.push_back(std::move(end));
@@ -221,7 +227,8 @@ void WorkerPool::handle(Worker& worker, internal::FromWorker& message, std::vect
             worker.used_ms = now_ms();
             break;
         }
-        default: break;
+        default:
+            break;
     }
 }
 

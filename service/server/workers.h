@@ -22,12 +22,12 @@ namespace rcs::service {
 struct RunningFrame {
     FrameKey key;
     std::uint64_t task = 0;
-    std::string folder;         ///< of its pictures, beneath the state folder
+    std::string folder;  ///< of its pictures, beneath the state folder
     std::int64_t started_ms = 0;
     std::int64_t deadline_ms = 0;
     std::int64_t cancelled_ms = 0;  ///< when its worker was asked to stop; 0: was not
     v1::Progress progress;
-    std::string preview;        ///< JPEG
+    std::string preview;  ///< JPEG
     std::vector<std::string> warnings;
 };
 
@@ -44,19 +44,19 @@ struct Worker {
     pid_t pid = 0;
     Fd socket;
     FrameReader reader;
-    std::string out;             ///< not yet written
+    std::string out;  ///< not yet written
     bool ready = false;
-    bool ended = false;          ///< its number may be another process's by now
-    std::int64_t since_ms = 0;   ///< started
-    std::string scene_key;       ///< of the scene that it keeps
+    bool ended = false;         ///< its number may be another process's by now
+    std::int64_t since_ms = 0;  ///< started
+    std::string scene_key;      ///< of the scene that it keeps
     std::int64_t used_ms = 0;
-    std::uint64_t memory = 0;    ///< resident [bytes]
+    std::uint64_t memory = 0;  ///< resident [bytes]
     std::optional<RunningFrame> frame;
     std::optional<v1::Error> killed_for;
 };
 
-/// The worker processes. They are started when there is none too many, live on from frame to frame, and are replaced when
-/// they die; one that dies before it was ready is not replaced at once.
+/// The worker processes. They are started when there is none too many, live on from frame to frame, and are replaced
+/// when they die; one that dies before it was ready is not replaced at once.
 class WorkerPool {
 public:
     /// @param changed  told when a frame's progress did
@@ -71,7 +71,8 @@ public:
     Worker* idle(const std::string& scene_key);
     void send(Worker& worker, const internal::ToWorker& message);
     /// Reads and writes what can be. Ends of frames are appended to `ends`, jobs with news to `changed`.
-    void serve(Worker& worker, bool readable, bool writable, std::vector<FrameEnd>& ends, std::vector<std::uint64_t>& changed);
+    void serve(Worker& worker, bool readable, bool writable, std::vector<FrameEnd>& ends,
+               std::vector<std::uint64_t>& changed);
     /// Takes leave of processes that have ended.
     void reap(std::vector<FrameEnd>& ends);
     /// Ends all of them; frames that ran are returned.
@@ -86,7 +87,8 @@ public:
 
 private:
     void spawn(std::int64_t now);
-    void handle(Worker& worker, internal::FromWorker& message, std::vector<FrameEnd>& ends, std::vector<std::uint64_t>& changed);
+    void handle(Worker& worker, internal::FromWorker& message, std::vector<FrameEnd>& ends,
+                std::vector<std::uint64_t>& changed);
     void kill(Worker& worker, v1::ErrorCode code, const std::string& why);
 
     const ServerConfig& config_;

@@ -20,10 +20,12 @@ HostPort parse_host_port(const std::string& text)
     const std::size_t colon = text.rfind(':');
     if (colon == text.npos || colon == 0) throw Error(ErrorCode::bad_argument, text + " is no HOST:PORT");
     HostPort result{text.substr(0, colon), text.substr(colon + 1)};
-    if (result.host.front() == '[' && result.host.back() == ']') result.host = result.host.substr(1, result.host.size() - 2);
+    if (result.host.front() == '[' && result.host.back() == ']')
+        result.host = result.host.substr(1, result.host.size() - 2);
     const bool digits = !result.port.empty() && result.port.size() <= 5 &&
                         result.port.find_first_not_of("0123456789") == result.port.npos;
-    if (!digits || std::stoi(result.port) > 65535) throw Error(ErrorCode::bad_argument, text + " is no HOST:PORT with a port in [0, 65535]");
+    if (!digits || std::stoi(result.port) > 65535)
+        throw Error(ErrorCode::bad_argument, text + " is no HOST:PORT with a port in [0, 65535]");
     return result;
 }
 

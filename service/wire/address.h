@@ -11,7 +11,8 @@ struct HostPort {
 HostPort parse_host_port(const std::string& text);
 bool is_loopback(const std::string& host);
 
-/// Where a server listens and a client looks unless told: $XDG_RUNTIME_DIR/rcsplat/socket, else /tmp/rcsplat-UID/socket.
+/// Where a server listens and a client looks unless told: $XDG_RUNTIME_DIR/rcsplat/socket, else
+/// /tmp/rcsplat-UID/socket.
 std::string default_socket();
 
 }  // namespace rcs::service

@@ -10,8 +10,8 @@ namespace rcs::service {
 namespace {
 
 constexpr std::string_view kMagic = "RCSP";
-constexpr int kMostNesting = 16;       // our own messages take 6
-constexpr std::size_t kLengthBytes = 4;  // 28 bits are more than kMaxMessage takes
+constexpr int kMostNesting = 16;                 // our own messages take 6
+constexpr std::size_t kLengthBytes = 4;          // 28 bits are more than kMaxMessage takes
 constexpr std::size_t kKeptCapacity = 64 << 10;  // of a reader with nothing to read [bytes]
 
 }  // namespace
@@ -27,12 +27,14 @@ std::string greeting()
 void check_greeting(std::string_view bytes)
 {
     if (bytes.size() != kGreetingSize || bytes.substr(0, kMagic.size()) != kMagic) {
-        throw ServiceError(v1::ERROR_CODE_PROTOCOL, "the connection did not begin with the greeting of rcsplat's protocol");
+        throw ServiceError(v1::ERROR_CODE_PROTOCOL,
+                           "the connection did not begin with the greeting of rcsplat's protocol");
     }
     const auto byte = [&](std::size_t i) { return static_cast<int>(static_cast<unsigned char>(bytes[i])); };
     const int version = byte(4) << 8 | byte(5);
     if (version != kProtocolVersion) {
-        throw ServiceError(v1::ERROR_CODE_VERSION, "protocol version " + std::to_string(version) + " is not spoken here, version " +
+        throw ServiceError(v1::ERROR_CODE_VERSION, "protocol version " + std::to_string(version) +
+                                                       " is not spoken here, version " +
                                                        std::to_string(kProtocolVersion) + " is");
     }
 }
@@ -74,7 +76,8 @@ std::optional<std::string_view> FrameReader::next()
         length |= static_cast<std::size_t>(byte & 0x7f) << (7 * i);
         if (byte & 0x80) continue;
         if (length > kMaxMessage) {
-            throw ServiceError(v1::ERROR_CODE_PROTOCOL, "a message of " + std::to_string(length) + " bytes was announced, at most " +
+            throw ServiceError(v1::ERROR_CODE_PROTOCOL, "a message of " + std::to_string(length) +
+                                                            " bytes was announced, at most " +
                                                             std::to_string(kMaxMessage) + " are allowed");
         }
         if (held() < i + 1 + length) return std::nullopt;
@@ -82,7 +85,8 @@ std::optional<std::string_view> FrameReader::next()
         begin_ = start + length;
         return std::string_view(buffer_).substr(start, length);
     }
-    throw ServiceError(v1::ERROR_CODE_PROTOCOL, "a message's length takes more than " + std::to_string(kLengthBytes) + " bytes");
+    throw ServiceError(v1::ERROR_CODE_PROTOCOL,
+                       "a message's length takes more than " + std::to_string(kLengthBytes) + " bytes");
 }
 
 std::optional<std::string> FrameReader::take(std::size_t size)

@@ -11,11 +11,13 @@ namespace {
 
 [[noreturn]] void refuse(const std::string& what) { throw Error(ErrorCode::bad_argument, what); }
 
-/// The fields of a struct by name: this no longer compiles once a field is added, and its place on the wire is to be decided.
+/// The fields of a struct by name: this no longer compiles once a field is added, and its place on the wire is to be
+/// decided.
 template <typename Use>
 void visit(const RecordOptions& o, const Use& use)
 {
-    const auto& [error_tolerance, rays, noise_target, min_reach, max_reach, gradient_limit, radiance, bounces, seed, effects] = o;
+    const auto& [error_tolerance, rays, noise_target, min_reach, max_reach, gradient_limit, radiance, bounces, seed,
+                 effects] = o;
     use(error_tolerance, rays, noise_target, min_reach, max_reach, gradient_limit);
     static_cast<void>(radiance), static_cast<void>(bounces), static_cast<void>(seed), static_cast<void>(effects);
 }
@@ -23,7 +25,8 @@ void visit(const RecordOptions& o, const Use& use)
 v1::RecordOptions to_message(const RecordOptions& o)
 {
     v1::RecordOptions m;
-    visit(o, [&](float error_tolerance, int rays, float noise_target, float min_reach, float max_reach, float gradient_limit) {
+    visit(o, [&](float error_tolerance, int rays, float noise_target, float min_reach, float max_reach,
+                 float gradient_limit) {
         m.set_error_tolerance(error_tolerance);
         m.set_rays(rays);
         m.set_noise_target(noise_target);
@@ -69,9 +72,12 @@ DirectOptions from_message(const v1::DirectOptions& m)
 v1::SplatMethod to_wire(SplatMethod method)
 {
     switch (method) {
-        case SplatMethod::automatic: return v1::SPLAT_METHOD_AUTOMATIC;
-        case SplatMethod::quads: return v1::SPLAT_METHOD_QUADS;
-        case SplatMethod::tiles: return v1::SPLAT_METHOD_TILES;
+        case SplatMethod::automatic:
+            return v1::SPLAT_METHOD_AUTOMATIC;
+        case SplatMethod::quads:
+            return v1::SPLAT_METHOD_QUADS;
+        case SplatMethod::tiles:
+            return v1::SPLAT_METHOD_TILES;
     }
     return v1::SPLAT_METHOD_AUTOMATIC;
 }
@@ -79,21 +85,30 @@ v1::SplatMethod to_wire(SplatMethod method)
 SplatMethod from_wire(v1::SplatMethod method)
 {
     switch (method) {
-        case v1::SPLAT_METHOD_AUTOMATIC: return SplatMethod::automatic;
-        case v1::SPLAT_METHOD_QUADS: return SplatMethod::quads;
-        case v1::SPLAT_METHOD_TILES: return SplatMethod::tiles;
-        default: refuse("splat is " + std::to_string(method) + ", expected a value in [0, 2]");
+        case v1::SPLAT_METHOD_AUTOMATIC:
+            return SplatMethod::automatic;
+        case v1::SPLAT_METHOD_QUADS:
+            return SplatMethod::quads;
+        case v1::SPLAT_METHOD_TILES:
+            return SplatMethod::tiles;
+        default:
+            refuse("splat is " + std::to_string(method) + ", expected a value in [0, 2]");
     }
 }
 
 v1::PixelFormat to_wire(PixelFormat format)
 {
     switch (format) {
-        case PixelFormat::automatic: return v1::PIXEL_FORMAT_AUTOMATIC;
-        case PixelFormat::half_float: return v1::PIXEL_FORMAT_HALF;
-        case PixelFormat::full_float: return v1::PIXEL_FORMAT_FLOAT;
-        case PixelFormat::uint8: return v1::PIXEL_FORMAT_UINT8;
-        case PixelFormat::uint16: return v1::PIXEL_FORMAT_UINT16;
+        case PixelFormat::automatic:
+            return v1::PIXEL_FORMAT_AUTOMATIC;
+        case PixelFormat::half_float:
+            return v1::PIXEL_FORMAT_HALF;
+        case PixelFormat::full_float:
+            return v1::PIXEL_FORMAT_FLOAT;
+        case PixelFormat::uint8:
+            return v1::PIXEL_FORMAT_UINT8;
+        case PixelFormat::uint16:
+            return v1::PIXEL_FORMAT_UINT16;
     }
     return v1::PIXEL_FORMAT_AUTOMATIC;
 }
@@ -101,12 +116,18 @@ v1::PixelFormat to_wire(PixelFormat format)
 PixelFormat from_wire(v1::PixelFormat format)
 {
     switch (format) {
-        case v1::PIXEL_FORMAT_AUTOMATIC: return PixelFormat::automatic;
-        case v1::PIXEL_FORMAT_HALF: return PixelFormat::half_float;
-        case v1::PIXEL_FORMAT_FLOAT: return PixelFormat::full_float;
-        case v1::PIXEL_FORMAT_UINT8: return PixelFormat::uint8;
-        case v1::PIXEL_FORMAT_UINT16: return PixelFormat::uint16;
-        default: refuse("pixel_format is " + std::to_string(format) + ", expected a value in [0, 4]");
+        case v1::PIXEL_FORMAT_AUTOMATIC:
+            return PixelFormat::automatic;
+        case v1::PIXEL_FORMAT_HALF:
+            return PixelFormat::half_float;
+        case v1::PIXEL_FORMAT_FLOAT:
+            return PixelFormat::full_float;
+        case v1::PIXEL_FORMAT_UINT8:
+            return PixelFormat::uint8;
+        case v1::PIXEL_FORMAT_UINT16:
+            return PixelFormat::uint16;
+        default:
+            refuse("pixel_format is " + std::to_string(format) + ", expected a value in [0, 4]");
     }
 }
 
@@ -131,8 +152,8 @@ EffectSet read_names(const Names& names)
 
 v1::RenderOptions to_message(const RenderOptions& o)
 {
-    const auto& [width, height, aa, bounces, records, direct, lobe_rays, overlap, splat, target_error, budget_seconds, dry_run,
-                 effects, layers, auto_exposure, seed] = o;
+    const auto& [width, height, aa, bounces, records, direct, lobe_rays, overlap, splat, target_error, budget_seconds,
+                 dry_run, effects, layers, auto_exposure, seed] = o;
     static_cast<void>(dry_run), static_cast<void>(layers), static_cast<void>(auto_exposure);
     v1::RenderOptions m;
     m.set_width(width);
@@ -188,7 +209,8 @@ ToneMapOptions from_message(const v1::ToneMap& m)
 {
     ToneMapOptions o;
     if (m.has_exposure()) {
-        if (!(std::abs(m.exposure()) <= 64.0f)) refuse("exposure is " + std::to_string(m.exposure()) + ", expected a value in [-64, 64]");
+        if (!(std::abs(m.exposure()) <= 64.0f))
+            refuse("exposure is " + std::to_string(m.exposure()) + ", expected a value in [-64, 64]");
         o.exposure = m.exposure();
     }
     o.display = m.display();
@@ -227,7 +249,8 @@ v1::LensShift to_message(const glm::dvec2& lens_shift)
 glm::dvec2 from_message(const v1::LensShift& m)
 {
     for (const double part : {m.right(), m.up()}) {
-        if (!(std::abs(part) <= kMostLensShift)) refuse("lens_shift has " + std::to_string(part) + ", expected values in [-10, 10]");
+        if (!(std::abs(part) <= kMostLensShift))
+            refuse("lens_shift has " + std::to_string(part) + ", expected values in [-10, 10]");
     }
     return {m.right(), m.up()};
 }
@@ -252,7 +275,8 @@ Camera from_message(const v1::Camera& m)
 {
     Camera camera;
     camera.name = m.name();
-    camera.projection = m.projection() == v1::Camera::PROJECTION_ORTHOGRAPHIC ? Projection::orthographic : Projection::perspective;
+    camera.projection =
+        m.projection() == v1::Camera::PROJECTION_ORTHOGRAPHIC ? Projection::orthographic : Projection::perspective;
     if (m.world_from_view_size() != 0 && m.world_from_view_size() != 16) {
         refuse("world_from_view has " + std::to_string(m.world_from_view_size()) + " values, expected 16");
     }

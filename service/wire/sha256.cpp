@@ -49,7 +49,8 @@ FileDigest sha256_of_file(const std::string& path)
 {
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rbe"), std::fclose);
     if (!file) {
-        throw Error(errno == ENOENT ? ErrorCode::not_found : ErrorCode::io, "cannot read " + path + ": " + std::strerror(errno));
+        throw Error(errno == ENOENT ? ErrorCode::not_found : ErrorCode::io,
+                    "cannot read " + path + ": " + std::strerror(errno));
     }
     Sha256 sum;
     FileDigest result;

@@ -45,9 +45,11 @@ Stream::Stream(Fd fd, ssl_ctx_st* context, bool server, const std::string& host)
         return;
     }
     in6_addr address{};
-    const bool numeric = ::inet_pton(AF_INET, host.c_str(), &address) == 1 || ::inet_pton(AF_INET6, host.c_str(), &address) == 1;
+    const bool numeric =
+        ::inet_pton(AF_INET, host.c_str(), &address) == 1 || ::inet_pton(AF_INET6, host.c_str(), &address) == 1;
     X509_VERIFY_PARAM* verify = SSL_get0_param(tls_.get());
-    if (numeric ? X509_VERIFY_PARAM_set1_ip_asc(verify, host.c_str()) != 1 : SSL_set1_host(tls_.get(), host.c_str()) != 1) {
+    if (numeric ? X509_VERIFY_PARAM_set1_ip_asc(verify, host.c_str()) != 1
+                : SSL_set1_host(tls_.get(), host.c_str()) != 1) {
         throw Error(ErrorCode::bad_argument, "TLS: no name of a host: " + host);
     }
     if (!numeric) SSL_set_tlsext_host_name(tls_.get(), host.c_str());
@@ -61,9 +63,13 @@ Stream::~Stream() = default;
 long Stream::result_of(int code)
 {
     switch (SSL_get_error(tls_.get(), code)) {
-        case SSL_ERROR_WANT_READ: return kLater;
-        case SSL_ERROR_WANT_WRITE: wants_write_ = true; return kLater;
-        case SSL_ERROR_ZERO_RETURN: return kEnd;
+        case SSL_ERROR_WANT_READ:
+            return kLater;
+        case SSL_ERROR_WANT_WRITE:
+            wants_write_ = true;
+            return kLater;
+        case SSL_ERROR_ZERO_RETURN:
+            return kEnd;
         default:
             // The first failure says why; what is tried after it only finds the connection broken.
             if (failure_.empty()) failure_ = "TLS: " + tls_error();
@@ -125,8 +131,10 @@ TlsContext::TlsContext(bool server) : context_(SSL_CTX_new(server ? TLS_server_m
 
 void TlsContext::use(const std::string& certificate, const std::string& key)
 {
-    if (SSL_CTX_use_certificate_chain_file(context_.get(), certificate.c_str()) != 1) refuse("cannot use the certificate", certificate);
-    if (SSL_CTX_use_PrivateKey_file(context_.get(), key.c_str(), SSL_FILETYPE_PEM) != 1) refuse("cannot use the key", key);
+    if (SSL_CTX_use_certificate_chain_file(context_.get(), certificate.c_str()) != 1)
+        refuse("cannot use the certificate", certificate);
+    if (SSL_CTX_use_PrivateKey_file(context_.get(), key.c_str(), SSL_FILETYPE_PEM) != 1)
+        refuse("cannot use the key", key);
     if (SSL_CTX_check_private_key(context_.get()) != 1) refuse("does not belong to the certificate: the key", key);
 }
 
@@ -135,9 +143,11 @@ TlsContext TlsContext::server(const std::string& certificate, const std::string&
     TlsContext context(true);
     context.use(certificate, key);
     if (!client_ca.empty()) {
-        if (SSL_CTX_load_verify_locations(context.get(), client_ca.c_str(), nullptr) != 1) refuse("cannot use the client CA", client_ca);
+        if (SSL_CTX_load_verify_locations(context.get(), client_ca.c_str(), nullptr) != 1)
+            refuse("cannot use the client CA", client_ca);
         SSL_CTX_set_client_CA_list(context.get(), SSL_load_client_CA_file(client_ca.c_str()));
-        SSL_CTX_set_verify(context.get(), SSL_VERIFY_PEER, nullptr);  // one that is shown has to be good; a token may stand for it
+        SSL_CTX_set_verify(context.get(), SSL_VERIFY_PEER,
+                           nullptr);  // one that is shown has to be good; a token may stand for it
     }
     return context;
 }

@@ -19,7 +19,8 @@ public:
     static constexpr long kLater = -1, kEnd = -2;
 
     explicit Stream(Fd fd);
-    /// @param server  side of the handshake, which the first read() or write() begins   @param host  to be verified by a client
+    /// @param server  side of the handshake, which the first read() or write() begins   @param host  to be verified by
+    /// a client
     Stream(Fd fd, ssl_ctx_st* tls, bool server, const std::string& host = {});
     Stream(Stream&&) noexcept;
     Stream& operator=(Stream&&) noexcept;
@@ -40,7 +41,9 @@ public:
     const std::string& failure() const { return failure_; }
 
 private:
-    struct FreeTls { void operator()(ssl_st* tls) const; };
+    struct FreeTls {
+        void operator()(ssl_st* tls) const;
+    };
     long result_of(int code);
 
     Fd fd_;
@@ -54,13 +57,16 @@ class TlsContext {
 public:
     /// Of a server. @param client_ca  whose certificates clients may show; "" takes none
     static TlsContext server(const std::string& certificate, const std::string& key, const std::string& client_ca);
-    /// Of a client. @param ca  that signed the server's certificate; "" takes the system's   @param certificate, key  to show, or ""
+    /// Of a client. @param ca  that signed the server's certificate; "" takes the system's   @param certificate, key to
+    /// show, or ""
     static TlsContext client(const std::string& ca, const std::string& certificate, const std::string& key);
 
     ssl_ctx_st* get() const { return context_.get(); }
 
 private:
-    struct Free { void operator()(ssl_ctx_st* context) const; };
+    struct Free {
+        void operator()(ssl_ctx_st* context) const;
+    };
     explicit TlsContext(bool server);
     void use(const std::string& certificate, const std::string& key);
     std::unique_ptr<ssl_ctx_st, Free> context_;

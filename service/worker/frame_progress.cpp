@@ -11,8 +11,9 @@ struct Share {
     double begin, end;  ///< of a pass; stages before and after rendering: of the frame
 };
 // From renders of Sponza and the built-in scenes; only the bar depends on them.
-constexpr Share kShares[] = {{"gbuffer", 0.0, 0.05}, {"bounces", 0.05, 0.15}, {"direct", 0.15, 0.3}, {"glossy", 0.3, 0.4},
-                             {"records", 0.4, 0.85}, {"splat", 0.85, 0.95}, {"error", 0.95, 0.97}, {"compose", 0.97, 1.0}};
+constexpr Share kShares[] = {{"gbuffer", 0.0, 0.05}, {"bounces", 0.05, 0.15}, {"direct", 0.15, 0.3},
+                             {"glossy", 0.3, 0.4},   {"records", 0.4, 0.85},  {"splat", 0.85, 0.95},
+                             {"error", 0.95, 0.97},  {"compose", 0.97, 1.0}};
 constexpr double kLoaded = 0.1, kRendered = 0.97;  // of the frame
 constexpr double kFirstPass = 0.6;                 // of rendering, if there are more: it places the records
 constexpr double kKnown = 0.15;                    // below, what is left is anybody's guess
@@ -22,7 +23,8 @@ double seconds(std::chrono::steady_clock::duration d) { return std::chrono::dura
 
 }  // namespace
 
-FrameProgress::FrameProgress(int frame, int passes) : begin_(Clock::now()), told_(begin_ - kBetween), render_begin_(begin_)
+FrameProgress::FrameProgress(int frame, int passes)
+    : begin_(Clock::now()), told_(begin_ - kBetween), render_begin_(begin_)
 {
     message_.set_frame(frame);
     message_.set_passes(passes);
@@ -32,7 +34,8 @@ void FrameProgress::show(std::string_view stage, float fraction)
 {
     message_.set_stage(std::string(stage));
     message_.set_stage_fraction(std::clamp(fraction, 0.0f, 1.0f));
-    const Share* const share = std::find_if(std::begin(kShares), std::end(kShares), [&](const Share& s) { return s.stage == stage; });
+    const Share* const share =
+        std::find_if(std::begin(kShares), std::end(kShares), [&](const Share& s) { return s.stage == stage; });
     double part = 0.0;
     if (share != std::end(kShares)) {
         const int passes = std::max(1, message_.passes()), done = message_.passes_done();
@@ -47,7 +50,8 @@ void FrameProgress::show(std::string_view stage, float fraction)
         part = kLoaded;
         render_begin_ = Clock::now();
     }
-    message_.set_fraction(std::max(message_.fraction(), static_cast<float>(std::min(part, kRendered))));  // a bar never goes back
+    message_.set_fraction(
+        std::max(message_.fraction(), static_cast<float>(std::min(part, kRendered))));  // a bar never goes back
 }
 
 void FrameProgress::after_pass(int done, int passes, double error_estimate)

@@ -8,8 +8,8 @@
 
 namespace rcs::service {
 
-/// How far a frame is, told from the stages that render() names: of the frame as a whole it is an estimate, from what stages
-/// take in the mean.
+/// How far a frame is, told from the stages that render() names: of the frame as a whole it is an estimate, from what
+/// stages take in the mean.
 class FrameProgress {
 public:
     /// @param passes  samples a pixel, as asked for

@@ -11,16 +11,16 @@
 
 namespace rcs::service {
 
-/// A worker's end of the socket to its server. A thread of its own listens, so that a running frame can be cancelled; when the
-/// server is gone the process ends at once.
+/// A worker's end of the socket to its server. A thread of its own listens, so that a running frame can be cancelled;
+/// when the server is gone the process ends at once.
 class ServerLink {
 public:
     explicit ServerLink(int fd);
     ServerLink(const ServerLink&) = delete;
     ServerLink& operator=(const ServerLink&) = delete;
 
-    internal::Task next_task();  ///< waits for it
-    bool cancelled() const { return cancelled_; }  ///< the task that was taken last
+    internal::Task next_task();                      ///< waits for it
+    bool cancelled() const { return cancelled_; }    ///< the task that was taken last
     void send(const internal::FromWorker& message);  ///< of the thread that takes tasks alone
 
 private:

@@ -48,7 +48,8 @@ double seconds_since(Clock::time_point begin) { return std::chrono::duration<dou
 /// Everything that the loaded scene and its rays depend on; of files by path also when they were written.
 std::string key_of(const internal::Task& task, const EffectChoice& effects)
 {
-    std::string key = task.scene_key() + "\n" + task.environment_file() + "\n" + task.job().environment().SerializeAsString();
+    std::string key =
+        task.scene_key() + "\n" + task.environment_file() + "\n" + task.job().environment().SerializeAsString();
     if (task.frame().has_time()) key += "\n" + std::to_string(task.frame().time());
     key += "\n" + std::to_string(effects.with.bits()) + " " + std::to_string(effects.without.bits());
     if (task.job().scene().has_path()) {
@@ -56,8 +57,14 @@ std::string key_of(const internal::Task& task, const EffectChoice& effects)
         for (const std::string& name : scene_files(task.scene_file())) {
             struct stat status{};
             ::stat((folder / name).c_str(), &status);
-            key.append("\n").append(name).append(" ").append(std::to_string(status.st_size)).append(" ")
-                .append(std::to_string(status.st_mtim.tv_sec)).append(".").append(std::to_string(status.st_mtim.tv_nsec));
+            key.append("\n")
+                .append(name)
+                .append(" ")
+                .append(std::to_string(status.st_size))
+                .append(" ")
+                .append(std::to_string(status.st_mtim.tv_sec))
+                .append(".")
+                .append(std::to_string(status.st_mtim.tv_nsec));
         }
     }
     return key;
@@ -69,7 +76,8 @@ void set_environment(Scene& scene, const internal::Task& task, const LogFunction
     if (environment.has_constant() || environment.has_image()) {
         const auto& c = environment.constant();
         scene.sky_radiance = environment.has_constant() ? glm::vec3(c.red(), c.green(), c.blue()) : glm::vec3(0.0f);
-        scene.environment = environment.has_image() ? load_environment(task.environment_file(), log) : EnvironmentImage{};
+        scene.environment =
+            environment.has_image() ? load_environment(task.environment_file(), log) : EnvironmentImage{};
     }
     scene.environment.rotation += environment.rotation_degrees() * std::numbers::pi / 180.0;
 }
@@ -77,8 +85,10 @@ void set_environment(Scene& scene, const internal::Task& task, const LogFunction
 Camera camera_of(const internal::Task& task, const Scene& scene)
 {
     const v1::Frame& frame = task.frame();
-    Camera camera = frame.has_camera_given() ? from_message(frame.camera_given()) : find_camera(scene, frame.camera_name());
-    if (frame.has_camera_given()) camera.world_from_view[3] -= glm::dvec4(scene.origin, 0.0);  // given in the file's space
+    Camera camera =
+        frame.has_camera_given() ? from_message(frame.camera_given()) : find_camera(scene, frame.camera_name());
+    if (frame.has_camera_given())
+        camera.world_from_view[3] -= glm::dvec4(scene.origin, 0.0);  // given in the file's space
     if (frame.has_lens_shift()) camera.lens_shift = from_message(frame.lens_shift());
     return camera;
 }
@@ -111,7 +121,8 @@ public:
 
 private:
     internal::Done render_frame(const internal::Task& task);
-    KeptScene& scene_of(const internal::Task& task, const RenderOptions& options, RunReport& report, internal::Done& done);
+    KeptScene& scene_of(const internal::Task& task, const RenderOptions& options, RunReport& report,
+                        internal::Done& done);
     void tell(FrameProgress& progress);
     void send_preview(const Image& beauty);
     std::vector<v1::OutputFile> settle(const internal::Task& task);
@@ -171,7 +182,8 @@ void FrameRenderer::tell(FrameProgress& progress)
     send(message);
 }
 
-KeptScene& FrameRenderer::scene_of(const internal::Task& task, const RenderOptions& options, RunReport& report, internal::Done& done)
+KeptScene& FrameRenderer::scene_of(const internal::Task& task, const RenderOptions& options, RunReport& report,
+                                   internal::Done& done)
 {
     const std::string key = key_of(task, options.effects);
     if (kept_ && kept_->key == key) return *kept_;

@@ -1,10 +1,10 @@
-/// Renders as irradiance caching was first described, for comparison: records where Ward's harmonic mean distance asks for
-/// them at one accuracy, all with as many rays, no limit by gradients or pixels, no more rays where it is noisy.
+/// Renders as irradiance caching was first described, for comparison: records where Ward's harmonic mean distance asks
+/// for them at one accuracy, all with as many rays, no limit by gradients or pixels, no more rays where it is noisy.
 ///
 ///     plain_ward_render SCENE CAMERA SIZE ACCURACY RAYS OVERLAP OUT.exr
 ///
-/// That neighbours limit each other's radii cannot be switched off; a harmonic mean hardly changes by it. A record reaches
-/// one pixel at least, else corners would never be filled. Prints the seconds of the rendering.
+/// That neighbours limit each other's radii cannot be switched off; a harmonic mean hardly changes by it. A record
+/// reaches one pixel at least, else corners would never be filled. Prints the seconds of the rendering.
 
 #include <chrono>
 #include <cstdio>
@@ -41,8 +41,7 @@ void run(char** arguments)
     const rcs::RayScene rays = rcs::build_ray_scene(scene, pool);
     rcs::GlContext gl;
     const auto start = std::chrono::steady_clock::now();
-    const rcs::RenderResult result =
-        rcs::render(gl, rays, rcs::find_camera(scene, arguments[2]), options, pool);
+    const rcs::RenderResult result = rcs::render(gl, rays, rcs::find_camera(scene, arguments[2]), options, pool);
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
     rcs::ImageFileOptions file;
     file.format = rcs::PixelFormat::full_float;

@@ -6,6 +6,7 @@
 /// The packets are caught on their way from the library to Embree: this program defines the packet
 /// functions itself, notes what passes through, and calls the library's.
 
+#include <dlfcn.h>
 #include <algorithm>
 #include <atomic>
 #include <bit>
@@ -13,7 +14,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <dlfcn.h>
 #include <memory>
 #include <vector>
 
@@ -24,10 +24,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-double seconds_since(Clock::time_point start)
-{
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 struct Caught {
     rcs::RayPacket rays;
@@ -81,8 +78,8 @@ IntersectFunction* library_intersect()
 }
 WeighedFunction* library_weighed()
 {
-    static auto* function = library_function<WeighedFunction>(
-        "_ZN3rcs9intersectERKNS_8RaySceneEjRNS_9HitPacketERNS_11LaneWeightsE");
+    static auto* function =
+        library_function<WeighedFunction>("_ZN3rcs9intersectERKNS_8RaySceneEjRNS_9HitPacketERNS_11LaneWeightsE");
     return function;
 }
 OccludedFunction* library_occluded()
@@ -94,8 +91,7 @@ OccludedFunction* library_occluded()
 template <typename Work>
 void timed(const Work& work)
 {
-    if (!timing.load(std::memory_order_relaxed))
-        return work();
+    if (!timing.load(std::memory_order_relaxed)) return work();
     const Clock::time_point start = Clock::now();
     work();
     tracing_nanoseconds += std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - start).count();
@@ -107,22 +103,19 @@ namespace rcs {
 
 void intersect(const RayScene& rays, std::uint32_t active, HitPacket& packet)
 {
-    if (catching.load(std::memory_order_relaxed))
-        my_caught().push_back({packet.ray, active, false});
+    if (catching.load(std::memory_order_relaxed)) my_caught().push_back({packet.ray, active, false});
     timed([&] { library_intersect()(rays, active, packet); });
 }
 
 void intersect(const RayScene& rays, std::uint32_t active, HitPacket& packet, LaneWeights& weights)
 {
-    if (catching.load(std::memory_order_relaxed))
-        my_caught().push_back({packet.ray, active, false});
+    if (catching.load(std::memory_order_relaxed)) my_caught().push_back({packet.ray, active, false});
     timed([&] { library_weighed()(rays, active, packet, weights); });
 }
 
 void occluded(const RayScene& rays, std::uint32_t active, RayPacket& packet)
 {
-    if (catching.load(std::memory_order_relaxed))
-        my_caught().push_back({packet, active, true});
+    if (catching.load(std::memory_order_relaxed)) my_caught().push_back({packet, active, true});
     timed([&] { library_occluded()(rays, active, packet); });
 }
 
@@ -147,8 +140,8 @@ double bare_loop(const rcs::RayScene& rays, const std::vector<Caught>& caught, r
     return seconds_since(start);
 }
 
-double record_stage(const rcs::RayScene& rays, const rcs::GBuffer& gbuffer, const rcs::View& view, rcs::ThreadPool& pool,
-                    rcs::RecordStats& stats)
+double record_stage(const rcs::RayScene& rays, const rcs::GBuffer& gbuffer, const rcs::View& view,
+                    rcs::ThreadPool& pool, rcs::RecordStats& stats)
 {
     std::vector<rcs::Record> records;
     const Clock::time_point start = Clock::now();
@@ -204,17 +197,16 @@ try {
     record_stage(rays, gbuffer, view, one, stats);
     catching = false;
     std::vector<Caught> caught;
-    for (const auto& list : all_caught())
-        caught.insert(caught.end(), list->begin(), list->end());
+    for (const auto& list : all_caught()) caught.insert(caught.end(), list->begin(), list->end());
     all_caught().clear();
     const double million_rays = static_cast<double>(stats.hemisphere_rays + stats.shadow_rays) * 1e-6;
     double caught_rays = 0.0;
-    for (const Caught& c : caught)
-        caught_rays += std::popcount(c.active);
-    std::printf("%s: %llu records, %.1f M rays in %zu packets\n", argv[1], static_cast<unsigned long long>(stats.records),
-                million_rays, caught.size());
+    for (const Caught& c : caught) caught_rays += std::popcount(c.active);
+    std::printf("%s: %llu records, %.1f M rays in %zu packets\n", argv[1],
+                static_cast<unsigned long long>(stats.records), million_rays, caught.size());
     if (std::abs(caught_rays * 1e-6 - million_rays) > 0.01 * million_rays) {
-        std::fprintf(stderr, "record_stage_bench: caught %.1f M rays only: a way to Embree is not watched\n", caught_rays * 1e-6);
+        std::fprintf(stderr, "record_stage_bench: caught %.1f M rays only: a way to Embree is not watched\n",
+                     caught_rays * 1e-6);
         return 1;
     }
 
@@ -226,13 +218,15 @@ try {
         measure(rays, gbuffer, view, two, caught, samples[1]);
     }
     for (int i = 0; i < 2; ++i)
-        std::printf("%d thread%s: record stage %.2f s, %.2f M rays/s; bare loop %.2f s, %.2f M rays/s; "
-                    "stage reaches %.0f %% of the bare rate; %.0f %% of its wall time inside Embree\n",
-                    i + 1, i == 0 ? "" : "s", median(samples[i].stage), million_rays / median(samples[i].stage),
-                    median(samples[i].bare), million_rays / median(samples[i].bare), 100.0 * median(samples[i].share),
-                    100.0 * median(samples[i].inside));
+        std::printf(
+            "%d thread%s: record stage %.2f s, %.2f M rays/s; bare loop %.2f s, %.2f M rays/s; "
+            "stage reaches %.0f %% of the bare rate; %.0f %% of its wall time inside Embree\n",
+            i + 1, i == 0 ? "" : "s", median(samples[i].stage), million_rays / median(samples[i].stage),
+            median(samples[i].bare), million_rays / median(samples[i].bare), 100.0 * median(samples[i].share),
+            100.0 * median(samples[i].inside));
     std::printf("1 -> 2 threads: record stage x %.2f, bare loop x %.2f (medians of %d rounds)\n",
-                median(samples[0].stage) / median(samples[1].stage), median(samples[0].bare) / median(samples[1].bare), kRounds);
+                median(samples[0].stage) / median(samples[1].stage), median(samples[0].bare) / median(samples[1].bare),
+                kRounds);
     return 0;
 } catch (const std::exception& e) {
     std::fprintf(stderr, "record_stage_bench: %s\n", e.what());

@@ -60,22 +60,33 @@ void add_container_files(Corpus& c)
         buffer_at("data.bin")(d);
         d.beside.back().second = d.b.binary + "more";
     });
-    c.renders("buffer_as_text", [](Draft& d) { d.buffer_uri = "data:application/octet-stream;base64," + base64(d.b.binary); });
+    c.renders("buffer_as_text",
+              [](Draft& d) { d.buffer_uri = "data:application/octet-stream;base64," + base64(d.b.binary); });
     c.renders("buffer_as_text_of_no_type", [](Draft& d) { d.buffer_uri = "data:;base64," + base64(d.b.binary); });
     c.renders("image_beside", image_at("p.png", "p.png"));
     c.renders("image_in_folder", image_at("t/p%31.png", "t/p1.png"));
     c.renders("image_as_text", [](Draft& d) { image_at("data:image/png;base64," + base64(kPicture))(d); });
     c.renders("image_as_text_webp", [](Draft& d) { image_at("data:image/webp;base64," + base64(kWebpPicture))(d); });
-    c.renders("image_elsewhere_but_unused", [](Draft& d) { d.root()["images"] = Json::array({{{"uri", "../x.png"}}}); });
+    c.renders("image_elsewhere_but_unused",
+              [](Draft& d) { d.root()["images"] = Json::array({{{"uri", "../x.png"}}}); });
     c.renders("extras_anywhere", [](Draft& d) {
-        for (Json* json : {&d.root(), &d.node, &d.material, &d.primitive}) (*json)["extras"] = {{"a", {1, "b", nullptr}}};
+        for (Json* json : {&d.root(), &d.node, &d.material, &d.primitive})
+            (*json)["extras"] = {{"a", {1, "b", nullptr}}};
     });
     c.notes("extension_unknown", "MY_extension", [](Draft& d) { d.root()["extensionsUsed"] = {"MY_extension"}; });
     c.renders("extensions_all_required", [](Draft& d) {
-        d.root()["extensionsRequired"] = {"EXT_mesh_gpu_instancing", "EXT_meshopt_compression", "EXT_texture_webp",
-                                          "KHR_draco_mesh_compression", "KHR_lights_punctual", "KHR_materials_clearcoat",
-                                          "KHR_materials_emissive_strength", "KHR_materials_ior", "KHR_materials_specular",
-                                          "KHR_materials_transmission", "KHR_materials_unlit", "KHR_mesh_quantization",
+        d.root()["extensionsRequired"] = {"EXT_mesh_gpu_instancing",
+                                          "EXT_meshopt_compression",
+                                          "EXT_texture_webp",
+                                          "KHR_draco_mesh_compression",
+                                          "KHR_lights_punctual",
+                                          "KHR_materials_clearcoat",
+                                          "KHR_materials_emissive_strength",
+                                          "KHR_materials_ior",
+                                          "KHR_materials_specular",
+                                          "KHR_materials_transmission",
+                                          "KHR_materials_unlit",
+                                          "KHR_mesh_quantization",
                                           "KHR_texture_transform"};
     });
 
@@ -84,7 +95,8 @@ void add_container_files(Corpus& c)
     c.fails_as_is("container_no_json", "glTF", "no json at all");
     c.fails_as_is("container_truncated", "truncated", whole.substr(0, whole.size() - 5));
     c.fails_as_is("container_header_alone", "truncated", whole.substr(0, 12));
-    c.fails_as_is("container_version_1", "version 1", whole.substr(0, 4) + '\1' + whole.substr(5), ErrorCode::unsupported);
+    c.fails_as_is("container_version_1", "version 1", whole.substr(0, 4) + '\1' + whole.substr(5),
+                  ErrorCode::unsupported);
     c.fails_as_is("container_bad_chunk", "chunk", whole.substr(0, 16) + "XXXX" + whole.substr(20));
     c.fails_as_is("container_no_asset", "asset", glb_of([](Json& root) { root.erase("asset"); }));
     c.fails_as_is("container_version_3", "3.0", glb_of([](Json& root) { root["asset"]["version"] = "3.0"; }),
@@ -92,8 +104,9 @@ void add_container_files(Corpus& c)
     c.fails_as_is("container_deep", "deeper", "{\"asset\":{\"version\":\"2.0\"},\"extras\":" + std::string(9999, '['));
     c.fails_as_is("container_root_is_array", "glTF", "[]");
     c.fails_as_is("container_nodes_no_array", "'nodes'", glb_of([](Json& root) { root["nodes"] = 3; }));
-    c.fails("extension_required", "MY_extension", [](Draft& d) { d.root()["extensionsRequired"] = {"MY_extension"}; },
-            ErrorCode::unsupported);
+    c.fails(
+        "extension_required", "MY_extension", [](Draft& d) { d.root()["extensionsRequired"] = {"MY_extension"}; },
+        ErrorCode::unsupported);
 
     c.fails("buffer_missing", "buffer 0", [](Draft& d) { d.buffer_uri = "none.bin"; }, ErrorCode::not_found);
     c.fails("buffer_too_short", "shorter", [](Draft& d) {
@@ -124,9 +137,11 @@ void add_container_files(Corpus& c)
         buffer_at("link.bin")(d);
         d.link = "link.bin:data.bin";
     });
-    c.fails("buffer_bad_base64", "base64", [](Draft& d) { d.buffer_uri = "data:application/octet-stream;base64,A?A="; });
+    c.fails("buffer_bad_base64", "base64",
+            [](Draft& d) { d.buffer_uri = "data:application/octet-stream;base64,A?A="; });
     c.fails("buffer_data_without_comma", "data URI", [](Draft& d) { d.buffer_uri = "data:application/octet-stream"; });
-    c.fails("buffer_data_too_short", "shorter", [](Draft& d) { d.buffer_uri = "data:application/octet-stream;base64,AAAA"; });
+    c.fails("buffer_data_too_short", "shorter",
+            [](Draft& d) { d.buffer_uri = "data:application/octet-stream;base64,AAAA"; });
     c.fails("image_missing", "image 0", image_at("none.png"), ErrorCode::not_found);
     c.fails("image_upwards", inside, image_at("../p.png"));
     c.fails("image_remote", inside, image_at("http://example.org/p.png"));

@@ -29,15 +29,16 @@ void Draft::complete()
     root()["meshes"] = meshes;
 }
 
-void Corpus::add(const std::string& name, std::optional<ErrorCode> error, const std::string& word,
-                 const Change& change)
+void Corpus::add(const std::string& name, std::optional<ErrorCode> error, const std::string& word, const Change& change)
 {
     Draft draft;
     change(draft);
     draft.complete();
     CorpusFile file{name, {}, draft.link, draft.time, error, word};
-    if (draft.buffer_uri.empty()) file.files.emplace_back("scene.glb", draft.b.glb());
-    else file.files.emplace_back("scene.gltf", draft.b.gltf(draft.buffer_uri));
+    if (draft.buffer_uri.empty())
+        file.files.emplace_back("scene.glb", draft.b.glb());
+    else
+        file.files.emplace_back("scene.gltf", draft.b.gltf(draft.buffer_uri));
     for (auto& [path, bytes] : draft.beside) {
         file.files.emplace_back(path, bytes == "BUFFER" ? draft.b.binary : bytes);
     }

@@ -28,7 +28,10 @@ struct Draft {
     std::string link;        ///< "name:target" of a symbolic link to make
     std::string buffer_uri;  ///< not empty: a .gltf whose only buffer is there
 
-    Draft() { root()["cameras"] = Json::array({{{"type", "perspective"}, {"perspective", {{"yfov", 0.9}, {"znear", 0.1}}}}}); }
+    Draft()
+    {
+        root()["cameras"] = Json::array({{{"type", "perspective"}, {"perspective", {{"yfov", 0.9}, {"znear", 0.1}}}}});
+    }
     Json& root() { return b.root; }
     Json& attributes() { return primitive["attributes"]; }
     Json& pbr() { return material["pbrMetallicRoughness"]; }

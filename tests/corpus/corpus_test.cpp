@@ -70,8 +70,10 @@ TEST(Corpus, EveryValidFileRendersAndSaysWhatIsLeftOut)
             const Scene scene = load(file, log);
             std::string said;
             for (const std::string& line : log.lines) said += line + "\n";
-            if (file.word.empty()) EXPECT_EQ(said, "");
-            else EXPECT_EQ(log.count(file.word), 1) << file.word << " in:\n" << said;
+            if (file.word.empty())
+                EXPECT_EQ(said, "");
+            else
+                EXPECT_EQ(log.count(file.word), 1) << file.word << " in:\n" << said;
             const RayScene rays = build_ray_scene(scene, pool);
             expect_picture(render(gl, rays, find_camera(scene, ""), small_options(), pool).image);
         } catch (const Error& e) {
@@ -90,7 +92,8 @@ TEST(Corpus, DamagedAtRandomFilesLoadOrThrow)
         for (int round = 0; round < 4; ++round) {
             std::string& bytes = file.files.front().second;
             bytes = whole;
-            for (unsigned i = 0; i < 1 + random() % 3; ++i) bytes[random() % bytes.size()] = static_cast<char>(random());
+            for (unsigned i = 0; i < 1 + random() % 3; ++i)
+                bytes[random() % bytes.size()] = static_cast<char>(random());
             Log log;
             try {
                 validate(load(file, log));

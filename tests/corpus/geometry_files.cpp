@@ -42,9 +42,10 @@ Corpus::Change integers(const char* attribute, const char* shape, int type, cons
 Corpus::Change sparse(const Json& change)
 {
     return [=](Draft& d) {
-        Json sparse = {{"count", 1},
-                       {"indices", {{"bufferView", d.b.add_view(raw<std::uint8_t>({2}))}, {"componentType", kUnsignedByte}}},
-                       {"values", {{"bufferView", d.b.add_view(raw<glm::vec3>({{0.5f, 0.5f, 0}}))}}}};
+        Json sparse = {
+            {"count", 1},
+            {"indices", {{"bufferView", d.b.add_view(raw<std::uint8_t>({2}))}, {"componentType", kUnsignedByte}}},
+            {"values", {{"bufferView", d.b.add_view(raw<glm::vec3>({{0.5f, 0.5f, 0}}))}}}};
         sparse.merge_patch(change);
         d.accessor(0)["sparse"] = sparse;
     };
@@ -67,26 +68,35 @@ Corpus::Change accessor(int index, const char* key, const Json& value)
 void add_attribute_files(Corpus& c)
 {
     c.renders("normal_float", floats("NORMAL", "VEC3", {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1}));
-    c.renders("normal_bytes", integers<std::int8_t>("NORMAL", "VEC3", kByte, {0, 0, 127, 0, 0, 0, 127, 0, 0, 0, 127, 0, 0, 0, 127, 0}, 4));
+    c.renders("normal_bytes", integers<std::int8_t>("NORMAL", "VEC3", kByte,
+                                                    {0, 0, 127, 0, 0, 0, 127, 0, 0, 0, 127, 0, 0, 0, 127, 0}, 4));
     c.renders("position_shorts", integers<std::int16_t>("POSITION", "VEC3", kShort,
                                                         {-9, -9, 0, 0, 9, -9, 0, 0, 9, 9, 0, 0, -9, 9, 0, 0}, 8, 0.1));
-    c.renders("position_bytes_normalized", integers<std::int8_t>("POSITION", "VEC3", kByte,
-                                                                 {-127, -127, 0, 0, 127, -127, 0, 0, 127, 127, 0, 0, -127, 127, 0, 0}, 4));
-    c.renders("position_unsigned_normalized", integers<std::uint16_t>("POSITION", "VEC3", kUnsignedShort,
-                                                                      {0, 0, 0, 0, 65535, 0, 0, 0, 65535, 65535, 0, 0, 0, 65535, 0, 0}, 8));
-    c.renders("uv_bytes", integers<std::uint8_t>("TEXCOORD_0", "VEC2", kUnsignedByte, {0, 255, 255, 255, 255, 0, 0, 0}));
-    c.renders("uv_shorts", integers<std::uint16_t>("TEXCOORD_0", "VEC2", kUnsignedShort, {0, 65535, 65535, 65535, 65535, 0, 0, 0}));
+    c.renders("position_bytes_normalized",
+              integers<std::int8_t>("POSITION", "VEC3", kByte,
+                                    {-127, -127, 0, 0, 127, -127, 0, 0, 127, 127, 0, 0, -127, 127, 0, 0}, 4));
+    c.renders("position_unsigned_normalized",
+              integers<std::uint16_t>("POSITION", "VEC3", kUnsignedShort,
+                                      {0, 0, 0, 0, 65535, 0, 0, 0, 65535, 65535, 0, 0, 0, 65535, 0, 0}, 8));
+    c.renders("uv_bytes",
+              integers<std::uint8_t>("TEXCOORD_0", "VEC2", kUnsignedByte, {0, 255, 255, 255, 255, 0, 0, 0}));
+    c.renders("uv_shorts",
+              integers<std::uint16_t>("TEXCOORD_0", "VEC2", kUnsignedShort, {0, 65535, 65535, 65535, 65535, 0, 0, 0}));
     c.renders("uv_second_set", floats("TEXCOORD_1", "VEC2", {0, 0, 1, 0, 1, 1, 0, 1}));
     c.renders("color_rgb", floats("COLOR_0", "VEC3", {1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 1}));
     c.renders("color_rgba", floats("COLOR_0", "VEC4", {1, 0, 0, 1, 0, 1, 0, 1, 0, 0, 1, 1, 1, 1, 1, 0.5f}));
-    c.renders("color_bytes", integers<std::uint8_t>("COLOR_0", "VEC4", kUnsignedByte, std::vector<std::uint8_t>(16, 200)));
-    c.renders("color_bytes_rgb", integers<std::uint8_t>("COLOR_0", "VEC3", kUnsignedByte, std::vector<std::uint8_t>(16, 200), 4));
-    c.renders("color_shorts", integers<std::uint16_t>("COLOR_0", "VEC4", kUnsignedShort, std::vector<std::uint16_t>(16, 9000)));
+    c.renders("color_bytes",
+              integers<std::uint8_t>("COLOR_0", "VEC4", kUnsignedByte, std::vector<std::uint8_t>(16, 200)));
+    c.renders("color_bytes_rgb",
+              integers<std::uint8_t>("COLOR_0", "VEC3", kUnsignedByte, std::vector<std::uint8_t>(16, 200), 4));
+    c.renders("color_shorts",
+              integers<std::uint16_t>("COLOR_0", "VEC4", kUnsignedShort, std::vector<std::uint16_t>(16, 9000)));
     c.notes("color_too_bright", "vertex colours outside", floats("COLOR_0", "VEC3", std::vector<float>(12, 3.0f)));
     c.renders("attribute_of_its_own", floats("_HEAT", "VEC2", std::vector<float>(8, 1.0f)));
     const float nan = std::numeric_limits<float>::quiet_NaN();
     c.notes("normal_zero", "normals that are zero", floats("NORMAL", "VEC3", std::vector<float>(12, 0.0f)));
-    c.notes("uv_not_finite", "texture coordinates that are not finite", floats("TEXCOORD_0", "VEC2", std::vector<float>(8, nan)));
+    c.notes("uv_not_finite", "texture coordinates that are not finite",
+            floats("TEXCOORD_0", "VEC2", std::vector<float>(8, nan)));
 
     c.fails("position_nan", "coordinate", floats("POSITION", "VEC3", std::vector<float>(12, nan)));
     c.fails("position_infinite", "coordinate", floats("POSITION", "VEC3", std::vector<float>(12, HUGE_VALF)));
@@ -95,9 +105,11 @@ void add_attribute_files(Corpus& c)
     c.fails("uv_of_three", "TEXCOORD_0", floats("TEXCOORD_0", "VEC3", std::vector<float>(12, 1.0f)));
     c.fails("color_of_two", "COLOR_0", floats("COLOR_0", "VEC2", std::vector<float>(8, 1.0f)));
     for (const char* name : {"NORMAL", "COLOR_0"}) {
-        c.fails(std::string("too_few_of_") + name, name, [name](Draft& d) { d.attributes()[name] = d.b.add_vec3({{0, 0, 1}}); });
+        c.fails(std::string("too_few_of_") + name, name,
+                [name](Draft& d) { d.attributes()[name] = d.b.add_vec3({{0, 0, 1}}); });
     }
-    c.fails("too_few_of_TEXCOORD_0", "TEXCOORD_0", [](Draft& d) { d.attributes()["TEXCOORD_0"] = d.b.add_vec2({{0, 1}}); });
+    c.fails("too_few_of_TEXCOORD_0", "TEXCOORD_0",
+            [](Draft& d) { d.attributes()["TEXCOORD_0"] = d.b.add_vec2({{0, 1}}); });
     c.fails("attribute_of_no_accessor", "NORMAL", [](Draft& d) { d.attributes()["NORMAL"] = 99; });
     c.fails("attribute_negative", "NORMAL", [](Draft& d) { d.attributes()["NORMAL"] = -1; });
     c.fails("attribute_is_text", "NORMAL", [](Draft& d) { d.attributes()["NORMAL"] = "0"; });
@@ -162,8 +174,10 @@ void add_primitive_files(Corpus& c)
     c.renders("fan", indices<std::uint16_t>({0, 1, 2, 3}, kTriangleFan));
     c.notes("indices_left_over", "no whole triangle", indices<std::uint16_t>({0, 1, 2, 0, 2, 3, 1}));
     c.notes("triangle_without_area", "without area", indices<std::uint16_t>({0, 1, 2, 0, 2, 3, 1, 1, 1}));
-    c.notes("points", "points or lines", [](Draft& d) { add_mesh(d, {{"attributes", {{"POSITION", 0}}}, {"mode", kPoints}}); });
-    c.notes("lines", "points or lines", [](Draft& d) { add_mesh(d, {{"attributes", {{"POSITION", 0}}}, {"mode", 3}}); });
+    c.notes("points", "points or lines",
+            [](Draft& d) { add_mesh(d, {{"attributes", {{"POSITION", 0}}}, {"mode", kPoints}}); });
+    c.notes("lines", "points or lines",
+            [](Draft& d) { add_mesh(d, {{"attributes", {{"POSITION", 0}}}, {"mode", 3}}); });
     c.notes("no_positions", "without positions", [](Draft& d) { add_mesh(d, {{"attributes", Json::object()}}); });
     c.renders("two_primitives", [](Draft& d) { d.mesh["primitives"] = {d.primitive, d.primitive}; });
     c.renders("mesh_unused", [](Draft& d) {
@@ -171,7 +185,8 @@ void add_primitive_files(Corpus& c)
     });
     c.renders("no_material", [](Draft& d) { d.material = nullptr; });
     c.fails("index_outside", "vertex 4", indices<std::uint8_t>({0, 1, 4}));
-    c.fails("indices_float", "indices", [](Draft& d) { d.primitive["indices"] = four(d, std::vector<float>(4), kFloat, "SCALAR", false); });
+    c.fails("indices_float", "indices",
+            [](Draft& d) { d.primitive["indices"] = four(d, std::vector<float>(4), kFloat, "SCALAR", false); });
     c.fails("indices_vectors", "indices", [](Draft& d) { d.primitive["indices"] = 0; });
     c.fails("indices_unknown", "'indices'", [](Draft& d) { d.primitive["indices"] = 50; });
     c.fails("mode_unknown", "mode 9", [](Draft& d) { d.primitive["mode"] = 9; });

@@ -41,14 +41,17 @@ void add_material_files(Corpus& c)
     c.renders("unlit", extension("KHR_materials_unlit", Json::object()));
     c.renders("ior_water", extension("KHR_materials_ior", {{"ior", 1.33}}));
     c.renders("ior_zero", extension("KHR_materials_ior", {{"ior", 0}}));
-    c.renders("specular", extension("KHR_materials_specular", {{"specularFactor", 0.5}, {"specularColorFactor", {2, 0.5, 0}}}));
+    c.renders("specular",
+              extension("KHR_materials_specular", {{"specularFactor", 0.5}, {"specularColorFactor", {2, 0.5, 0}}}));
     c.renders("transmission", extension("KHR_materials_transmission", {{"transmissionFactor", 0.5}}));
-    c.renders("clearcoat", extension("KHR_materials_clearcoat", {{"clearcoatFactor", 1}, {"clearcoatRoughnessFactor", 0.2}}));
+    c.renders("clearcoat",
+              extension("KHR_materials_clearcoat", {{"clearcoatFactor", 1}, {"clearcoatRoughnessFactor", 0.2}}));
     c.notes("base_color_too_bright", "base colour outside", pbr("baseColorFactor", {2, 1, 1, 1}));
     c.notes("roughness_negative", "values outside their range", pbr("roughnessFactor", -1));
     c.notes("metallic_above_1", "values outside their range", pbr("metallicFactor", 3));
     c.notes("ior_below_1", "values outside their range", extension("KHR_materials_ior", {{"ior", 0.5}}));
-    c.notes("transmission_above_1", "values outside their range", extension("KHR_materials_transmission", {{"transmissionFactor", 2}}));
+    c.notes("transmission_above_1", "values outside their range",
+            extension("KHR_materials_transmission", {{"transmissionFactor", 2}}));
     c.notes("alpha_mode_unknown", "alpha mode", member("alphaMode", "SOMETIMES"));
     c.notes("extension_of_material_unknown", "KHR_materials_sheen", [](Draft& d) {
         d.extension("KHR_materials_sheen") = {{"sheenRoughnessFactor", 1}};
@@ -70,7 +73,8 @@ void add_material_files(Corpus& c)
     c.fails("double_sided_is_number", "'doubleSided'", member("doubleSided", 1));
     c.fails("pbr_is_array", "'pbrMetallicRoughness'", member("pbrMetallicRoughness", Json::array()));
     c.fails("ior_is_text", "'ior'", extension("KHR_materials_ior", {{"ior", "glass"}}));
-    c.fails("specular_color_of_two", "'specularColorFactor'", extension("KHR_materials_specular", {{"specularColorFactor", {1, 1}}}));
+    c.fails("specular_color_of_two", "'specularColorFactor'",
+            extension("KHR_materials_specular", {{"specularColorFactor", {1, 1}}}));
     c.fails("clearcoat_is_number", "KHR_materials_clearcoat", extension("KHR_materials_clearcoat", 1));
     c.fails("extensions_is_array", "'extensions'", member("extensions", Json::array()));
 }

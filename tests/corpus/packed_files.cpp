@@ -42,8 +42,11 @@ std::string packed_sequence()
 void pack(Draft& d, int view, const std::string& bytes, std::size_t count, std::size_t stride, Json more)
 {
     const int source = d.b.add_view(bytes);
-    more.update({{"buffer", 0}, {"byteOffset", d.view(source)["byteOffset"]}, {"byteLength", bytes.size()},
-                 {"byteStride", stride}, {"count", count}});
+    more.update({{"buffer", 0},
+                 {"byteOffset", d.view(source)["byteOffset"]},
+                 {"byteLength", bytes.size()},
+                 {"byteStride", stride},
+                 {"count", count}});
     const std::size_t offset = d.view(view)["byteOffset"];
     const std::size_t length = d.view(view)["byteLength"];
     d.b.binary.replace(offset, length, std::string(length, '\x7f'));
@@ -52,7 +55,8 @@ void pack(Draft& d, int view, const std::string& bytes, std::size_t count, std::
 
 const std::vector<float> kQuad = {-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0};
 
-Corpus::Change packed_positions(const Json& change = Json::object(), const std::string& bytes = packed_vertices(kQuad, 4))
+Corpus::Change packed_positions(const Json& change = Json::object(),
+                                const std::string& bytes = packed_vertices(kQuad, 4))
 {
     return [=](Draft& d) {
         pack(d, 0, bytes, 4, 12, {{"mode", "ATTRIBUTES"}});
@@ -81,8 +85,10 @@ void filtered_positions(Draft& d)
     pack(d, 0, packed_vertices(filtered, 4), 4, 12, {{"mode", "ATTRIBUTES"}, {"filter", "EXPONENTIAL"}});
 }
 
-/// The quad as Draco data with their ids. @param fault  changes the extension  @param color  how its colours are held: a byte each
-Corpus::Change draco_quad(const std::function<void(Draft&, Json& extension)>& fault = {}, draco::DataType color = draco::DT_UINT8)
+/// The quad as Draco data with their ids. @param fault  changes the extension  @param color  how its colours are held:
+/// a byte each
+Corpus::Change draco_quad(const std::function<void(Draft&, Json& extension)>& fault = {},
+                          draco::DataType color = draco::DT_UINT8)
 {
     return [=](Draft& d) {
         draco::TriangleSoupMeshBuilder builder;
@@ -93,7 +99,8 @@ Corpus::Change draco_quad(const std::function<void(Draft&, Json& extension)>& fa
         const std::array<std::uint8_t, 4> red = {255, 0, 0, 255};
         for (unsigned face = 0; face < 2; ++face) {
             const unsigned* k = kIndices.data() + 3 * face;
-            builder.SetAttributeValuesForFace(positions, draco::FaceIndex(face), corner(k[0]), corner(k[1]), corner(k[2]));
+            builder.SetAttributeValuesForFace(positions, draco::FaceIndex(face), corner(k[0]), corner(k[1]),
+                                              corner(k[2]));
             builder.SetAttributeValuesForFace(colors, draco::FaceIndex(face), red.data(), red.data(), red.data());
         }
         const std::unique_ptr<draco::Mesh> mesh = builder.Finalize();
@@ -102,13 +109,17 @@ Corpus::Change draco_quad(const std::function<void(Draft&, Json& extension)>& fa
         if (!encoder.EncodeMeshToBuffer(*mesh, &data).ok()) throw std::runtime_error("Draco cannot encode the quad");
         const int view = d.b.add_view(std::string(data.data(), data.size()));
         Json extension = {{"bufferView", view},
-                          {"attributes", {{"POSITION", mesh->attribute(positions)->unique_id()},
-                                          {"COLOR_0", mesh->attribute(colors)->unique_id()}}}};
+                          {"attributes",
+                           {{"POSITION", mesh->attribute(positions)->unique_id()},
+                            {"COLOR_0", mesh->attribute(colors)->unique_id()}}}};
         const std::size_t points = mesh->num_points();
-        d.attributes() = {{"POSITION", d.b.add("accessors", {{"componentType", kFloat}, {"type", "VEC3"}, {"count", points}})},
-                          {"COLOR_0", d.b.add("accessors", {{"componentType", kUnsignedByte}, {"type", "VEC4"},
-                                                            {"count", points}, {"normalized", true}})}};
-        d.primitive["indices"] = d.b.add("accessors", {{"componentType", kUnsignedShort}, {"type", "SCALAR"}, {"count", 6}});
+        d.attributes() = {
+            {"POSITION", d.b.add("accessors", {{"componentType", kFloat}, {"type", "VEC3"}, {"count", points}})},
+            {"COLOR_0",
+             d.b.add("accessors",
+                     {{"componentType", kUnsignedByte}, {"type", "VEC4"}, {"count", points}, {"normalized", true}})}};
+        d.primitive["indices"] =
+            d.b.add("accessors", {{"componentType", kUnsignedShort}, {"type", "SCALAR"}, {"count", 6}});
         if (fault) fault(d, extension);
         d.primitive["extensions"]["KHR_draco_mesh_compression"] = extension;
     };
@@ -135,15 +146,18 @@ void add_packed_files(Corpus& c)
         d.beside.emplace_back("data.bin", "BUFFER");
         d.view(0)["buffer"] = 1;
         d.view(0)["byteOffset"] = 0;
-        d.b.more_buffers = Json::array({{{"byteLength", 48}, {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}}});
+        d.b.more_buffers =
+            Json::array({{{"byteLength", 48}, {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}}});
     });
     c.fails("meshopt_unpacked_view_of_fallback", "outside its buffer", [](Draft& d) {
         d.view(0)["buffer"] = 1;
         d.view(0)["byteOffset"] = 0;
-        d.b.more_buffers = Json::array({{{"byteLength", 48}, {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}}});
+        d.b.more_buffers =
+            Json::array({{{"byteLength", 48}, {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}}});
     });
     c.fails("meshopt_image_in_fallback", "holds nothing", [](Draft& d) {
-        d.b.more_buffers = Json::array({{{"byteLength", 48}, {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}}});
+        d.b.more_buffers =
+            Json::array({{{"byteLength", 48}, {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}}});
         d.root()["images"] = Json::array({{{"bufferView", d.b.add_view("none")}}});
         d.view(3)["buffer"] = 1;
         d.view(3)["byteOffset"] = 20;
@@ -158,26 +172,28 @@ void add_packed_files(Corpus& c)
     c.fails("meshopt_count_missing", "elements", packed_positions({{"count", nullptr}}));
     c.fails("meshopt_outside_buffer", "its buffer has", packed_positions({{"byteOffset", 100000}}));
     c.fails("meshopt_of_no_buffer", "'buffer'", packed_positions({{"buffer", 3}}));
-    c.fails("meshopt_is_no_object", "EXT_meshopt_compression", [](Draft& d) {
-        d.view(0)["extensions"]["EXT_meshopt_compression"] = 1;
-    });
+    c.fails("meshopt_is_no_object", "EXT_meshopt_compression",
+            [](Draft& d) { d.view(0)["extensions"]["EXT_meshopt_compression"] = 1; });
 
     c.renders("draco", draco_quad());
     c.fails("draco_damaged", "Draco", draco_quad([](Draft& d, Json& e) {
-        d.b.binary.replace(d.view(e["bufferView"])["byteOffset"].get<std::size_t>(), 5, "ocard");
-    }));
-    c.fails("draco_cut_short", "Draco", draco_quad([](Draft& d, Json& e) { d.view(e["bufferView"])["byteLength"] = 20; }));
-    c.fails("draco_attribute_unknown", "attribute 9", draco_quad([](Draft&, Json& e) { e["attributes"]["POSITION"] = 9; }));
+                d.b.binary.replace(d.view(e["bufferView"])["byteOffset"].get<std::size_t>(), 5, "ocard");
+            }));
+    c.fails("draco_cut_short", "Draco",
+            draco_quad([](Draft& d, Json& e) { d.view(e["bufferView"])["byteLength"] = 20; }));
+    c.fails("draco_attribute_unknown", "attribute 9",
+            draco_quad([](Draft&, Json& e) { e["attributes"]["POSITION"] = 9; }));
     c.fails("draco_without_indices", "'indices'", draco_quad([](Draft& d, Json&) { d.primitive.erase("indices"); }));
     c.fails("draco_view_unknown", "'bufferView'", draco_quad([](Draft&, Json& e) { e["bufferView"] = 99; }));
     c.fails("draco_without_attributes", "attributes", draco_quad([](Draft&, Json& e) { e.erase("attributes"); }));
     c.fails("draco_of_another_version", "expected a mesh, 1, and version 2.2", draco_quad([](Draft& d, Json& e) {
-        d.b.binary[d.view(e["bufferView"])["byteOffset"].get<std::size_t>() + 6] = 1;
-    }));
+                d.b.binary[d.view(e["bufferView"])["byteOffset"].get<std::size_t>() + 6] = 1;
+            }));
     c.fails("draco_of_all_memory", "faces or vertices in", draco_quad([](Draft& d, Json& e) {
-        // After the header and the kind of traversal: 2^28 - 1 and as many.
-        d.b.binary.replace(d.view(e["bufferView"])["byteOffset"].get<std::size_t>() + 12, 8, "\xff\xff\xff\x7f\xff\xff\xff\x7f");
-    }));
+                // After the header and the kind of traversal: 2^28 - 1 and as many.
+                d.b.binary.replace(d.view(e["bufferView"])["byteOffset"].get<std::size_t>() + 12, 8,
+                                   "\xff\xff\xff\x7f\xff\xff\xff\x7f");
+            }));
     c.fails("draco_of_truth_values", "COLOR_0 as true or false", draco_quad({}, draco::DT_BOOL));
 }
 

@@ -23,10 +23,7 @@ Corpus::Change sampler(const Json& settings)
     };
 }
 
-Corpus::Change transform(const Json& settings)
-{
-    return base({{"extensions", {{"KHR_texture_transform", settings}}}});
-}
+Corpus::Change transform(const Json& settings) { return base({{"extensions", {{"KHR_texture_transform", settings}}}}); }
 
 void second_uvs(Draft& d) { d.attributes()["TEXCOORD_1"] = d.b.add_vec2({{0, 0}, {1, 0}, {1, 1}, {0, 1}}); }
 
@@ -84,7 +81,8 @@ void add_image_files(Corpus& c)
         d.root()["textures"][0].erase("source");
     });
     c.fails("image_of_no_kind", "image 0", base({}, Json::object(), "no picture"), ErrorCode::unsupported);
-    c.fails("image_damaged", "image 0", base({}, Json::object(), kPicture.substr(0, 50) + '\x55' + kPicture.substr(51)));
+    c.fails("image_damaged", "image 0",
+            base({}, Json::object(), kPicture.substr(0, 50) + '\x55' + kPicture.substr(51)));
     c.fails("image_bomb", "fewer bytes", base({}, Json::object(), picture_that_says(11000, 11000)));
     c.fails("image_too_wide", "sides", base({}, Json::object(), picture_that_says(40000, 1)), ErrorCode::unsupported);
     c.fails("image_of_nothing", "image 0", [](Draft& d) { d.root()["images"] = Json::array({Json::object()}); });
@@ -92,7 +90,8 @@ void add_image_files(Corpus& c)
         base({})(d);
         d.root()["images"][0]["uri"] = "x.png";
     });
-    c.fails("image_view_unknown", "image 0", [](Draft& d) { d.root()["images"] = Json::array({{{"bufferView", 99}}}); });
+    c.fails("image_view_unknown", "image 0",
+            [](Draft& d) { d.root()["images"] = Json::array({{{"bufferView", 99}}}); });
     c.fails("image_uri_is_number", "'uri'", [](Draft& d) { d.root()["images"] = Json::array({{{"uri", 1}}}); });
     c.fails("webp_source_unknown", "image 8", [](Draft& d) {
         base({})(d);
@@ -136,8 +135,10 @@ void add_slot_files(Corpus& c)
     c.renders("specular_color_texture", slot("KHR_materials_specular", "specularFactor", "specularColorTexture"));
     c.renders("transmission_texture", slot("KHR_materials_transmission", "transmissionFactor", "transmissionTexture"));
     c.renders("clearcoat_texture", slot("KHR_materials_clearcoat", "clearcoatFactor", "clearcoatTexture"));
-    c.renders("clearcoat_roughness_texture", slot("KHR_materials_clearcoat", "clearcoatFactor", "clearcoatRoughnessTexture"));
-    c.notes("clearcoat_normal_texture", "clearcoat normal", slot("KHR_materials_clearcoat", "clearcoatFactor", "clearcoatNormalTexture"));
+    c.renders("clearcoat_roughness_texture",
+              slot("KHR_materials_clearcoat", "clearcoatFactor", "clearcoatRoughnessTexture"));
+    c.notes("clearcoat_normal_texture", "clearcoat normal",
+            slot("KHR_materials_clearcoat", "clearcoatFactor", "clearcoatNormalTexture"));
     c.renders("alpha_mask_texture", [](Draft& d) {
         base({}, Json::object(), kTransparentPicture)(d);
         d.material["alphaMode"] = "MASK";
@@ -145,9 +146,8 @@ void add_slot_files(Corpus& c)
     c.fails("texture_unknown", "texture 5", [](Draft& d) { d.pbr()["baseColorTexture"] = {{"index", 5}}; });
     c.fails("texture_index_missing", "'index'", [](Draft& d) { d.pbr()["baseColorTexture"] = Json::object(); });
     c.fails("texture_index_is_text", "'index'", [](Draft& d) { d.material["normalTexture"] = {{"index", "0"}}; });
-    c.fails("texture_of_extension_unknown", "texture 5", [](Draft& d) {
-        d.extension("KHR_materials_specular") = {{"specularTexture", {{"index", 5}}}};
-    });
+    c.fails("texture_of_extension_unknown", "texture 5",
+            [](Draft& d) { d.extension("KHR_materials_specular") = {{"specularTexture", {{"index", 5}}}}; });
     c.fails("texture_source_unknown", "image 9", [](Draft& d) {
         base({})(d);
         d.root()["textures"][0]["source"] = 9;
@@ -173,7 +173,8 @@ void add_mapping_files(Corpus& c)
         second_uvs(d);
         d.attributes()["TEXCOORD_2"] = d.attributes()["TEXCOORD_1"];
         int set = 0;
-        for (Json* place : {&d.pbr()["baseColorTexture"], &d.pbr()["metallicRoughnessTexture"], &d.material["normalTexture"]}) {
+        for (Json* place :
+             {&d.pbr()["baseColorTexture"], &d.pbr()["metallicRoughnessTexture"], &d.material["normalTexture"]}) {
             *place = d.texture();
             (*place)["texCoord"] = set++;
         }

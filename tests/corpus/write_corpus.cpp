@@ -1,5 +1,5 @@
-// Writes the corpus as files, valid ones and broken ones, each scene into a folder of its own, and record files without their
-// checksum: seeds for tests/fuzz.
+// Writes the corpus as files, valid ones and broken ones, each scene into a folder of its own, and record files without
+// their checksum: seeds for tests/fuzz.
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -31,8 +31,7 @@ void write_record_files(const std::string& folder)
     for (std::size_t i = 0; i < files.size(); ++i) {
         std::ofstream file(folder + "/" + std::to_string(i) + ".records", std::ios::binary);
         file << rcs::to_bytes({"0123456789abcdef", "bounces 1, accuracy 0.2"}, files[i]);
-        if (!file.flush())
-            throw std::runtime_error("cannot write to " + folder);
+        if (!file.flush()) throw std::runtime_error("cannot write to " + folder);
     }
 }
 

@@ -26,11 +26,11 @@ std::string file_with_mesh(const std::uint8_t* data, std::size_t size)
         R"({"asset":{"version":"2.0"},"extensionsUsed":["KHR_draco_mesh_compression"],"extensionsRequired":["KHR_draco_mesh_compression"],)"
         R"("scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0,"NORMAL":1},"indices":2,)"
         R"("extensions":{"KHR_draco_mesh_compression":{"bufferView":0,"attributes":{"POSITION":0,"NORMAL":1}}}}]}],"accessors":[)"
-        R"({"componentType":5126,"type":"VEC3","count":)" + std::to_string(vertices) +
-        R"(},{"componentType":5126,"type":"VEC3","count":)" + std::to_string(vertices) +
+        R"({"componentType":5126,"type":"VEC3","count":)" +
+        std::to_string(vertices) + R"(},{"componentType":5126,"type":"VEC3","count":)" + std::to_string(vertices) +
         R"(},{"componentType":5125,"type":"SCALAR","count":)" + std::to_string(indices) +
-        R"(}],"bufferViews":[{"buffer":0,"byteLength":)" + std::to_string(size - 2) + R"(}],"buffers":[{"byteLength":)" +
-        std::to_string(size - 2) + "}]}";
+        R"(}],"bufferViews":[{"buffer":0,"byteLength":)" + std::to_string(size - 2) +
+        R"(}],"buffers":[{"byteLength":)" + std::to_string(size - 2) + "}]}";
     json.resize((json.size() + 3) / 4 * 4, ' ');
     std::string chunk(reinterpret_cast<const char*>(data) + 2, size - 2);
     chunk.resize((chunk.size() + 3) / 4 * 4);
@@ -48,15 +48,13 @@ std::string file_with_mesh(const std::uint8_t* data, std::size_t size)
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
-    if (size < 3)
-        return -1;
+    if (size < 3) return -1;
     const std::string file = file_with_mesh(data, size);
     try {
         rcs::validate(rcs::load_scene(
             rcs::fuzz::write_input(reinterpret_cast<const std::uint8_t*>(file.data()), file.size(), "glb")));
     } catch (const rcs::Error& e) {
-        if (e.code() == rcs::ErrorCode::internal)
-            std::abort();
+        if (e.code() == rcs::ErrorCode::internal) std::abort();
     }
     return 0;
 }

@@ -14,10 +14,10 @@ namespace rcs::fuzz {
 inline std::string write_input(const std::uint8_t* data, std::size_t size, const std::string& ending)
 {
     const char* const folder = std::getenv("TMPDIR");
-    const std::string path = std::string(folder ? folder : "/tmp") + "/rcs-fuzz-" + std::to_string(::getpid()) + "." + ending;
+    const std::string path =
+        std::string(folder ? folder : "/tmp") + "/rcs-fuzz-" + std::to_string(::getpid()) + "." + ending;
     std::ofstream file(path, std::ios::binary);
-    if (!file.write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size)).flush())
-        std::abort();
+    if (!file.write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size)).flush()) std::abort();
     return path;
 }
 

@@ -1,5 +1,5 @@
-// Whatever bytes arrive, the frame parser gives messages or a ServiceError, holds no more than it was given, and how the bytes
-// were split does not matter. Run as: fuzz_frame -max_total_time=1200 -max_len=4096
+// Whatever bytes arrive, the frame parser gives messages or a ServiceError, holds no more than it was given, and how
+// the bytes were split does not matter. Run as: fuzz_frame -max_total_time=1200 -max_len=4096
 
 #include <cstddef>
 #include <cstdint>

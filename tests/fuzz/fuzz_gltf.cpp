@@ -12,8 +12,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     try {
         rcs::validate(rcs::load_scene(rcs::fuzz::write_input(data, size, ending)));
     } catch (const rcs::Error& e) {
-        if (e.code() == rcs::ErrorCode::internal)
-            std::abort();
+        if (e.code() == rcs::ErrorCode::internal) std::abort();
     }
     return 0;
 }

@@ -12,8 +12,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     try {
         rcs::decode_texture(std::span(data, size), rcs::ColorSpace::srgb, kMostTexels, "fuzzed", "input");
     } catch (const rcs::Error& e) {
-        if (e.code() == rcs::ErrorCode::internal)
-            std::abort();
+        if (e.code() == rcs::ErrorCode::internal) std::abort();
     }
     return 0;
 }

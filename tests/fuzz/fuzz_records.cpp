@@ -14,12 +14,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const std::string_view bytes(reinterpret_cast<const char*>(data), size);
     try {
         rcs::KeyedRecords file = rcs::parse_records(bytes, "a.records");
-        if (rcs::to_bytes(file.key, file.records) != bytes)
-            std::abort();
+        if (rcs::to_bytes(file.key, file.records) != bytes) std::abort();
         rcs::limit_spacing(file.records, {}, pool);
     } catch (const rcs::Error& e) {
-        if (e.code() != rcs::ErrorCode::bad_file && e.code() != rcs::ErrorCode::unsupported)
-            std::abort();
+        if (e.code() != rcs::ErrorCode::bad_file && e.code() != rcs::ErrorCode::unsupported) std::abort();
     }
     return 0;
 }

@@ -58,7 +58,8 @@ TEST_P(SharedSceneAccuracy, AtDefaultSettingsIsWithinThePromisedLimits)
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, SharedSceneAccuracy,
-                         testing::Values(Case{"sponza.glb", "atrium", 0.12, 0.005}, Case{"sibenik.glb", "nave", 0.08, 0.04}),
+                         testing::Values(Case{"sponza.glb", "atrium", 0.12, 0.005},
+                                         Case{"sibenik.glb", "nave", 0.08, 0.04}),
                          [](const auto& c) { return std::string(c.param.camera); });
 
 }  // namespace

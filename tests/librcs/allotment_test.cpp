@@ -50,14 +50,14 @@ TEST(Allot, CostsLittleMoreThanTheLeastAndMuchLessThanEvenNoise)
             rays.push_back(std::pow(static_cast<double>(area ? s.area * s.single : s.single), power));
             sum += rays.back();
         }
-        for (double& n : rays)
-            n *= (a.rays + static_cast<double>(shares.size())) / sum;
+        for (double& n : rays) n *= (a.rays + static_cast<double>(shares.size())) / sum;
         return mean_noise(shares, rays);
     };
     const double least = error_by_power(1.0 / (1.0 + double{kNoiseFall}), true);
     EXPECT_LT(least, a.error);
     EXPECT_LT(a.error * a.error, 1.3 * least * least);
-    EXPECT_LT(a.error, 0.75 * error_by_power(1.0 / double{kNoiseFall}, false)) << "rays that make the noise the same everywhere";
+    EXPECT_LT(a.error, 0.75 * error_by_power(1.0 / double{kNoiseFall}, false))
+        << "rays that make the noise the same everywhere";
 }
 
 TEST(Allot, TakesNoRaysBackAndGivesNoneBeyondTheMost)
@@ -92,8 +92,7 @@ TEST(Allot, ForRaysSpendsThem)
 TEST(Allot, WhatSpreadLeavesIsNotBoughtWithRays)
 {
     std::vector<RecordShare> shares = uneven(100);
-    for (RecordShare& s : shares)
-        s.spread = 0.1f;
+    for (RecordShare& s : shares) s.spread = 0.1f;
     const Allotment a = allot_for_error(shares, 0.01, kMost);
     EXPECT_GT(a.error, 0.1 * kMeanAbsolute);
     EXPECT_LT(a.error, 0.106 * kMeanAbsolute);
@@ -103,11 +102,9 @@ TEST(Allot, WhatSpreadLeavesIsNotBoughtWithRays)
 TEST(Allot, CountsRecordsThatAreAlike)
 {
     std::vector<RecordShare> all = uneven(50), alike = all;
-    for (RecordShare& s : alike)
-        s.count = 3.0f;
+    for (RecordShare& s : alike) s.count = 3.0f;
     for (int copy = 0; copy < 2; ++copy)
-        for (std::size_t k = 0; k < 50; ++k)
-            all.push_back(all[k]);
+        for (std::size_t k = 0; k < 50; ++k) all.push_back(all[k]);
     const Allotment one = allot(all, 100.0, kMost), other = allot(alike, 100.0, kMost);
     EXPECT_NEAR(other.error, one.error, 1e-6 * one.error);
     EXPECT_NEAR(other.rays, one.rays, 1e-6 * one.rays);
@@ -118,8 +115,7 @@ TEST(Densities, BringTheMeanSpreadDownWithFewerRecordsThanAnEvenShare)
     std::vector<RecordShare> shares = uneven(2000);
     std::mt19937 engine(9);
     std::exponential_distribution<float> spread(10.0f);
-    for (RecordShare& s : shares)
-        s.spread = spread(engine);
+    for (RecordShare& s : shares) s.spread = spread(engine);
     const std::vector<float> density = densities(shares, 0.5, kMost);
     double before = 0.0, after = 0.0, records = 0.0;
     for (std::size_t k = 0; k < shares.size(); ++k) {
@@ -129,13 +125,13 @@ TEST(Densities, BringTheMeanSpreadDownWithFewerRecordsThanAnEvenShare)
         EXPECT_GE(density[k], 1.0f);
     }
     EXPECT_NEAR(after, 0.5 * before, 1e-3 * before);
-    EXPECT_LT(records, 0.8 * std::pow(2.0, 1.0 / kSpreadFall) * 2000.0) << "as many more of all of them would do as well";
+    EXPECT_LT(records, 0.8 * std::pow(2.0, 1.0 / kSpreadFall) * 2000.0)
+        << "as many more of all of them would do as well";
 }
 
 TEST(Densities, AreOneWhereSpreadIsSmallEnough)
 {
-    for (const float d : densities(uneven(10), 1.5, 4.0f))
-        EXPECT_EQ(d, 1.0f);
+    for (const float d : densities(uneven(10), 1.5, 4.0f)) EXPECT_EQ(d, 1.0f);
 }
 
 }  // namespace

@@ -105,7 +105,8 @@ Scene scaled(Scene scene, double s)
         light.position *= s;
         light.intensity *= static_cast<float>(s * s);
     }
-    for (Camera& camera : scene.cameras) camera.world_from_view[3] = glm::dvec4(s * glm::dvec3(camera.world_from_view[3]), 1.0);
+    for (Camera& camera : scene.cameras)
+        camera.world_from_view[3] = glm::dvec4(s * glm::dvec3(camera.world_from_view[3]), 1.0);
     return scene;
 }
 
@@ -116,7 +117,8 @@ TEST(Bounces, DoNotDependOnTheUnitOfLength)
     for (const double s : {1e-3, 1e3}) {
         const LayeredImage other = render_first(scaled(scene, s), 48, 4).image;
         for (int channel = 0; channel < 3; ++channel)
-            EXPECT_NEAR(test::mean(other, "indirect", channel) / test::mean(image, "indirect", channel), 1.0, 0.01) << s;
+            EXPECT_NEAR(test::mean(other, "indirect", channel) / test::mean(image, "indirect", channel), 1.0, 0.01)
+                << s;
     }
 }
 

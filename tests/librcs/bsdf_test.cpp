@@ -105,13 +105,16 @@ TEST(GgxAlbedo, MatchesTheIntegralAtAnyRoughnessAndAngle)
             for (int i = 0; i < kCount; ++i)
                 for (int j = 0; j < kCount; ++j) {
                     const glm::vec3 h = sample_visible_normal(
-                        o, alpha, glm::vec2((static_cast<float>(i) + 0.5f) / kCount, (static_cast<float>(j) + 0.5f) / kCount));
+                        o, alpha,
+                        glm::vec2((static_cast<float>(i) + 0.5f) / kCount, (static_cast<float>(j) + 0.5f) / kCount));
                     const double oh = static_cast<double>(glm::dot(o, h));
                     const double ci = 2.0 * oh * static_cast<double>(h.z) - static_cast<double>(cosine);
                     if (ci <= 0.0) continue;
                     // G2 / G1 in Heitz's own words: (1 + Lambda_o) / (1 + Lambda_o + Lambda_i).
                     const auto lambda = [&](double c) {
-                        return 0.5 * (std::sqrt(1.0 + static_cast<double>(alpha) * static_cast<double>(alpha) * (1.0 / (c * c) - 1.0)) - 1.0);
+                        return 0.5 * (std::sqrt(1.0 + static_cast<double>(alpha) * static_cast<double>(alpha) *
+                                                          (1.0 / (c * c) - 1.0)) -
+                                      1.0);
                     };
                     const double lo = lambda(static_cast<double>(cosine));
                     const double g = (1.0 + lo) / (1.0 + lo + lambda(ci));
@@ -145,7 +148,8 @@ TEST(Bsdf, DielectricsReflectNoMoreThanArrives)
             const Bsdf b = plastic(static_cast<float>(r) / 10.0f);
             const glm::dvec3 glossy = albedo_by_quadrature(b, direction(cosine));
             const float stated = specular_albedo(b, cosine).r;
-            EXPECT_NEAR(glossy.r, static_cast<double>(stated), 0.01) << "roughness " << r / 10.0 << " cosine " << cosine;
+            EXPECT_NEAR(glossy.r, static_cast<double>(stated), 0.01)
+                << "roughness " << r / 10.0 << " cosine " << cosine;
             const float total = stated + diffuse_albedo(b, cosine).r;
             EXPECT_NEAR(total, 1.0f, 1e-4f);
         }
@@ -212,7 +216,8 @@ void expect_density(const Case& c, float cosine, bool glossy)
     std::array<double, kRows * kColumns> found{}, expected{};
     const auto cell = [](glm::vec3 w) {
         const double row = (static_cast<double>(w.z) + 1.0) / 2.0 * kRows;
-        const double column = (std::atan2(static_cast<double>(w.y), static_cast<double>(w.x)) / (2.0 * kPi) + 0.5) * kColumns;
+        const double column =
+            (std::atan2(static_cast<double>(w.y), static_cast<double>(w.x)) / (2.0 * kPi) + 0.5) * kColumns;
         return std::min(static_cast<int>(row), kRows - 1) * kColumns + std::min(static_cast<int>(column), kColumns - 1);
     };
     double lost = 0.0;
@@ -232,21 +237,25 @@ void expect_density(const Case& c, float cosine, bool glossy)
             const double z = -1.0 + 2.0 * (row + 0.5) / (kRows * kFine);
             const double phi = 2.0 * kPi * ((column + 0.5) / (kColumns * kFine) - 0.5);
             const glm::vec3 w = direction(static_cast<float>(z), static_cast<float>(phi));
-            const double d = static_cast<double>(glossy ? glossy_density(c.bsdf, o, w) : density(c.bsdf, o, w)) * 4.0 * kPi /
-                             (kRows * kFine * kColumns * kFine);
+            const double d = static_cast<double>(glossy ? glossy_density(c.bsdf, o, w) : density(c.bsdf, o, w)) * 4.0 *
+                             kPi / (kRows * kFine * kColumns * kFine);
             expected[static_cast<std::size_t>((row / kFine) * kColumns + column / kFine)] += d;
             total += d;
         }
     }
     EXPECT_NEAR(total, 1.0 - lost, 0.01) << c.name << " cosine " << cosine;
     for (std::size_t i = 0; i < found.size(); ++i)
-        EXPECT_NEAR(found[i], expected[i], 0.003 + 0.05 * expected[i]) << c.name << " cell " << i << " cosine " << cosine;
+        EXPECT_NEAR(found[i], expected[i], 0.003 + 0.05 * expected[i])
+            << c.name << " cell " << i << " cosine " << cosine;
 }
 
 TEST(Bsdf, SamplesFollowTheDensity)
 {
-    for (const Case& c : {Case{"metal", metal(0.6f)}, {"rough", metal(1.0f)}, {"plastic", plastic(0.7f)},
-                          {"coated", coated(0.9f, 0.5f)}, {"frosted pane", pane(0.6f)}}) {
+    for (const Case& c : {Case{"metal", metal(0.6f)},
+                          {"rough", metal(1.0f)},
+                          {"plastic", plastic(0.7f)},
+                          {"coated", coated(0.9f, 0.5f)},
+                          {"frosted pane", pane(0.6f)}}) {
         for (const float cosine : {0.1f, 0.7f}) {
             expect_density(c, cosine, true);
             expect_density(c, cosine, false);
@@ -267,8 +276,7 @@ TEST(Bsdf, TheSingleScatteringLobeIsReciprocal)
             return evaluate(b, from, to) / (1.0f + b.f0 * (1.0f - e.scale - e.bias) / (e.scale + e.bias));
         };
         const glm::vec3 there = single(o, i), back = single(i, o);
-        for (int c = 0; c < 3; ++c)
-            EXPECT_NEAR(there[c], back[c], 1e-4f * there[c] + 1e-9f);
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(there[c], back[c], 1e-4f * there[c] + 1e-9f);
     }
 }
 
@@ -293,8 +301,9 @@ TEST(Bsdf, AMirrorReflectsWithinAThousandthOfARadian)
 
 TEST(Bsdf, StaysFiniteAndPositiveAtTheEdges)
 {
-    const std::vector<glm::vec3> directions{{0, 0, 1}, {1, 0, 0}, direction(1e-7f), direction(1e-4f), {0, 0, -1},
-                                            direction(-0.3f), {-1, 0, 0}, {0.7071068f, 0, 0.7071068f}};
+    const std::vector<glm::vec3> directions{
+        {0, 0, 1},  {1, 0, 0},        direction(1e-7f), direction(1e-4f),
+        {0, 0, -1}, direction(-0.3f), {-1, 0, 0},       {0.7071068f, 0, 0.7071068f}};
     for (auto [name, b] : cases()) {
         for (const glm::vec3 tilt : {glm::vec3(0, 0, 1), glm::normalize(glm::vec3(0.9f, 0.1f, 0.4f))}) {
             b.normal = tilt;

@@ -4,8 +4,8 @@
 #include <random>
 #include <vector>
 
-#include <glm/gtc/matrix_transform.hpp>
 #include <gtest/gtest.h>
+#include <glm/gtc/matrix_transform.hpp>
 
 #include "support/scenes.h"
 
@@ -17,8 +17,8 @@ constexpr double kRounding = 1e-13;
 
 void expect_near(glm::dvec3 a, glm::dvec3 b, double tolerance, const char* what)
 {
-    EXPECT_LE(glm::distance(a, b), tolerance) << what << ": (" << a.x << ' ' << a.y << ' ' << a.z << ") and (" << b.x
-                                             << ' ' << b.y << ' ' << b.z << ')';
+    EXPECT_LE(glm::distance(a, b), tolerance)
+        << what << ": (" << a.x << ' ' << a.y << ' ' << a.z << ") and (" << b.x << ' ' << b.y << ' ' << b.z << ')';
 }
 
 Camera turned_camera(Projection projection)
@@ -39,7 +39,8 @@ TEST(CameraRay, OfAPlainPerspectiveGoesThroughCentreAndCorners)
     expect_near(camera_ray(view, 0, 0).direction, {-half_width, 0.5, -1}, kRounding, "top left");
     expect_near(camera_ray(view, 200, 0).direction, {half_width, 0.5, -1}, kRounding, "top right");
     expect_near(camera_ray(view, 0, 100).direction, {-half_width, -0.5, -1}, kRounding, "bottom left");
-    expect_near(camera_ray(view, 0.5, 0.5).direction, {-half_width + 0.005, 0.495, -1}, kRounding, "first pixel's centre");
+    expect_near(camera_ray(view, 0.5, 0.5).direction, {-half_width + 0.005, 0.495, -1}, kRounding,
+                "first pixel's centre");
     for (const double x : {0.0, 33.0, 200.0}) expect_near(camera_ray(view, x, 7).origin, {0, 0, 0}, 0.0, "origin");
 }
 
@@ -52,7 +53,8 @@ TEST(CameraRay, OfAPlainParallelViewStartsOnTheImagePlane)
     expect_near(camera_ray(view, 25, 50).origin, {0, 0, 0}, kRounding, "centre");
     expect_near(camera_ray(view, 0, 0).origin, {-1.5, 3.0, 0}, kRounding, "top left");
     expect_near(camera_ray(view, 50, 100).origin, {1.5, -3.0, 0}, kRounding, "bottom right");
-    for (const double y : {0.0, 50.0, 99.5}) expect_near(camera_ray(view, 3, y).direction, {0, 0, -1}, 0.0, "direction");
+    for (const double y : {0.0, 50.0, 99.5})
+        expect_near(camera_ray(view, 3, y).direction, {0, 0, -1}, 0.0, "direction");
 }
 
 TEST(CameraRay, FollowsTheCamerasPose)
@@ -119,8 +121,8 @@ TEST(CameraRay, ThroughTheProjectionOfAPointMeetsThePoint)
 {
     // Projected with the usual matrices instead: clip_from_view x view_from_world, y turned downwards.
     const View view = test::view_of(turned_camera(Projection::perspective), 640, 360);
-    const glm::dmat4 clip_from_world = glm::perspective(view.camera.yfov, 640.0 / 360.0, 0.1, 100.0) *
-                                       glm::inverse(view.camera.world_from_view);
+    const glm::dmat4 clip_from_world =
+        glm::perspective(view.camera.yfov, 640.0 / 360.0, 0.1, 100.0) * glm::inverse(view.camera.world_from_view);
     std::mt19937 random(2);
     std::uniform_real_distribution<double> unit(-1.0, 1.0);
     for (int i = 0; i < 200; ++i) {

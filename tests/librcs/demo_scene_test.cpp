@@ -17,13 +17,13 @@ namespace {
 std::size_t triangle_count(const Scene& scene)
 {
     std::size_t count = 0;
-    for (const Instance& i : scene.instances) count += scene.meshes.at(static_cast<std::size_t>(i.mesh)).triangles.size();
+    for (const Instance& i : scene.instances)
+        count += scene.meshes.at(static_cast<std::size_t>(i.mesh)).triangles.size();
     return count;
 }
 
 /// Calls look(mesh, corners, normal of the face) for each triangle of each mesh, in object space.
-void for_each_triangle(const Scene& scene,
-                       const std::function<void(const Mesh&, const glm::uvec3&, glm::dvec3)>& look)
+void for_each_triangle(const Scene& scene, const std::function<void(const Mesh&, const glm::uvec3&, glm::dvec3)>& look)
 {
     for (const Mesh& mesh : scene.meshes) {
         for (const glm::uvec3& t : mesh.triangles) {

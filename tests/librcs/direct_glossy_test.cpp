@@ -103,7 +103,8 @@ TEST(GlossyDirectLight, AMirrorShowsTheLampOrNothing)
 {
     Bsdf mirror = metal(Bsdf::kLeastAlpha);
     const SurfacePoint point = floor_point(0.1f, 0.2f);
-    const glm::vec3 hit = glm::normalize(glm::vec3(0.0f, 1.5f, 1.7f)), miss = glm::normalize(glm::vec3(0.0f, 1.5f, 0.2f));
+    const glm::vec3 hit = glm::normalize(glm::vec3(0.0f, 1.5f, 1.7f)),
+                    miss = glm::normalize(glm::vec3(0.0f, 1.5f, 0.2f));
     const Estimate seen = estimate(lamp_scene(), point, mirror, hit, 200);
     const glm::vec3 albedo = specular_albedo(mirror, hit.y);
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(seen.mean[c], 5.0 * static_cast<double>(albedo[c]), 0.02 * seen.mean[c]);
@@ -142,9 +143,11 @@ TEST(DirectLight, ALampDoesNotLightItself)
     for (int i = 0; i < 500; ++i) {
         const float u = random.next();
         const glm::vec3 side(i % 2 == 0 ? 1.0f : -1.0f);
-        const SurfacePoint p = surface_at(rays, 0, static_cast<std::uint32_t>(i % 2), u, (1.0f - u) * random.next(), side);
+        const SurfacePoint p =
+            surface_at(rays, 0, static_cast<std::uint32_t>(i % 2), u, (1.0f - u) * random.next(), side);
         const Bsdf bsdf = metal(0.3f);
-        ASSERT_EQ(light.at(p, {&bsdf, p.geometric_normal}, mix64(static_cast<std::uint64_t>(i)), w).irradiance, glm::vec3(0.0f));
+        ASSERT_EQ(light.at(p, {&bsdf, p.geometric_normal}, mix64(static_cast<std::uint64_t>(i)), w).irradiance,
+                  glm::vec3(0.0f));
         ASSERT_EQ(hits.sample(p, random).irradiance, glm::vec3(0.0f));
     }
 }
@@ -160,8 +163,9 @@ TEST(GlossyDirectLight, ManySmallLampsAddUpToTheSameHighlight)
     const float step = 1.0f / n;
     for (int i = 0; i < n; ++i)
         for (int j = 0; j < n; ++j)
-            test::merge(lamp, test::quad({-0.5f + static_cast<float>(i) * step, 1.5f, -2.0f + static_cast<float>(j) * step},
-                                         {step, 0, 0}, {0, 0, step}, lamp.material));
+            test::merge(lamp,
+                        test::quad({-0.5f + static_cast<float>(i) * step, 1.5f, -2.0f + static_cast<float>(j) * step},
+                                   {step, 0, 0}, {0, 0, step}, lamp.material));
     const SurfacePoint point = floor_point(0.1f, 0.2f);
     const glm::vec3 outgoing = glm::normalize(glm::vec3(0.0f, 1.5f, 1.7f));
     for (const float alpha : {0.05f, 0.3f, 0.8f}) {
@@ -182,7 +186,8 @@ TEST(SkyPeaks, LightAsTheirIntegralSays)
     image.height = 128;
     image.radiance.assign(256 * 128, glm::vec3(0.0f));
     for (int y = 40; y < 44; ++y)
-        for (int x = 100; x < 104; ++x) image.radiance[static_cast<std::size_t>(y * 256 + x)] = {2000.0f, 1000.0f, 500.0f};
+        for (int x = 100; x < 104; ++x)
+            image.radiance[static_cast<std::size_t>(y * 256 + x)] = {2000.0f, 1000.0f, 500.0f};
     ThreadPool pool(1);
     const RayScene rays = build_ray_scene(scene, pool);
     const DirectLight light(rays, {});

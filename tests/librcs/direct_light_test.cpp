@@ -45,7 +45,8 @@ std::vector<glm::vec2> random_points(int count, float extent, unsigned seed)
     return points;
 }
 
-std::vector<glm::vec3> light(const Scene& scene, const GBuffer& gbuffer, const DirectOptions& options = {}, int threads = 2)
+std::vector<glm::vec3> light(const Scene& scene, const GBuffer& gbuffer, const DirectOptions& options = {},
+                             int threads = 2)
 {
     ThreadPool pool(threads);
     const RayScene rays = build_ray_scene(scene, pool);
@@ -128,7 +129,8 @@ Deviation deviation(const DirectOptions& options, int count)
         const double error = std::abs(static_cast<double>(e[i].r) - expected) / whole;
         d.mean += error / count;
         d.of_random_rays += std::sqrt(2.0 / std::numbers::pi * seen * (1.0 - seen) /
-                                      (options.area_samples + options.penumbra_samples)) / count;
+                                      (options.area_samples + options.penumbra_samples)) /
+                            count;
         d.largest = std::max(d.largest, error);
         got += static_cast<double>(e[i].r);
         wanted += expected;
@@ -163,7 +165,8 @@ TEST(DirectIrradiance, ThroughNarrowSlitsIsUnbiased)
     Scene scene = floor_scene();
     add_lamp(scene, {-2.0f, -2.0f}, {2.0f, 2.0f}, 4.0f, 1.0f);
     for (int slat = -100; slat < 100; ++slat)
-        test::add_mesh(scene, test::quad({0.1f * static_cast<float>(slat), 2.0f, -10.0f}, {0.09f, 0, 0}, {0, 0, 20.0f}, 0));
+        test::add_mesh(scene,
+                       test::quad({0.1f * static_cast<float>(slat), 2.0f, -10.0f}, {0.09f, 0, 0}, {0, 0, 20.0f}, 0));
     const std::vector<glm::vec2> points = random_points(400, 1.0f, 6);
     const auto mean = [&](const DirectOptions& options) {
         double sum = 0.0;
@@ -257,11 +260,12 @@ TEST(DirectIrradiance, BehindABlockerIsZeroAndBesideItWhole)
 TEST(DirectIrradiance, FromBelowTheHorizonOrBehindALampIsZero)
 {
     Scene scene = floor_scene();
-    add_lamp(scene, {-1.0f, -1.0f}, {1.0f, 1.0f}, -1.0f, 1.0f);                       // under the floor
+    add_lamp(scene, {-1.0f, -1.0f}, {1.0f, 1.0f}, -1.0f, 1.0f);  // under the floor
     scene.lights = {test::point_light({0.0, -0.5, 0.0}, glm::vec3(1.0f))};
     const int lamp = test::add_material(scene, glm::vec3(0.0f), glm::vec3(1.0f));
-    test::add_mesh(scene, test::quad({-1, 2, -1}, {0, 0, 2}, {2, 0, 0}, lamp));        // shines upwards
-    for (const glm::vec3 e : light(scene, test::points_on_floor(random_points(200, 3.0f, 6)))) ASSERT_EQ(e, glm::vec3(0.0f));
+    test::add_mesh(scene, test::quad({-1, 2, -1}, {0, 0, 2}, {2, 0, 0}, lamp));  // shines upwards
+    for (const glm::vec3 e : light(scene, test::points_on_floor(random_points(200, 3.0f, 6))))
+        ASSERT_EQ(e, glm::vec3(0.0f));
 }
 
 TEST(DirectIrradiance, IsNothingWhereNothingIsSeenAndTheSameForAnyNumberOfThreads)

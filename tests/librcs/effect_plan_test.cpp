@@ -47,8 +47,7 @@ std::set<std::string> switched_on(const EffectPlan& plan)
 {
     std::set<std::string> names;
     for (const PlannedEffect& e : plan.effects)
-        if (const std::string name(name_of(e.effect)); e.needed && !name.starts_with("layer-"))
-            names.insert(name);
+        if (const std::string name(name_of(e.effect)); e.needed && !name.starts_with("layer-")) names.insert(name);
     return names;
 }
 
@@ -75,7 +74,8 @@ Scene with_sky(bool sun)
 Scene black_walls_that_shine()
 {
     Scene scene;
-    add_mesh(scene, test::box({-2, 0, -2}, {2, 3, 2}, add_material(scene, glm::vec3(0.0f), glm::vec3(1.0f)), test::Facing::inwards));
+    add_mesh(scene, test::box({-2, 0, -2}, {2, 3, 2}, add_material(scene, glm::vec3(0.0f), glm::vec3(1.0f)),
+                              test::Facing::inwards));
     scene.cameras = test::room(0.0f).cameras;
     return scene;
 }
@@ -90,7 +90,8 @@ Scene unlit_room()
 Scene lamp_room()
 {
     Scene scene = test::room(0.5f);
-    add_mesh(scene, test::quad({-0.5f, 2.9f, -1.5f}, {1, 0, 0}, {0, 0, 1}, add_material(scene, glm::vec3(0.0f), glm::vec3(5.0f))));
+    add_mesh(scene, test::quad({-0.5f, 2.9f, -1.5f}, {1, 0, 0}, {0, 0, 1},
+                               add_material(scene, glm::vec3(0.0f), glm::vec3(5.0f))));
     return scene;
 }
 
@@ -208,44 +209,113 @@ std::vector<Case> cases()
         {"nothing", nothing(), {}, "anti-aliasing", "nothing lies in the view"},
         {"no light", test::room(0.5f), {"anti-aliasing"}, "indirect-diffuse", "nothing shines"},
         {"a lamp of intensity 0", dark_lamp, {"anti-aliasing"}, "punctual-light", "no lamp without size shines"},
-        {"unlit", unlit_room(), {"emission", "anti-aliasing"}, "punctual-light", "the scene has no surface that reflects"},
-        {"black and shining", black_walls_that_shine(), {"emission", "anti-aliasing"}, "area-light", "the scene has no surface that reflects"},
+        {"unlit",
+         unlit_room(),
+         {"emission", "anti-aliasing"},
+         "punctual-light",
+         "the scene has no surface that reflects"},
+        {"black and shining",
+         black_walls_that_shine(),
+         {"emission", "anti-aliasing"},
+         "area-light",
+         "the scene has no surface that reflects"},
         {"point light", lit_room(), kPlain, "punctual-light", "1 lamp without size shines"},
-        {"no bounce", lit_room(), {"punctual-light", "anti-aliasing"}, "indirect-diffuse", "no bounce is asked for and the sky's radiance is 0", with(small(), 0)},
-        {"one sample", lit_room(), {"punctual-light", "indirect-diffuse", "error-estimate"}, "anti-aliasing", "one sample a pixel", with(small(), 1, 1)},
-        {"area light", lamp_room(), {"emission", "area-light", "indirect-diffuse", "error-estimate", "anti-aliasing"}, "area-light", "2 triangles shine"},
-        {"a lamp behind the camera", turned_away(lamp_room(), {0.0, 0.0, 1.7}), {"area-light", "indirect-diffuse", "error-estimate", "anti-aliasing"}, "emission", "no surface that shines lies in the view"},
-        {"constant sky", with_sky(false), {"emission", "environment", "indirect-diffuse", "error-estimate", "anti-aliasing"}, "environment-peaks", "no part of the sky"},
-        {"sky, no bounce", with_sky(false), {"emission", "environment", "indirect-diffuse", "error-estimate", "anti-aliasing"}, "environment", "the sky is not black", with(small(), 0)},
-        {"sky with a sun", with_sky(true), {"emission", "environment", "environment-peaks", "indirect-diffuse", "error-estimate", "anti-aliasing"}, "environment-peaks", "brighter than 8 times its mean"},
-        {"many bounces", lit_room(0.5f), plain_and({"more-bounces"}), "more-bounces", "8 bounces asked for", with(small(), 8)},
-        {"dark walls", lit_room(0.1f), plain_and({"more-bounces"}), "more-bounces", "beyond 4 of the 64 bounces", with(small(), 64)},
-        {"nearly black walls", lit_room(0.0009f), kPlain, "more-bounces", "beyond 1 of the 8 bounces", with(small(), 8)},
-        {"wide lobe", panel_room(metal(0.8f)), plain_and({"highlights", "glossy-records"}), "traced-lobes", "the scene has no coat"},
-        {"mirror", panel_room(metal(0.0f)), plain_and({"highlights", "traced-lobes"}), "traced-lobes", "% of the picture shows a coat"},
+        {"no bounce",
+         lit_room(),
+         {"punctual-light", "anti-aliasing"},
+         "indirect-diffuse",
+         "no bounce is asked for and the sky's radiance is 0",
+         with(small(), 0)},
+        {"one sample",
+         lit_room(),
+         {"punctual-light", "indirect-diffuse", "error-estimate"},
+         "anti-aliasing",
+         "one sample a pixel",
+         with(small(), 1, 1)},
+        {"area light",
+         lamp_room(),
+         {"emission", "area-light", "indirect-diffuse", "error-estimate", "anti-aliasing"},
+         "area-light",
+         "2 triangles shine"},
+        {"a lamp behind the camera",
+         turned_away(lamp_room(), {0.0, 0.0, 1.7}),
+         {"area-light", "indirect-diffuse", "error-estimate", "anti-aliasing"},
+         "emission",
+         "no surface that shines lies in the view"},
+        {"constant sky",
+         with_sky(false),
+         {"emission", "environment", "indirect-diffuse", "error-estimate", "anti-aliasing"},
+         "environment-peaks",
+         "no part of the sky"},
+        {"sky, no bounce",
+         with_sky(false),
+         {"emission", "environment", "indirect-diffuse", "error-estimate", "anti-aliasing"},
+         "environment",
+         "the sky is not black",
+         with(small(), 0)},
+        {"sky with a sun",
+         with_sky(true),
+         {"emission", "environment", "environment-peaks", "indirect-diffuse", "error-estimate", "anti-aliasing"},
+         "environment-peaks",
+         "brighter than 8 times its mean"},
+        {"many bounces", lit_room(0.5f), plain_and({"more-bounces"}), "more-bounces", "8 bounces asked for",
+         with(small(), 8)},
+        {"dark walls", lit_room(0.1f), plain_and({"more-bounces"}), "more-bounces", "beyond 4 of the 64 bounces",
+         with(small(), 64)},
+        {"nearly black walls", lit_room(0.0009f), kPlain, "more-bounces", "beyond 1 of the 8 bounces",
+         with(small(), 8)},
+        {"wide lobe", panel_room(metal(0.8f)), plain_and({"highlights", "glossy-records"}), "traced-lobes",
+         "the scene has no coat"},
+        {"mirror", panel_room(metal(0.0f)), plain_and({"highlights", "traced-lobes"}), "traced-lobes",
+         "% of the picture shows a coat"},
         {"mirror in the dark", mirror_in_the_dark, {"anti-aliasing"}, "traced-lobes", "there is no indirect light"},
-        {"mirror beside the view", turned_away(panel_room(metal(0.0f)), {0.0, 1.5, 3.0}), kPlain, "traced-lobes", "lies in the view"},
-        {"mirror behind a screen", mirror_behind_a_screen(), kPlain, "traced-lobes", "none of the picture's samples meets"},
-        {"coat", panel_room(coat()), plain_and({"highlights", "traced-lobes"}), "glossy-records", "the scene has no surface with a lobe of roughness 0.55"},
-        {"roughness 0.2 to 0.9", rough_texture(0.2f, 0.9f), plain_and({"highlights", "glossy-records", "traced-lobes", "hit-textures"}), "glossy-records", "% of the picture"},
-        {"roughness 0.7 to 0.9", rough_texture(0.7f, 0.9f), plain_and({"highlights", "glossy-records", "hit-textures"}), "traced-lobes", "lobes of the scene have roughness 0.7 to 0.9"},
-        {"roughness 0.2 to 0.4", rough_texture(0.2f, 0.4f), plain_and({"highlights", "traced-lobes", "hit-textures"}), "glossy-records", "the scene has no surface"},
-        {"glass", panel_room(glass()), plain_and({"highlights", "traced-lobes", "transmission", "peeling"}), "transmission", "1 mesh lets light through"},
-        {"mask with holes", with_alpha(AlphaMode::mask, 1.0f, 0.0f), plain_and({"alpha-mask", "peeling", "hit-textures"}), "alpha-mask", "1 mesh has alpha below the cutoff"},
-        {"mask without holes", with_alpha(AlphaMode::mask, 1.0f, 0.6f), plain_and({"hit-textures"}), "alpha-mask", "materials are masked, but no texel"},
-        {"mask behind the camera", with_alpha(AlphaMode::mask, 1.0f, 0.0f, 1.95f), plain_and({"alpha-mask", "hit-textures"}), "peeling", "lies in the view"},
-        {"blend", with_alpha(AlphaMode::blend, 1.0f, 0.5f), plain_and({"alpha-blend", "peeling", "hit-textures"}), "alpha-blend", "1 mesh has alpha below 1"},
-        {"blend of alpha 1", with_alpha(AlphaMode::blend, 1.0f, 1.0f), kPlain, "alpha-blend", "materials are blended, but no texel"},
+        {"mirror beside the view", turned_away(panel_room(metal(0.0f)), {0.0, 1.5, 3.0}), kPlain, "traced-lobes",
+         "lies in the view"},
+        {"mirror behind a screen", mirror_behind_a_screen(), kPlain, "traced-lobes",
+         "none of the picture's samples meets"},
+        {"coat", panel_room(coat()), plain_and({"highlights", "traced-lobes"}), "glossy-records",
+         "the scene has no surface with a lobe of roughness 0.55"},
+        {"roughness 0.2 to 0.9", rough_texture(0.2f, 0.9f),
+         plain_and({"highlights", "glossy-records", "traced-lobes", "hit-textures"}), "glossy-records",
+         "% of the picture"},
+        {"roughness 0.7 to 0.9", rough_texture(0.7f, 0.9f), plain_and({"highlights", "glossy-records", "hit-textures"}),
+         "traced-lobes", "lobes of the scene have roughness 0.7 to 0.9"},
+        {"roughness 0.2 to 0.4", rough_texture(0.2f, 0.4f), plain_and({"highlights", "traced-lobes", "hit-textures"}),
+         "glossy-records", "the scene has no surface"},
+        {"glass", panel_room(glass()), plain_and({"highlights", "traced-lobes", "transmission", "peeling"}),
+         "transmission", "1 mesh lets light through"},
+        {"mask with holes", with_alpha(AlphaMode::mask, 1.0f, 0.0f),
+         plain_and({"alpha-mask", "peeling", "hit-textures"}), "alpha-mask", "1 mesh has alpha below the cutoff"},
+        {"mask without holes", with_alpha(AlphaMode::mask, 1.0f, 0.6f), plain_and({"hit-textures"}), "alpha-mask",
+         "materials are masked, but no texel"},
+        {"mask behind the camera", with_alpha(AlphaMode::mask, 1.0f, 0.0f, 1.95f),
+         plain_and({"alpha-mask", "hit-textures"}), "peeling", "lies in the view"},
+        {"blend", with_alpha(AlphaMode::blend, 1.0f, 0.5f), plain_and({"alpha-blend", "peeling", "hit-textures"}),
+         "alpha-blend", "1 mesh has alpha below 1"},
+        {"blend of alpha 1", with_alpha(AlphaMode::blend, 1.0f, 1.0f), kPlain, "alpha-blend",
+         "materials are blended, but no texel"},
         {"vertex alpha", vertex_alpha(0.5f), plain_and({"alpha-blend", "peeling"}), "peeling", "% of the picture"},
         {"vertex alpha of 1", vertex_alpha(1.0f), kPlain, "alpha-blend", "no texel or vertex"},
-        {"normal map", with_normals({0.5f, 0.5f, 1.0f}, {0.8f, 0.5f, 0.8f}, 1.0f), plain_and({"normal-maps"}), "normal-maps", "% of the picture"},
-        {"normal map of strength 0", with_normals({0.5f, 0.5f, 1.0f}, {0.8f, 0.5f, 0.8f}, 0.0f), kPlain, "normal-maps", "no normal texture turns a normal"},
-        {"flat normal map", with_normals({0.5f, 0.5f, 1.0f}, {0.5f, 0.5f, 1.0f}, 1.0f), kPlain, "normal-maps", "no normal texture turns a normal"},
-        {"texture", with_texture({1, 0, 0}, {0, 1, 0}), plain_and({"hit-textures"}), "hit-textures", "1 mesh reflects by textures that vary"},
-        {"texture of one colour", with_texture({1, 0, 0}, {1, 0, 0}), kPlain, "hit-textures", "no mesh reflects by a texture that varies"},
-        {"texture, no bounce", with_texture({1, 0, 0}, {0, 1, 0}), {"punctual-light", "anti-aliasing"}, "hit-textures", "no ray's hit is lit", with(small(), 0)},
-        {"a mesh used twice", twice_the_panel(), plain_and({"instancing"}), "instancing", "1 mesh is used more than once"},
-        {"display picture", lit_room(), plain_and({"auto-exposure"}), "auto-exposure", "without an exposure of its own", shown},
+        {"normal map", with_normals({0.5f, 0.5f, 1.0f}, {0.8f, 0.5f, 0.8f}, 1.0f), plain_and({"normal-maps"}),
+         "normal-maps", "% of the picture"},
+        {"normal map of strength 0", with_normals({0.5f, 0.5f, 1.0f}, {0.8f, 0.5f, 0.8f}, 0.0f), kPlain, "normal-maps",
+         "no normal texture turns a normal"},
+        {"flat normal map", with_normals({0.5f, 0.5f, 1.0f}, {0.5f, 0.5f, 1.0f}, 1.0f), kPlain, "normal-maps",
+         "no normal texture turns a normal"},
+        {"texture", with_texture({1, 0, 0}, {0, 1, 0}), plain_and({"hit-textures"}), "hit-textures",
+         "1 mesh reflects by textures that vary"},
+        {"texture of one colour", with_texture({1, 0, 0}, {1, 0, 0}), kPlain, "hit-textures",
+         "no mesh reflects by a texture that varies"},
+        {"texture, no bounce",
+         with_texture({1, 0, 0}, {0, 1, 0}),
+         {"punctual-light", "anti-aliasing"},
+         "hit-textures",
+         "no ray's hit is lit",
+         with(small(), 0)},
+        {"a mesh used twice", twice_the_panel(), plain_and({"instancing"}), "instancing",
+         "1 mesh is used more than once"},
+        {"display picture", lit_room(), plain_and({"auto-exposure"}), "auto-exposure", "without an exposure of its own",
+         shown},
     };
 }
 
@@ -257,7 +327,8 @@ TEST(EffectPlan, IsWhatEachSceneCallsFor)
         options.width = options.height = 64;
         const EffectPlan plan = plan_of(c.scene, options);
         EXPECT_EQ(switched_on(plan), c.on);
-        EXPECT_NE(plan[find_effect(c.effect)].reason.find(c.reason), std::string::npos) << plan[find_effect(c.effect)].reason;
+        EXPECT_NE(plan[find_effect(c.effect)].reason.find(c.reason), std::string::npos)
+            << plan[find_effect(c.effect)].reason;
         for (const PlannedEffect& e : plan.effects) {
             EXPECT_FALSE(e.reason.empty()) << name_of(e.effect);
             EXPECT_FALSE(e.chosen) << name_of(e.effect);
@@ -296,7 +367,8 @@ TEST(EffectPlan, FindsWhatThePilotMisses)
 {
     // A mirror of one pixel's size in a view of 1,024 pixels' side: 1,024 pilot rays go past it.
     Scene scene = lit_room();
-    add_mesh(scene, test::quad({0.311f, 1.713f, -1.0f}, {0.004f, 0, 0}, {0, 0.004f, 0}, add_surface(scene, metal(0.0f))));
+    add_mesh(scene,
+             test::quad({0.311f, 1.713f, -1.0f}, {0.004f, 0, 0}, {0, 0.004f, 0}, add_surface(scene, metal(0.0f))));
     RenderOptions options = small();
     options.width = options.height = 1024;
     const PlannedEffect e = plan_of(scene, options)[Effect::traced_lobes];
@@ -317,7 +389,8 @@ TEST(EffectPlan, DoesAsItIsTold)
     EXPECT_FALSE(all.needs(Effect::motion));
 
     options.effects = parse_effects("punctual-light,anti-aliasing");
-    EXPECT_EQ(switched_on(plan_of(scene, options, options.effects)), (std::set<std::string>{"punctual-light", "anti-aliasing"}));
+    EXPECT_EQ(switched_on(plan_of(scene, options, options.effects)),
+              (std::set<std::string>{"punctual-light", "anti-aliasing"}));
 
     options.effects = {};
     options.effects.without.set(Effect::indirect_diffuse);

@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include "gbuffer/shading.h"
 #include "compose/views.h"
+#include "gbuffer/shading.h"
 #include "rcs/render.h"
 #include "support/effect_scenes.h"
 
@@ -60,14 +60,14 @@ RenderOptions all(RenderOptions options)
 void expect_same(const LayeredImage& a, const LayeredImage& b, const std::string& but = "")
 {
     for (const auto& [name, layer] : a.layers) {
-        if (name == but)
-            continue;
+        if (name == but) continue;
         ASSERT_TRUE(b.layers.contains(name)) << name;
         const std::vector<float>& other = b.layers.at(name).pixels;
         ASSERT_EQ(layer.pixels.size(), other.size()) << name;
         std::size_t different = 0;
         for (std::size_t i = 0; i < other.size(); ++i)
-            different += layer.pixels[i] != other[i] && !(layer.pixels[i] != layer.pixels[i] && other[i] != other[i]) ? 1 : 0;
+            different +=
+                layer.pixels[i] != other[i] && !(layer.pixels[i] != layer.pixels[i] && other[i] != other[i]) ? 1 : 0;
         EXPECT_EQ(different, 0u) << name;
     }
 }
@@ -75,8 +75,7 @@ void expect_same(const LayeredImage& a, const LayeredImage& b, const std::string
 double most_loss(const EffectPlan& plan)
 {
     double loss = 0.0;
-    for (const PlannedEffect& e : plan.effects)
-        loss = std::max(loss, e.loss);
+    for (const PlannedEffect& e : plan.effects) loss = std::max(loss, e.loss);
     return loss;
 }
 
@@ -121,7 +120,8 @@ TEST(EffectRender, WhatDoesNotReflectCostsAGBuffer)
     unlit.materials[0].unlit = true;
     Scene dark = test::room(0.5f);
     Scene shining;
-    add_mesh(shining, test::box({-2, 0, -2}, {2, 3, 2}, add_material(shining, glm::vec3(0.0f), glm::vec3(1.0f)), test::Facing::inwards));
+    add_mesh(shining, test::box({-2, 0, -2}, {2, 3, 2}, add_material(shining, glm::vec3(0.0f), glm::vec3(1.0f)),
+                                test::Facing::inwards));
     shining.cameras = dark.cameras;
     for (const Scene* scene : {&unlit, &dark, &shining}) {
         const RenderResult r = render_with(*scene);
@@ -292,17 +292,16 @@ TEST(EffectRender, AllChangesNoBuiltInScene)
         const Scene scene = load_scene(name);
         SCOPED_TRACE(name);
         expect_true_plan(scene, scene.cameras[0], 1);
-        if (name == "demo:spheres" || name == "demo:sphere-light")
-            expect_true_plan(scene, scene.cameras[0], 3);
+        if (name == "demo:spheres" || name == "demo:sphere-light") expect_true_plan(scene, scene.cameras[0], 3);
     }
 }
 
 TEST(EffectRender, AllChangesNoSharedScene)
 {
     const std::filesystem::path folder(RCS_SCENES_DIR);
-    if (!std::filesystem::exists(folder / "sponza.glb"))
-        GTEST_SKIP() << folder << " has no sponza.glb";
-    for (const char* file : {"cornell-box.glb", "cornell-box-draco.glb", "cornell-animated.glb", "sponza.glb", "sibenik.glb", "castle.glb"}) {
+    if (!std::filesystem::exists(folder / "sponza.glb")) GTEST_SKIP() << folder << " has no sponza.glb";
+    for (const char* file : {"cornell-box.glb", "cornell-box-draco.glb", "cornell-animated.glb", "sponza.glb",
+                             "sibenik.glb", "castle.glb"}) {
         const Scene scene = load_scene(folder / file);
         for (const Camera& camera : scene.cameras) {
             SCOPED_TRACE(std::string(file) + ", " + camera.name);
@@ -332,7 +331,8 @@ Scene two_rooms()
     add_mesh(scene, test::quad({-3, 0, -2}, {3, 0, 0}, {0, 3, 0}, wall));
     add_mesh(scene, test::quad({1, 0, -2}, {2, 0, 0}, {0, 3, 0}, wall));
     add_mesh(scene, test::quad({-2.5f, 0.8f, -7}, {1.2f, 0, 0}, {0, 1.4f, 0}, add_surface(scene, metal(0.0f))));
-    scene.lights = {test::point_light({-1.0, 2.6, 1.0}, glm::vec3(4.0f)), test::point_light({0.5, 2.6, -5.0}, glm::vec3(4.0f))};
+    scene.lights = {test::point_light({-1.0, 2.6, 1.0}, glm::vec3(4.0f)),
+                    test::point_light({0.5, 2.6, -5.0}, glm::vec3(4.0f))};
     return scene;
 }
 
@@ -354,8 +354,7 @@ TEST(EffectRender, AWalkIntoARoomWithAMirror)
         bool seen = false;
         for (const View& view : make_views(camera, options)) {
             const GBuffer g = render_gbuffer(gl(), rays, view, 1.0f, pool);
-            for (std::size_t i = 0; i < g.size(); ++i)
-                seen = seen || g.instance[i] == 3u;
+            for (std::size_t i = 0; i < g.size(); ++i) seen = seen || g.instance[i] == 3u;
         }
         const RenderResult auto_frame = render(gl(), rays, camera, options, pool);
         const PlannedEffect& lobes = auto_frame.stats.plan[Effect::traced_lobes];
@@ -363,10 +362,8 @@ TEST(EffectRender, AWalkIntoARoomWithAMirror)
         EXPECT_EQ(auto_frame.stats.traced.rays > 0, seen);
         outside += lobes.reason.find("lies in the view") != std::string::npos ? 1 : 0;
         hidden += lobes.reason.find("none of the picture's samples") != std::string::npos ? 1 : 0;
-        if (seen && first_seen < 0)
-            first_seen = frame;
-        if (lobes.needed && first_planned < 0)
-            first_planned = frame;
+        if (seen && first_seen < 0) first_seen = frame;
+        if (lobes.needed && first_planned < 0) first_planned = frame;
         // No jump: each frame is what it would be with everything on.
         RenderOptions everything = options;
         everything.effects = parse_effects("all");

@@ -68,8 +68,7 @@ glm::dvec3 integrate(int width, int height, const Function& f)
 
 void expect_near(glm::dvec3 a, glm::dvec3 b, double relative)
 {
-    for (int c = 0; c < 3; ++c)
-        EXPECT_NEAR(a[c], b[c], relative * std::abs(b[c]) + 1e-9) << c;
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], relative * std::abs(b[c]) + 1e-9) << c;
 }
 
 TEST(Environment, ConstantImageIsAConstantSkyBitByBit)
@@ -151,7 +150,8 @@ TEST(Environment, DensitiesIntegrateToOne)
 {
     const Scene scene = two_suns(64, 32);
     const Environment sky(scene);
-    expect_near(integrate(2048, 1024, [&](glm::vec3 d) { return glm::vec3(sky.peak_density(d)); }), glm::dvec3(1.0), 2e-3);
+    expect_near(integrate(2048, 1024, [&](glm::vec3 d) { return glm::vec3(sky.peak_density(d)); }), glm::dvec3(1.0),
+                2e-3);
     expect_near(integrate(2048, 1024, [&](glm::vec3 d) { return glm::vec3(sky.density(d)); }), glm::dvec3(1.0), 2e-3);
 }
 
@@ -168,7 +168,8 @@ TEST(Environment, SampledIntegralsAgreeWithMidpointSums)
     RandomStream random(9);
     for (int i = 0; i < side; ++i) {
         for (int j = 0; j < side; ++j) {
-            const glm::vec2 u((static_cast<float>(i) + random.next()) / side, (static_cast<float>(j) + random.next()) / side);
+            const glm::vec2 u((static_cast<float>(i) + random.next()) / side,
+                              (static_cast<float>(j) + random.next()) / side);
             const Environment::Sample p = sky.sample_peak(u), w = sky.sample(u);
             ASSERT_GT(p.density, 0.0f);
             ASSERT_NEAR(glm::length(p.direction), 1.0f, 1e-5f);
@@ -228,7 +229,8 @@ TEST(LoadEnvironment, ReadsRadianceFiles)
 {
     const test::TemporaryFolder folder;
     std::string bytes = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 2\n";
-    for (int i = 0; i < 4; ++i) bytes += {static_cast<char>(128), static_cast<char>(64), static_cast<char>(32), static_cast<char>(131)};
+    for (int i = 0; i < 4; ++i)
+        bytes += {static_cast<char>(128), static_cast<char>(64), static_cast<char>(32), static_cast<char>(131)};
     test::write_bytes(folder / "sky.hdr", bytes);
     const EnvironmentImage loaded = load_environment(folder / "sky.hdr");
     ASSERT_EQ(loaded.radiance.size(), 4u);

@@ -80,12 +80,10 @@ TEST(TargetError, ThatIsOutOfReachIsSaid)
     RenderOptions options = small(0.001);
     options.budget_seconds = 0.5;
     std::vector<std::string> warnings;
-    const RenderResult result = rcs::render(
-        stage.gl, stage.rays, stage.scene.cameras[0], options, stage.pool, {},
-        [&](LogLevel level, std::string_view text) {
-            if (level == LogLevel::warning)
-                warnings.emplace_back(text);
-        });
+    const RenderResult result = rcs::render(stage.gl, stage.rays, stage.scene.cameras[0], options, stage.pool, {},
+                                            [&](LogLevel level, std::string_view text) {
+                                                if (level == LogLevel::warning) warnings.emplace_back(text);
+                                            });
     ASSERT_GT(result.stats.error.mean_relative, 0.002);
     ASSERT_EQ(warnings.size(), 1u);
     EXPECT_NE(warnings[0].find("not the 0.1 % wanted"), std::string::npos) << warnings[0];

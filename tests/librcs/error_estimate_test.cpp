@@ -75,8 +75,7 @@ TEST(ErrorMap, NoiseIsNotTakenForSpread)
     double spread = 0.0, of_noise = 0.0;
     for (int trial = 0; trial < 50; ++trial) {
         std::vector<Voice> voices;
-        for (int k = 0; k < 40; ++k)
-            voices.push_back({1.0f, 10.0f + noise(engine), 0.25f});
+        for (int k = 0; k < 40; ++k) voices.push_back({1.0f, 10.0f + noise(engine), 0.25f});
         const ErrorMap map = error_map(heard(1, 1, voices), kOneSplat, 3.0f);
         spread += static_cast<double>(map.spread[0]) / 50.0;
         of_noise += static_cast<double>(map.noise[0]) / 50.0;
@@ -111,8 +110,7 @@ LayeredImage with_errors(const std::vector<float>& light, const std::vector<floa
     image.layers["indirect"] = Image(n, 1, 3);
     image.layers["indirect_error"] = Image(n, 1, 1);
     for (std::size_t i = 0; i < light.size(); ++i) {
-        for (std::size_t c = 0; c < 3; ++c)
-            image.layers["indirect"].pixels[3 * i + c] = light[i];
+        for (std::size_t c = 0; c < 3; ++c) image.layers["indirect"].pixels[3 * i + c] = light[i];
         image.layers["indirect_error"].pixels[i] = error[i];
     }
     return image;
@@ -173,7 +171,8 @@ TEST(EstimateError, OfARenderIsAboutItsError)
         const RenderResult result = render(gl, rays, scene.cameras[0], options, pool);
         const double measured = compare_images(result.image, reference, "indirect").mean_relative_error;
         EXPECT_GT(result.stats.error.mean_relative, measured / 1.5) << accuracy;
-        EXPECT_LT(result.stats.error.mean_relative, measured * 1.6) << accuracy << ", with what noise the reference has";
+        EXPECT_LT(result.stats.error.mean_relative, measured * 1.6)
+            << accuracy << ", with what noise the reference has";
     }
 }
 

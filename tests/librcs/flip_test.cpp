@@ -18,8 +18,7 @@ Image picture(const Value& value)
     Image image(kWidth, kHeight, 3);
     for (int y = 0; y < kHeight; ++y)
         for (int x = 0; x < kWidth; ++x)
-            for (int c = 0; c < 3; ++c)
-                image.at(x, y)[c] = static_cast<float>(value(x, y, c));
+            for (int c = 0; c < 3; ++c) image.at(x, y)[c] = static_cast<float>(value(x, y, c));
     return image;
 }
 
@@ -33,9 +32,12 @@ TEST(Flip, IsWhatItsAuthorsToolSays)
     EXPECT_EQ(mean_flip(reference, reference), 0.0);
     EXPECT_NEAR(flip([](int x, int y, int c) { return std::min(1.0, 1.2 * waves(x, y, c)); }), 0.309464, 2e-4);
     EXPECT_NEAR(flip([](int x, int y, int c) { return waves(x + 3, y, c); }), 0.640586, 2e-4);
-    EXPECT_NEAR(flip([](int x, int y, int c) { return std::clamp(waves(x, y, c) + 0.1 * std::sin(2.3 * x + 3.1 * y), 0.0, 1.0); }),
+    EXPECT_NEAR(flip([](int x, int y, int c) {
+                    return std::clamp(waves(x, y, c) + 0.1 * std::sin(2.3 * x + 3.1 * y), 0.0, 1.0);
+                }),
                 0.001872, 2e-4);
-    EXPECT_NEAR(flip([](int x, int y, int c) { return y % 16 == 5 && x % 16 == 7 ? 1.0 : waves(x, y, c); }), 0.019919, 2e-4);
+    EXPECT_NEAR(flip([](int x, int y, int c) { return y % 16 == 5 && x % 16 == 7 ? 1.0 : waves(x, y, c); }), 0.019919,
+                2e-4);
 }
 
 TEST(Flip, OfOppositesIsAboutOne)

@@ -33,20 +33,23 @@ std::vector<Record> gather(const Scene& scene, const GBuffer& points, const Reco
 GBuffer points_beside_wall(double d, int count)
 {
     std::vector<glm::vec2> points;
-    for (int i = 0; i < count; ++i) points.emplace_back(static_cast<float>(d), 0.37f * static_cast<float>(i - count / 2));
+    for (int i = 0; i < count; ++i)
+        points.emplace_back(static_cast<float>(d), 0.37f * static_cast<float>(i - count / 2));
     return test::points_on_floor(points);
 }
 
 TEST(GatherRecords, UnderAnOpenSkySeePiTimesItsRadiance)
 {
     Scene scene;
-    test::add_mesh(scene, test::quad({-10, 0, -10}, {0, 0, 20}, {20, 0, 0}, test::add_material(scene, glm::vec3(0.5f))));
+    test::add_mesh(scene,
+                   test::quad({-10, 0, -10}, {0, 0, 20}, {20, 0, 0}, test::add_material(scene, glm::vec3(0.5f))));
     scene.sky_radiance = {1.0f, 2.0f, 0.5f};
     for (const int bounces : {0, 1}) {
         RecordOptions options;
         options.bounces = bounces;
         for (const Record& r : gather(scene, test::points_on_floor({{0, 0}, {3, -4}}), options)) {
-            for (int c = 0; c < 3; ++c) EXPECT_NEAR(r.irradiance[c], kPi * static_cast<double>(scene.sky_radiance[c]), 1e-5);
+            for (int c = 0; c < 3; ++c)
+                EXPECT_NEAR(r.irradiance[c], kPi * static_cast<double>(scene.sky_radiance[c]), 1e-5);
             EXPECT_TRUE(std::isinf(r.harmonic_mean_distance));
             EXPECT_TRUE(std::isinf(r.minimum_distance));
             EXPECT_EQ(r.normal, glm::vec3(0, 1, 0));
@@ -103,8 +106,8 @@ TEST(GatherRecords, BesideALitWallGainAsTheNormalTurnsTowardsIt)
     }
 }
 
-/// Irradiance at (x, 0, 0) from a ceiling [-3, 3] x [-3, 3] at y = 2 that reflects a point light of intensity 1 at (0, 1, 0):
-/// a midpoint sum over it.
+/// Irradiance at (x, 0, 0) from a ceiling [-3, 3] x [-3, 3] at y = 2 that reflects a point light of intensity 1 at (0,
+/// 1, 0): a midpoint sum over it.
 double light_by_ceiling(double x, const Bsdf& ceiling)
 {
     const int n = 600;
@@ -115,7 +118,8 @@ double light_by_ceiling(double x, const Bsdf& ceiling)
             const glm::dvec3 to_light = glm::dvec3(0.0, 1.0, 0.0) - q, to_point = glm::dvec3(x, 0.0, 0.0) - q;
             const double l2 = glm::dot(to_light, to_light), p2 = glm::dot(to_point, to_point);
             const double arrives = -to_light.y / (l2 * std::sqrt(l2));
-            const glm::vec3 f = evaluate(ceiling, glm::vec3(glm::normalize(to_point)), glm::vec3(glm::normalize(to_light)));
+            const glm::vec3 f =
+                evaluate(ceiling, glm::vec3(glm::normalize(to_point)), glm::vec3(glm::normalize(to_light)));
             sum += arrives * static_cast<double>(f.g) * to_point.y * to_point.y / (p2 * p2);
         }
     }
@@ -131,7 +135,8 @@ TEST(GatherRecords, BelowAGlossyCeilingHaveTheLightOfItsLobe)
     ceiling.f90 = 1.0f;
     ceiling.alpha = roughness * roughness;
     Scene scene;
-    test::add_mesh(scene, test::quad({-10, 0, -10}, {0, 0, 20}, {20, 0, 0}, test::add_material(scene, glm::vec3(0.5f))));
+    test::add_mesh(scene,
+                   test::quad({-10, 0, -10}, {0, 0, 20}, {20, 0, 0}, test::add_material(scene, glm::vec3(0.5f))));
     const int lobe_alone = test::add_material(scene, test::glossy(0.0f, roughness, glm::vec3(0.0f)));
     test::add_mesh(scene, test::quad({-3, 2, -3}, {6, 0, 0}, {0, 0, 6}, lobe_alone));
     scene.lights = {test::point_light({0.0, 1.0, 0.0}, glm::vec3(1.0f))};
@@ -139,8 +144,7 @@ TEST(GatherRecords, BelowAGlossyCeilingHaveTheLightOfItsLobe)
     options.rays = 16384;
     const std::vector<float> places = {0.0f, 1.0f, 2.0f, 2.5f};
     std::vector<glm::vec2> points;
-    for (const float x : places)
-        points.emplace_back(x, 0.0f);
+    for (const float x : places) points.emplace_back(x, 0.0f);
     const std::vector<Record> records = gather(scene, test::points_on_floor(points), options);
     for (std::size_t i = 0; i < places.size(); ++i) {
         const double expected = light_by_ceiling(static_cast<double>(places[i]), ceiling);

@@ -45,7 +45,8 @@ TEST(GlossyRender, AWhiteFurnaceHidesEveryRoughness)
         for (int step = 0; step <= 10; ++step) {
             Scene scene;
             scene.sky_radiance = glm::vec3(1.0f);
-            const int material = test::add_material(scene, test::glossy(metallic, 0.1f * static_cast<float>(step), glm::vec3(1.0f)));
+            const int material =
+                test::add_material(scene, test::glossy(metallic, 0.1f * static_cast<float>(step), glm::vec3(1.0f)));
             test::add_mesh(scene, test::icosphere({0, 0, 0}, 1.0f, 4, material));
             scene.cameras.push_back(look_at_camera("front", {0, 0, 4}, {0, 0, 0}, 0.6));
             const RenderResult result = render_first(scene, 48);
@@ -58,7 +59,8 @@ TEST(GlossyRender, AWhiteFurnaceHidesEveryRoughness)
                     if ((x - 23.5) * (x - 23.5) + (y - 23.5) * (y - 23.5) < 15.0 * 15.0)
                         worst = std::max(worst, std::abs(value - 1.0));
                 }
-            const std::string what = "metallic " + std::to_string(metallic) + ", roughness " + std::to_string(0.1 * step);
+            const std::string what =
+                "metallic " + std::to_string(metallic) + ", roughness " + std::to_string(0.1 * step);
             EXPECT_NEAR(mean, 1.0, 0.01) << what;
             EXPECT_LT(worst, 0.02) << what;
         }
@@ -110,8 +112,7 @@ TEST(GlossyRender, OfALambertianSceneShootsNoLobeRaysAndKeepsNoRadiance)
     const RenderResult result = render_first(test::furnished_room(), 48);
     EXPECT_EQ(result.stats.traced.rays, 0u);
     ASSERT_FALSE(result.records.empty());
-    for (const Record& record : result.records)
-        EXPECT_TRUE(record.radiance.empty());
+    for (const Record& record : result.records) EXPECT_TRUE(record.radiance.empty());
 }
 
 /// A pane between the camera and a wall that glows with radiance 2.

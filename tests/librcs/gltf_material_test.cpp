@@ -22,8 +22,9 @@ GltfBuilder file_with(const Json& material)
     const int positions = b.add_vec3({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}});
     const int uvs = b.add_vec2({{0, 1}, {1, 1}, {0, 0}});
     const int uvs1 = b.add_vec2({{0.5f, 0.5f}, {0.25f, 0.5f}, {0.5f, 0.75f}});
-    b.add_node({{"mesh", b.add_mesh("m", {{"attributes", {{"POSITION", positions}, {"TEXCOORD_0", uvs}, {"TEXCOORD_1", uvs1}}},
-                                          {"material", 0}})}});
+    b.add_node(
+        {{"mesh", b.add_mesh("m", {{"attributes", {{"POSITION", positions}, {"TEXCOORD_0", uvs}, {"TEXCOORD_1", uvs1}}},
+                                   {"material", 0}})}});
     return b;
 }
 
@@ -82,7 +83,8 @@ TEST(GltfMaterial, EveryFactorArrives)
 
 TEST(GltfMaterial, UnlitOnesKeepTheirColourAlone)
 {
-    const Material m = material_of({{"emissiveFactor", {1, 1, 1}}, {"normalTexture", {{"index", 0}}},
+    const Material m = material_of({{"emissiveFactor", {1, 1, 1}},
+                                    {"normalTexture", {{"index", 0}}},
                                     {"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}},
                                     {"extensions", {{"KHR_materials_unlit", Json::object()}}}});
     EXPECT_TRUE(m.unlit);
@@ -95,10 +97,13 @@ TEST(GltfMaterial, EverySlotHasItsTexture)
 {
     const Json t = {{"index", 0}};
     Json material = {{"pbrMetallicRoughness", {{"baseColorTexture", t}, {"metallicRoughnessTexture", t}}},
-                     {"normalTexture", {{"index", 0}, {"scale", 0.5}}}, {"emissiveTexture", t}, {"emissiveFactor", {1, 1, 1}}};
+                     {"normalTexture", {{"index", 0}, {"scale", 0.5}}},
+                     {"emissiveTexture", t},
+                     {"emissiveFactor", {1, 1, 1}}};
     material["extensions"]["KHR_materials_specular"] = {{"specularTexture", t}, {"specularColorTexture", t}};
     material["extensions"]["KHR_materials_transmission"] = {{"transmissionFactor", 1}, {"transmissionTexture", t}};
-    material["extensions"]["KHR_materials_clearcoat"] = {{"clearcoatFactor", 1}, {"clearcoatTexture", t}, {"clearcoatRoughnessTexture", t}};
+    material["extensions"]["KHR_materials_clearcoat"] = {
+        {"clearcoatFactor", 1}, {"clearcoatTexture", t}, {"clearcoatRoughnessTexture", t}};
     GltfBuilder b = file_with(material);
     add_picture(b);
     const Scene scene = load(b);
@@ -123,7 +128,8 @@ TEST(GltfMaterial, EverySlotHasItsTexture)
 
 TEST(GltfMaterial, SamplersReachTheirSlots)
 {
-    GltfBuilder b = file_with({{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}, {"normalTexture", {{"index", 1}}}});
+    GltfBuilder b = file_with(
+        {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}, {"normalTexture", {{"index", 1}}}});
     add_picture(b);
     b.add("textures", {{"source", 0}, {"sampler", 0}});
     b.add("samplers", {{"wrapS", 33071}, {"wrapT", 33648}, {"magFilter", 9728}});
@@ -150,7 +156,8 @@ TEST(GltfMaterial, TransformsScaleThenTurnThenMove)
     // The extension's examples: "utilizes only the lower left quadrant of the source image, rotated clockwise
     // 90 degrees", which puts the quadrant's lower left corner to the upper left; and v inverted.
     const TextureSlot quadrant =
-        material_of(transformed({{"offset", {0, 1}}, {"rotation", std::acos(0.0)}, {"scale", {0.5, 0.5}}})).base_color_texture;
+        material_of(transformed({{"offset", {0, 1}}, {"rotation", std::acos(0.0)}, {"scale", {0.5, 0.5}}}))
+            .base_color_texture;
     EXPECT_LT(glm::distance(mapped(quadrant, {0, 0}), {0, 1}), 1e-6f);
     EXPECT_LT(glm::distance(mapped(quadrant, {1, 0}), {0, 0.5f}), 1e-6f);
     EXPECT_LT(glm::distance(mapped(quadrant, {0, 1}), {0.5f, 1}), 1e-6f);
@@ -162,7 +169,8 @@ TEST(GltfMaterial, TransformsScaleThenTurnThenMove)
 TEST(GltfMaterial, TheSecondUvSetIsReadWhereItIsUsed)
 {
     const auto scene = [](int set) {
-        GltfBuilder b = file_with({{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}, {"texCoord", set}}}}}});
+        GltfBuilder b =
+            file_with({{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}, {"texCoord", set}}}}}});
         add_picture(b);
         b.root["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_6"] = 2;
         return load(b);
@@ -196,9 +204,8 @@ TEST(GltfMaterial, ImagesBeyondWhatIsLeftForThemAreRefused)
 {
     const auto* bytes = reinterpret_cast<const std::uint8_t*>(kPicture.data());
     EXPECT_EQ(decode_texture({bytes, kPicture.size()}, ColorSpace::srgb, 4, "p", "image").levels.size(), 2u);
-    expect_error(ErrorCode::unsupported, {"image has 2 x 2 texels", "at most 3 texels"}, [&] {
-        decode_texture({bytes, kPicture.size()}, ColorSpace::srgb, 3, "p", "image");
-    });
+    expect_error(ErrorCode::unsupported, {"image has 2 x 2 texels", "at most 3 texels"},
+                 [&] { decode_texture({bytes, kPicture.size()}, ColorSpace::srgb, 3, "p", "image"); });
 }
 
 TEST(GltfMaterial, AFileWithoutLightGetsANeutralSky)

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include <glm/gtc/matrix_transform.hpp>
 #include <gtest/gtest.h>
+#include <glm/gtc/matrix_transform.hpp>
 
 #include "rcs/scene.h"
 #include "support/gltf_builder.h"
@@ -51,8 +51,10 @@ int add_vec4(GltfBuilder& b, const std::vector<glm::vec4>& values)
 void animate(GltfBuilder& b, const std::string& name, int node, const char* path, int input, int output,
              const char* interpolation = "LINEAR")
 {
-    b.add("animations", {{"name", name}, {"channels", Json::array({{{"sampler", 0}, {"target", {{"node", node}, {"path", path}}}}})},
-                         {"samplers", Json::array({{{"input", input}, {"output", output}, {"interpolation", interpolation}}})}});
+    b.add("animations",
+          {{"name", name},
+           {"channels", Json::array({{{"sampler", 0}, {"target", {{"node", node}, {"path", path}}}}})},
+           {"samplers", Json::array({{{"input", input}, {"output", output}, {"interpolation", interpolation}}})}});
 }
 
 /// A triangle whose translation is animated from (0,0,0) at 1 s over (2,0,0) at 2 s to (2,4,0) at 4 s.
@@ -60,7 +62,8 @@ GltfBuilder moving_triangle(const char* interpolation)
 {
     GltfBuilder b;
     b.add_node({{"mesh", b.add_triangle_mesh()}, {"translation", {7, 7, 7}}});
-    animate(b, "move", 0, "translation", add_scalars(b, {1, 2, 4}), b.add_vec3({{0, 0, 0}, {2, 0, 0}, {2, 4, 0}}), interpolation);
+    animate(b, "move", 0, "translation", add_scalars(b, {1, 2, 4}), b.add_vec3({{0, 0, 0}, {2, 0, 0}, {2, 4, 0}}),
+            interpolation);
     return b;
 }
 
@@ -98,7 +101,8 @@ TEST(GltfAnimation, RotationsTakeTheShorterArcAtConstantSpeed)
     GltfBuilder b;
     b.add_node({{"mesh", b.add_triangle_mesh()}});
     const auto s = static_cast<float>(std::sqrt(0.5));
-    animate(b, "turn", 0, "rotation", add_scalars(b, {0, 1}), add_vec4(b, {{0, 0, 0, 1}, {0, 0, -s, -s}}));  // 90 degrees, negated
+    animate(b, "turn", 0, "rotation", add_scalars(b, {0, 1}),
+            add_vec4(b, {{0, 0, 0, 1}, {0, 0, -s, -s}}));  // 90 degrees, negated
     for (const double t : {0.0, 0.3, 1.0}) {
         const double angle = t * pi / 2;
         expect_near(vertex(load_at(b, t), 0, 1), {std::cos(angle), std::sin(angle), 0});
@@ -177,14 +181,17 @@ TEST(GltfSkin, VerticesFollowTheirJointsWhereverTheNodeIs)
     GltfBuilder b;
     const int positions = b.add_vec3({{0, 0, 0}, {2, 0, 0}, {0, 1, 0}});
     const int normals = b.add_vec3({{0, 0, 1}, {0, 1, 0}, {0, 0, 1}});
-    const int joints = b.add_accessor(b.add_view(raw(std::vector<glm::u8vec4>{{0, 0, 0, 0}, {1, 0, 0, 0}, {0, 1, 0, 0}})),
-                                      kUnsignedByte, "VEC4", 3);
+    const int joints = b.add_accessor(
+        b.add_view(raw(std::vector<glm::u8vec4>{{0, 0, 0, 0}, {1, 0, 0, 0}, {0, 1, 0, 0}})), kUnsignedByte, "VEC4", 3);
     // The third hangs on both; weights are normalised.
     const int weights = add_vec4(b, {{1, 0, 0, 0}, {1, 0, 0, 0}, {3, 1, 0, 0}});
-    const int mesh = b.add_mesh("m", {{"attributes", {{"POSITION", positions}, {"NORMAL", normals}, {"JOINTS_0", joints}, {"WEIGHTS_0", weights}}}});
+    const int mesh = b.add_mesh(
+        "m",
+        {{"attributes", {{"POSITION", positions}, {"NORMAL", normals}, {"JOINTS_0", joints}, {"WEIGHTS_0", weights}}}});
     // Joint 1 sits at (1,0,0) in its bind pose and is turned by 90 degrees about z; both are carried by (0,0,5).
     const glm::mat4 inverse_bind[] = {glm::mat4(1.0f), glm::translate(glm::mat4(1.0f), {-1, 0, 0})};
-    const int matrices = b.add_accessor(b.add_view(raw<glm::mat4>({inverse_bind[0], inverse_bind[1]})), kFloat, "MAT4", 2);
+    const int matrices =
+        b.add_accessor(b.add_view(raw<glm::mat4>({inverse_bind[0], inverse_bind[1]})), kFloat, "MAT4", 2);
     const double h = std::sqrt(0.5);
     b.add_node({{"mesh", mesh}, {"skin", 0}, {"translation", {100, 100, 100}}, {"scale", {0, 0, 0}}});
     b.add_node({{"children", {2}}, {"translation", {0, 0, 5}}});
@@ -193,8 +200,9 @@ TEST(GltfSkin, VerticesFollowTheirJointsWhereverTheNodeIs)
     const Scene scene = load(b);
     ASSERT_EQ(scene.instances.size(), 1u);
     expect_near(vertex(scene, 0, 0), {0, 0, 5});
-    expect_near(vertex(scene, 0, 1), {1, 1, 5});        // (2,0,0) - (1,0,0), turned, + (1,0,5)
-    expect_near(vertex(scene, 0, 2), {0, 0.5, 5});      // 3/4 of (0,1,5) and 1/4 of (0,-1,5), as joint 1 sees (-1,1,0) turned
+    expect_near(vertex(scene, 0, 1), {1, 1, 5});  // (2,0,0) - (1,0,0), turned, + (1,0,5)
+    expect_near(vertex(scene, 0, 2),
+                {0, 0.5, 5});  // 3/4 of (0,1,5) and 1/4 of (0,-1,5), as joint 1 sees (-1,1,0) turned
     expect_near(scene.meshes.at(0).normals.at(1), {-1, 0, 0});
 }
 
@@ -203,15 +211,19 @@ TEST(GltfInstances, ShareTheirMesh)
     GltfBuilder b;
     const int moves = b.add_vec3({{1, 0, 0}, {0, 1, 0}, {0, 0, 1}});
     const int sizes = b.add_vec3({{1, 1, 1}, {2, 2, 2}, {3, 3, 3}});
-    const int turns = b.add_accessor(b.add_view(raw<std::int8_t>({0, 0, 0, 127, 0, 0, 127, 0, 0, 0, 0, 127})), kByte, "VEC4", 3);
+    const int turns =
+        b.add_accessor(b.add_view(raw<std::int8_t>({0, 0, 0, 127, 0, 0, 127, 0, 0, 0, 0, 127})), kByte, "VEC4", 3);
     b.root["accessors"][static_cast<std::size_t>(turns)]["normalized"] = true;
-    b.add_node({{"mesh", b.add_triangle_mesh()}, {"translation", {10, 0, 0}},
-                {"extensions", {{"EXT_mesh_gpu_instancing", {{"attributes", {{"TRANSLATION", moves}, {"SCALE", sizes}, {"ROTATION", turns}}}}}}}});
+    b.add_node({{"mesh", b.add_triangle_mesh()},
+                {"translation", {10, 0, 0}},
+                {"extensions",
+                 {{"EXT_mesh_gpu_instancing",
+                   {{"attributes", {{"TRANSLATION", moves}, {"SCALE", sizes}, {"ROTATION", turns}}}}}}}});
     const Scene scene = load(b);
     EXPECT_EQ(scene.meshes.size(), 1u);
     ASSERT_EQ(scene.instances.size(), 3u);
-    expect_near(vertex(scene, 0, 1), {12, 0, 0});   // (1,0,0) + (1,0,0) + (10,0,0)
-    expect_near(vertex(scene, 1, 1), {8, 1, 0});    // twice (1,0,0), turned by 180 degrees about z
+    expect_near(vertex(scene, 0, 1), {12, 0, 0});  // (1,0,0) + (1,0,0) + (10,0,0)
+    expect_near(vertex(scene, 1, 1), {8, 1, 0});   // twice (1,0,0), turned by 180 degrees about z
     expect_near(vertex(scene, 2, 1), {13, 0, 1});
 }
 

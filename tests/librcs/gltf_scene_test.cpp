@@ -40,8 +40,8 @@ TEST(GltfNodes, TransformsAreComposedFromTheRootDown)
     const Scene scene = load(b);
     ASSERT_EQ(scene.instances.size(), 1u);
     expect_near(world(scene, 0, {0, 0, 0}), {-10, 0, 100});
-    expect_near(world(scene, 0, {1, 0, 0}), {-10, 2, 100});   // (2,0,0) -> (0,2,0) -> (10,2,0) -> (-10,2,100)
-    expect_near(world(scene, 0, {0, 1, 0}), {-8, 0, 100});    // (0,2,0) -> (-2,0,0) -> (8,0,0) -> (-8,0,100)
+    expect_near(world(scene, 0, {1, 0, 0}), {-10, 2, 100});  // (2,0,0) -> (0,2,0) -> (10,2,0) -> (-10,2,100)
+    expect_near(world(scene, 0, {0, 1, 0}), {-8, 0, 100});   // (0,2,0) -> (-2,0,0) -> (8,0,0) -> (-8,0,100)
     EXPECT_LT(glm::determinant(glm::dmat3(scene.instances[0].world_from_object)), 0.0);
 }
 
@@ -124,7 +124,8 @@ TEST(GltfNodes, AFarAwaySceneIsMovedToTheOrigin)
     b.root["extensions"]["KHR_lights_punctual"]["lights"] = Json::array({{{"type", "point"}}});
     b.add_node({{"mesh", mesh}, {"translation", {1e6, 2e6, 0}}});
     b.add_node({{"translation", {1e6, 2e6, 5}}, {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
-    b.add("cameras", {{"type", "orthographic"}, {"orthographic", {{"xmag", 1}, {"ymag", 2}, {"znear", 0}, {"zfar", 1}}}});
+    b.add("cameras",
+          {{"type", "orthographic"}, {"orthographic", {{"xmag", 1}, {"ymag", 2}, {"znear", 0}, {"zfar", 1}}}});
     b.add_node({{"camera", 0}, {"translation", {1e6, 2e6, 9}}});
     const Scene scene = load(b);
     expect_near(scene.origin, {1e6 + 0.5, 2e6 + 0.5, 0});
@@ -139,9 +140,14 @@ TEST(GltfCameras, KeepNodeOrderNamesAndLoseTheirScale)
 {
     GltfBuilder b;
     b.add("cameras", {{"name", "lens"}, {"type", "perspective"}, {"perspective", {{"yfov", 0.5}, {"znear", 0.1}}}});
-    b.add("cameras", {{"type", "orthographic"}, {"orthographic", {{"xmag", 1}, {"ymag", 2}, {"znear", 0}, {"zfar", 1}}}});
+    b.add("cameras",
+          {{"type", "orthographic"}, {"orthographic", {{"xmag", 1}, {"ymag", 2}, {"znear", 0}, {"zfar", 1}}}});
     const double h = std::sqrt(0.5);
-    b.add_node({{"name", "node name"}, {"camera", 0}, {"scale", {3, 5, 7}}, {"rotation", {0, h, 0, h}}, {"translation", {1, 2, 3}}});
+    b.add_node({{"name", "node name"},
+                {"camera", 0},
+                {"scale", {3, 5, 7}},
+                {"rotation", {0, h, 0, h}},
+                {"translation", {1, 2, 3}}});
     b.add_node({{"camera", 0}});
     b.add_node({{"camera", 1}});
     const Scene scene = load(b);
@@ -185,15 +191,20 @@ TEST(GltfCameras, AFileWithoutOneGetsOneThatSeesEverything)
 TEST(GltfLights, PointDownTheirNodesNegativeZ)
 {
     GltfBuilder b;
-    b.root["extensions"]["KHR_lights_punctual"]["lights"] = Json::array(
-        {{{"type", "directional"}, {"color", {1, 0.5, 0.25}}, {"intensity", 8}},
-         {{"type", "spot"}, {"intensity", 3}, {"range", 12}, {"spot", {{"innerConeAngle", 0.2}, {"outerConeAngle", 0.6}}}},
-         {{"type", "point"}, {"name", "bulb"}},
-         {{"type", "spot"}, {"spot", {{"innerConeAngle", 0.4}, {"outerConeAngle", 0.4}}}}});
+    b.root["extensions"]["KHR_lights_punctual"]["lights"] =
+        Json::array({{{"type", "directional"}, {"color", {1, 0.5, 0.25}}, {"intensity", 8}},
+                     {{"type", "spot"},
+                      {"intensity", 3},
+                      {"range", 12},
+                      {"spot", {{"innerConeAngle", 0.2}, {"outerConeAngle", 0.6}}}},
+                     {{"type", "point"}, {"name", "bulb"}},
+                     {{"type", "spot"}, {"spot", {{"innerConeAngle", 0.4}, {"outerConeAngle", 0.4}}}}});
     const double h = std::sqrt(0.5);
     for (int i = 0; i < 4; ++i) {
-        b.add_node({{"extensions", {{"KHR_lights_punctual", {{"light", i}}}}}, {"rotation", {-h, 0, 0, h}},
-                    {"scale", {2, 2, 2}}, {"translation", {0, i, 0}}});
+        b.add_node({{"extensions", {{"KHR_lights_punctual", {{"light", i}}}}},
+                    {"rotation", {-h, 0, 0, h}},
+                    {"scale", {2, 2, 2}},
+                    {"translation", {0, i, 0}}});
     }
     Log log;
     const Scene scene = load(b, &log);
@@ -227,10 +238,13 @@ GltfBuilder file_with_material(const Json& material)
 TEST(GltfMaterials, KeepColourEmissionAndSides)
 {
     Log log;
-    const Scene scene = load(file_with_material(
-        {{"name", "lamp"}, {"doubleSided", true}, {"emissiveFactor", {1, 0.5, 0}},
-         {"pbrMetallicRoughness", {{"baseColorFactor", {0.5, 2, -1, 1}}, {"metallicFactor", 0}}},
-         {"extensions", {{"KHR_materials_emissive_strength", {{"emissiveStrength", 6}}}}}}), &log);
+    const Scene scene = load(
+        file_with_material({{"name", "lamp"},
+                            {"doubleSided", true},
+                            {"emissiveFactor", {1, 0.5, 0}},
+                            {"pbrMetallicRoughness", {{"baseColorFactor", {0.5, 2, -1, 1}}, {"metallicFactor", 0}}},
+                            {"extensions", {{"KHR_materials_emissive_strength", {{"emissiveStrength", 6}}}}}}),
+        &log);
     const Material& material = scene.materials.at(0);
     EXPECT_EQ(material.base_color, glm::vec3(0.5f, 1.0f, 0.0f));
     EXPECT_EQ(material.emission, glm::vec3(6, 3, 0));
@@ -244,9 +258,11 @@ TEST(GltfMaterials, WhatTheRenderIgnoresIsSaidInOneLineAKind)
 {
     GltfBuilder b;
     for (int i = 0; i < 12; ++i) {
-        b.add("materials", {{"name", std::string("m").append(std::to_string(i))}, {"alphaMode", "SOMETIMES"},
-                            {"normalTexture", {{"index", 0}}},
-                            {"extensions", {{"KHR_materials_clearcoat", {{"clearcoatNormalTexture", {{"index", 0}}}}}}}});
+        b.add("materials",
+              {{"name", std::string("m").append(std::to_string(i))},
+               {"alphaMode", "SOMETIMES"},
+               {"normalTexture", {{"index", 0}}},
+               {"extensions", {{"KHR_materials_clearcoat", {{"clearcoatNormalTexture", {{"index", 0}}}}}}}});
         const int positions = b.add_vec3({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}});
         b.add_node({{"mesh", b.add_mesh("mesh", {{"attributes", {{"POSITION", positions}}}, {"material", i}})}});
     }
@@ -254,8 +270,9 @@ TEST(GltfMaterials, WhatTheRenderIgnoresIsSaidInOneLineAKind)
     b.root["extensionsUsed"] = {"KHR_materials_sheen", "KHR_lights_punctual"};
     Log log;
     load(b, &log);
-    for (const char* part : {"an alpha mode that glTF does not have", "clearcoat normal textures", "KHR_materials_sheen",
-                             "textures without an image", "no texture coordinates for its textures"}) {
+    for (const char* part :
+         {"an alpha mode that glTF does not have", "clearcoat normal textures", "KHR_materials_sheen",
+          "textures without an image", "no texture coordinates for its textures"}) {
         EXPECT_EQ(log.count(part), 1) << part;
     }
     EXPECT_EQ(log.count("in 12 materials (m0, m1, m2, m3, m4, m5, m6, m7 and 4 more)"), 3);
@@ -281,7 +298,8 @@ double linear(double srgb) { return srgb <= 0.04045 ? srgb / 12.92 : std::pow((s
 /// A triangle whose base colour texture is the picture in a buffer view.
 GltfBuilder file_with_picture(const std::string& picture)
 {
-    GltfBuilder b = file_with_material({{"name", "painted"}, {"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}});
+    GltfBuilder b =
+        file_with_material({{"name", "painted"}, {"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}});
     b.add("textures", {{"source", 0}});
     b.add("images", {{"bufferView", b.add_view(picture)}, {"mimeType", "image/png"}});
     return b;

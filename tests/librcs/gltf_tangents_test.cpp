@@ -106,7 +106,9 @@ GltfBuilder bumpy_quad(const std::function<void(GltfBuilder&, Json& attributes)>
 {
     GltfBuilder b;
     const Mesh mesh = square();
-    Json attributes = {{"POSITION", b.add_vec3(mesh.positions)}, {"NORMAL", b.add_vec3(mesh.normals)}, {"TEXCOORD_0", b.add_vec2(mesh.uvs)}};
+    Json attributes = {{"POSITION", b.add_vec3(mesh.positions)},
+                       {"NORMAL", b.add_vec3(mesh.normals)},
+                       {"TEXCOORD_0", b.add_vec2(mesh.uvs)}};
     change(b, attributes);
     b.add("materials", {{"normalTexture", {{"index", 0}}}});
     b.add("textures", {{"source", 0}});
@@ -118,7 +120,8 @@ GltfBuilder bumpy_quad(const std::function<void(GltfBuilder&, Json& attributes)>
 TEST(Tangents, OfTheFileAreKeptMadeOrthogonalAndUnit)
 {
     const Scene scene = load(bumpy_quad([](GltfBuilder& b, Json& attributes) {
-        attributes["TANGENT"] = b.add_accessor(b.add_view(raw(std::vector<glm::vec4>(4, {0, 3, 1, -1}))), kFloat, "VEC4", 4);
+        attributes["TANGENT"] =
+            b.add_accessor(b.add_view(raw(std::vector<glm::vec4>(4, {0, 3, 1, -1}))), kFloat, "VEC4", 4);
     }));
     for (const glm::vec4& t : scene.meshes.at(0).tangents) EXPECT_EQ(t, glm::vec4(0, 1, 0, -1));
 }

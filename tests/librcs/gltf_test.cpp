@@ -105,7 +105,8 @@ TEST(GltfGeometry, TextureCoordinatesMayBeNormalizedIntegers)
             p["mode"] = kTriangleFan;
         }));
     };
-    const auto bytes = with(kUnsignedByte, raw<std::uint8_t>({0, 255, 9, 9, 51, 0, 9, 9, 255, 255, 9, 9, 0, 0, 9, 9}), 4);
+    const auto bytes =
+        with(kUnsignedByte, raw<std::uint8_t>({0, 255, 9, 9, 51, 0, 9, 9, 255, 255, 9, 9, 0, 0, 9, 9}), 4);
     EXPECT_EQ(bytes.meshes.at(0).uvs.at(0), glm::vec2(0, 1));
     EXPECT_FLOAT_EQ(bytes.meshes.at(0).uvs.at(1).x, 51.0f / 255.0f);
     const auto shorts = with(kUnsignedShort, raw<std::uint16_t>({0, 65535, 13107, 0, 65535, 65535, 0, 0}), 0);
@@ -138,12 +139,14 @@ TEST(GltfGeometry, PointsAreLeftOutWithAWarning)
 TEST(GltfGeometry, TrianglesWithoutAreaAreDroppedAndCounted)
 {
     Log log;
-    const auto scene = load(quad_file([](GltfBuilder& b, Json& p) {
-        // Equal corners; corners on a line (also one that rounding bends a little).
-        p["attributes"]["POSITION"] = b.add_vec3({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0.1f, 0.1f, 0.1f},
-                                                  {0.2f, 0.2f, 0.2f}, {0.7f, 0.7f, 0.7f}});
-        p["indices"] = b.add_indices<std::uint16_t>({0, 1, 2, 0, 0, 1, 3, 4, 5});
-    }), &log);
+    const auto scene =
+        load(quad_file([](GltfBuilder& b, Json& p) {
+                 // Equal corners; corners on a line (also one that rounding bends a little).
+                 p["attributes"]["POSITION"] = b.add_vec3(
+                     {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0.1f, 0.1f, 0.1f}, {0.2f, 0.2f, 0.2f}, {0.7f, 0.7f, 0.7f}});
+                 p["indices"] = b.add_indices<std::uint16_t>({0, 1, 2, 0, 0, 1, 3, 4, 5});
+             }),
+             &log);
     EXPECT_EQ(scene.meshes.at(0).triangles.size(), 1u);
     EXPECT_EQ(log.count("2 triangles without area in 1 mesh (quad): dropped"), 1);
 }
@@ -158,9 +161,10 @@ TEST(GltfGeometry, DamagedNormalsAreReplacedByTheFaces)
     Log log;
     const float nan = std::numeric_limits<float>::quiet_NaN();
     const auto scene = load(quad_file([&](GltfBuilder& b, Json& p) {
-        p["attributes"]["NORMAL"] = b.add_vec3({{0, 0, 0}, {nan, 0, 0}, {0, 1, 0}, {0, 0, 3}});
-        p["mode"] = kTriangleFan;
-    }), &log);
+                                p["attributes"]["NORMAL"] = b.add_vec3({{0, 0, 0}, {nan, 0, 0}, {0, 1, 0}, {0, 0, 3}});
+                                p["mode"] = kTriangleFan;
+                            }),
+                            &log);
     const std::vector<glm::vec3> expected = {{0, 0, 1}, {0, 0, 1}, {0, 1, 0}, {0, 0, 1}};
     EXPECT_EQ(scene.meshes.at(0).normals, expected);
     EXPECT_EQ(log.count("2 normals that are zero or not finite in 1 mesh (quad)"), 1);
@@ -168,7 +172,8 @@ TEST(GltfGeometry, DamagedNormalsAreReplacedByTheFaces)
 
 TEST(GltfDamage, ACoordinateThatIsNoNumberIsNamed)
 {
-    for (const float value : {std::numeric_limits<float>::quiet_NaN(), -std::numeric_limits<float>::infinity(), 1e38f}) {
+    for (const float value :
+         {std::numeric_limits<float>::quiet_NaN(), -std::numeric_limits<float>::infinity(), 1e38f}) {
         const GltfBuilder b = quad_file([&](GltfBuilder& file, Json& p) {
             p["attributes"]["POSITION"] = file.add_vec3({{0, 0, 0}, {1, value, 0}, {1, 1, 0}});
         });
@@ -205,12 +210,15 @@ TEST(GltfDamage, AccessorsThatReachOutsideTheirViewAreRefusedBeforeAnythingIsAll
 TEST(GltfDamage, BufferViewsThatReachOutsideTheirBufferAreRefused)
 {
     const std::vector<std::pair<const char*, Json>> damages = {
-        {"byteLength", std::numeric_limits<std::uint64_t>::max()}, {"byteOffset", 1000}, {"byteOffset", -4},
-        {"buffer", 1}, {"buffer", -1}, {"byteLength", 0}};
+        {"byteLength", std::numeric_limits<std::uint64_t>::max()},
+        {"byteOffset", 1000},
+        {"byteOffset", -4},
+        {"buffer", 1},
+        {"buffer", -1},
+        {"byteLength", 0}};
     for (const auto& [key, value] : damages) {
-        const GltfBuilder b = quad_file([&, k = key, v = value](GltfBuilder& file, Json&) {
-            file.root["bufferViews"][0][k] = v;
-        });
+        const GltfBuilder b =
+            quad_file([&, k = key, v = value](GltfBuilder& file, Json&) { file.root["bufferViews"][0][k] = v; });
         expect_error(ErrorCode::bad_file, {"buffer view 0"}, [&] { load(b); });
     }
 }
@@ -282,8 +290,8 @@ TEST(GltfDamage, JsonThatIsNoGltfIsAnErrorThatNamesTheFile)
         expect_error(ErrorCode::bad_file, {"test.glb", "glTF"}, [&] { load(std::string(text)); });
     }
     expect_error(ErrorCode::unsupported, {"version '1.0'"}, [] { load("{\"asset\": {\"version\": \"1.0\"}}"); });
-    const std::string deep = "{\"asset\": {\"version\": \"2.0\"}, \"extras\": " + std::string(100000, '[') +
-                             std::string(100000, ']') + "}";
+    const std::string deep =
+        "{\"asset\": {\"version\": \"2.0\"}, \"extras\": " + std::string(100000, '[') + std::string(100000, ']') + "}";
     expect_error(ErrorCode::bad_file, {"deeper"}, [&] { load(deep); });
 }
 
@@ -296,7 +304,8 @@ TEST(GltfDamage, RequiredExtensionsThatAreMissingAreNamed)
 
 TEST(GltfFiles, MissingFilesAndFoldersAreErrors)
 {
-    expect_error(ErrorCode::not_found, {"scene file 'nowhere/x.glb' does not exist"}, [] { load_scene("nowhere/x.glb"); });
+    expect_error(ErrorCode::not_found, {"scene file 'nowhere/x.glb' does not exist"},
+                 [] { load_scene("nowhere/x.glb"); });
     expect_error(ErrorCode::bad_file, {"folder"}, [] { load_scene(std::filesystem::temp_directory_path().string()); });
 }
 
@@ -316,7 +325,8 @@ TEST(GltfFiles, BuffersMayLieBesideTheScene)
 TEST(GltfFiles, BuffersMayBeEmbeddedAsText)
 {
     GltfBuilder b;
-    b.add_node({{"mesh", b.add_mesh("m", {{"attributes", {{"POSITION", b.add_vec3({{0, 0, 0}, {0, 0, 0}, {0, 0, 0}})}}}})}});
+    b.add_node(
+        {{"mesh", b.add_mesh("m", {{"attributes", {{"POSITION", b.add_vec3({{0, 0, 0}, {0, 0, 0}, {0, 0, 0}})}}}})}});
     // 36 zero bytes: three corners in one place, a triangle without area.
     const Scene scene = load(b.gltf("data:application/octet-stream;base64," + std::string(48, 'A')));
     EXPECT_TRUE(scene.meshes.empty());
@@ -331,9 +341,9 @@ TEST(GltfFiles, NothingOutsideTheScenesFolderIsRead)
     write_bytes(folder / "secret.bin", b.binary);
     const std::string path = folder / "inside/scene.gltf";
     const std::string absolute = folder / "secret.bin";
-    for (const std::string& uri : {std::string("../secret.bin"), std::string("a/../../secret.bin"), absolute,
-                                   std::string("%2e%2e/secret.bin"), "file://" + absolute,
-                                   std::string("https://example.org/secret.bin"), std::string("..\\secret.bin")}) {
+    for (const std::string& uri :
+         {std::string("../secret.bin"), std::string("a/../../secret.bin"), absolute, std::string("%2e%2e/secret.bin"),
+          "file://" + absolute, std::string("https://example.org/secret.bin"), std::string("..\\secret.bin")}) {
         write_bytes(path, b.gltf(uri));
         expect_error(ErrorCode::bad_file, {"inside the scene's folder"}, [&] { load_scene(path); });
         Json document = b.root;

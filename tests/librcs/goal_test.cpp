@@ -21,8 +21,7 @@ TEST(Goal, WantsAllPassesWhereTimeIsNoMatter)
     for (const double budget : {0.0, 1000.0}) {
         const RenderOptions options = with_budget(budget);
         Goal goal(options);
-        for (int done = 0; done < 3; ++done)
-            EXPECT_TRUE(goal.wants_pass(done)) << done;
+        for (int done = 0; done < 3; ++done) EXPECT_TRUE(goal.wants_pass(done)) << done;
         EXPECT_FALSE(goal.wants_pass(3));
         EXPECT_EQ(goal.passes(), 3);
     }

@@ -24,8 +24,7 @@ using World = std::function<Seen(glm::dvec3 origin, glm::dvec3 direction)>;
 /// A bright rectangle 1.0 x 1.1 m, one metre above the plane z = 0, off centre.
 Seen lit_rectangle(glm::dvec3 origin, glm::dvec3 direction)
 {
-    if (direction.z <= 0.0)
-        return {};
+    if (direction.z <= 0.0) return {};
     const double t = (1.0 - origin.z) / direction.z;
     const glm::dvec3 p = origin + t * direction;
     const bool inside = p.x > 0.1 && p.x < 1.1 && p.y > -0.4 && p.y < 0.7;
@@ -36,8 +35,7 @@ Seen lit_rectangle(glm::dvec3 origin, glm::dvec3 direction)
 Seen lit_wall(glm::dvec3 origin, glm::dvec3 direction)
 {
     const double d = 0.05 - origin.x;
-    if (direction.x <= 0.0)
-        return {};
+    if (direction.x <= 0.0) return {};
     const double t = d / direction.x;
     return t * direction.z < 2.0 ? Seen{1.0, t, {1.0 / d, 0.0, 0.0}} : Seen{};
 }
@@ -52,15 +50,17 @@ double irradiance(const World& world, glm::dvec3 origin, glm::dvec3 normal)
         const double sin2 = (j + 0.5) / rings;
         for (int k = 0; k < azimuths; ++k) {
             const double phi = 2.0 * kPi * (k + 0.5) / azimuths;
-            const glm::dvec3 d = std::sqrt(sin2) * (std::cos(phi) * glm::dvec3(frame.x) + std::sin(phi) * glm::dvec3(frame.y)) +
-                                 std::sqrt(1.0 - sin2) * glm::dvec3(frame.z);
+            const glm::dvec3 d =
+                std::sqrt(sin2) * (std::cos(phi) * glm::dvec3(frame.x) + std::sin(phi) * glm::dvec3(frame.y)) +
+                std::sqrt(1.0 - sin2) * glm::dvec3(frame.z);
             sum += world(origin, d).radiance;
         }
     }
     return kPi * sum / (rings * azimuths);
 }
 
-HemisphereIntegrals gather(const World& world, int rays, std::uint64_t seed, glm::vec3& rotation, glm::vec3& translation)
+HemisphereIntegrals gather(const World& world, int rays, std::uint64_t seed, glm::vec3& rotation,
+                           glm::vec3& translation)
 {
     const HemisphereGrid grid = make_hemisphere_grid(rays);
     RandomStream random(seed);
@@ -167,7 +167,8 @@ TEST_P(Gradients, AgreeWithFiniteDifferences)
     const int runs = 200;
     for (int run = 0; run < runs; ++run) {
         glm::vec3 rotation, translation;
-        mean_e += gather(lit_rectangle, GetParam(), static_cast<std::uint64_t>(run) * 7919, rotation, translation).irradiance.r;
+        mean_e += gather(lit_rectangle, GetParam(), static_cast<std::uint64_t>(run) * 7919, rotation, translation)
+                      .irradiance.r;
         mean_translation += glm::dvec3(translation);
         mean_rotation += glm::dvec3(rotation);
     }
@@ -206,7 +207,8 @@ TEST(StandardError, IsAboutTheSpreadOfManyGathers)
     const int runs = 400;
     for (int run = 0; run < runs; ++run) {
         glm::vec3 rotation, translation;
-        const HemisphereIntegrals r = gather(lit_rectangle, 256, static_cast<std::uint64_t>(run) * 104729, rotation, translation);
+        const HemisphereIntegrals r =
+            gather(lit_rectangle, 256, static_cast<std::uint64_t>(run) * 104729, rotation, translation);
         sum += r.irradiance.r;
         squares += r.irradiance.r * r.irradiance.r;
         estimated += r.standard_error;

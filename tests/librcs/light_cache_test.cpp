@@ -50,8 +50,9 @@ std::vector<glm::vec2> floor_grid(float half_width, int side)
 {
     std::vector<glm::vec2> points;
     for (int i = 0; i < side * side; ++i)
-        points.emplace_back(half_width * (2.0f * (static_cast<float>(i % side) + 0.5f) / static_cast<float>(side) - 1.0f),
-                            half_width * (2.0f * (static_cast<float>(i / side) + 0.5f) / static_cast<float>(side) - 1.0f));
+        points.emplace_back(
+            half_width * (2.0f * (static_cast<float>(i % side) + 0.5f) / static_cast<float>(side) - 1.0f),
+            half_width * (2.0f * (static_cast<float>(i / side) + 0.5f) / static_cast<float>(side) - 1.0f));
     return points;
 }
 
@@ -94,7 +95,8 @@ TEST(LightCache, BouncesOfAWhiteFurnaceNeitherGainNorLose)
         // The mean source is 1, and every bounce brings as much again.
         EXPECT_NEAR(e.back().r, static_cast<float>(bounces), 1e-3f * static_cast<float>(bounces)) << bounces;
         for (int k = 1; k <= 2 && k < bounces; ++k)
-            EXPECT_NEAR(fewer[static_cast<std::size_t>(k - 1)].back().r, static_cast<float>(bounces - k), 1e-3f * static_cast<float>(bounces));
+            EXPECT_NEAR(fewer[static_cast<std::size_t>(k - 1)].back().r, static_cast<float>(bounces - k),
+                        1e-3f * static_cast<float>(bounces));
     }
 }
 
@@ -200,7 +202,8 @@ TEST(LightCache, SaysWhichNumberOfBouncesItTakes)
             FAIL() << bounces;
         } catch (const Error& e) {
             EXPECT_EQ(e.code(), ErrorCode::bad_argument);
-            EXPECT_NE(std::string(e.what()).find("light_cache.bounces is " + std::to_string(bounces)), std::string::npos);
+            EXPECT_NE(std::string(e.what()).find("light_cache.bounces is " + std::to_string(bounces)),
+                      std::string::npos);
         }
     }
 }
@@ -239,9 +242,11 @@ TEST(CellGrid, ScalesWithTheScene)
 {
     for (const double scale : {1e-3, 1e3}) {
         const Bounds one{glm::dvec3(-1.0), glm::dvec3(2.0)}, other{glm::dvec3(-scale), glm::dvec3(2.0 * scale)};
-        const CellGrid a = make_cell_grid(one, test::view_of(look_at_camera("", {0.3, 0.2, 0.1}, {1, 1, 1}, 0.9), 10, 10));
+        const CellGrid a =
+            make_cell_grid(one, test::view_of(look_at_camera("", {0.3, 0.2, 0.1}, {1, 1, 1}, 0.9), 10, 10));
         const CellGrid b = make_cell_grid(
-            other, test::view_of(look_at_camera("", glm::dvec3(0.3, 0.2, 0.1) * scale, glm::dvec3(scale), 0.9), 10, 10));
+            other,
+            test::view_of(look_at_camera("", glm::dvec3(0.3, 0.2, 0.1) * scale, glm::dvec3(scale), 0.9), 10, 10));
         int same = 0;
         RandomStream random(5);
         for (int i = 0; i < 1000; ++i) {

@@ -26,7 +26,8 @@ Scene hall_of_lamps(int lamps)
     RandomStream random(11);
     Mesh meshes[4];
     for (int m = 0; m < 4; ++m)
-        meshes[m].material = test::add_material(scene, glm::vec3(0.0f), glm::vec3(m + 1.0f, 2.0f, 4.0f - static_cast<float>(m)) * (m == 3 ? 20.0f : 1.0f));
+        meshes[m].material = test::add_material(
+            scene, glm::vec3(0.0f), glm::vec3(m + 1.0f, 2.0f, 4.0f - static_cast<float>(m)) * (m == 3 ? 20.0f : 1.0f));
     for (int i = 0; i < lamps; ++i) {
         const float u = 30.0f * random.next() - 15.0f, v = random.next(), size = 0.01f + 0.02f * random.next();
         const int wall = static_cast<int>(3.0f * random.next());
@@ -93,7 +94,8 @@ TEST_F(LightTreeTest, EveryPartOfALampIsDrawnWithItsChance)
                 ASSERT_LE(count, room);
                 glm::dvec3 sum(0.0);
                 for (std::size_t c = 0; c < count; ++c)
-                    sum += static_cast<double>(candidates[c].multiplicity) * brute_force({lights.triangles[candidates[c].lamp]}, p);
+                    sum += static_cast<double>(candidates[c].multiplicity) *
+                           brute_force({lights.triangles[candidates[c].lamp]}, p);
                 mean += sum / static_cast<double>(n);
                 square += sum.g * sum.g / n;
             }
@@ -125,7 +127,8 @@ TEST_F(LightTreeTest, RaysThatMeetALampMayMeetOne)
     for (int i = 0; i < 2000; ++i) {
         const EmissiveTriangle& t = lights.triangles[static_cast<std::size_t>(random.next() * 99999.0f)];
         const glm::vec3 origin(20.0f * random.next() - 10.0f, 4.0f * random.next(), 8.0f * random.next() - 4.0f);
-        ASSERT_TRUE(lights.tree->may_meet(origin, glm::normalize((t.corner[0] + t.corner[1] + t.corner[2]) / 3.0f - origin)));
+        ASSERT_TRUE(
+            lights.tree->may_meet(origin, glm::normalize((t.corner[0] + t.corner[1] + t.corner[2]) / 3.0f - origin)));
     }
     EXPECT_FALSE(lights.tree->may_meet({0, 50, 0}, {0, 1, 0}));
 }
@@ -169,7 +172,8 @@ TEST_F(LightTreeTest, DirectLightOfAHundredThousandTrianglesConverges)
     RandomStream random(3);
     for (int i = 0; i < 20000; ++i) hits.sample(p, random);
     const std::clock_t end = std::clock();
-    std::printf("%.1f us a pixel, %.2f us a hit\n", static_cast<double>(middle - start) / 200, static_cast<double>(end - middle) / 20000);
+    std::printf("%.1f us a pixel, %.2f us a hit\n", static_cast<double>(middle - start) / 200,
+                static_cast<double>(end - middle) / 20000);
 }
 
 /// A lamp of 2 x 2 m at height 1 whose emission texture is bright on one half and dark on the other.
@@ -212,7 +216,8 @@ TEST(TexturedEmission, LightsByWhatTheTextureShowsWhere)
         const double x = static_cast<double>(at_xz.x), z = static_cast<double>(at_xz.y);
         const double expected = 6.0 * test::rectangle_irradiance(-1.0 - x, -x, -1.0 - z, 1.0 - z, 1.0);
         double pixel = 0.0, hit = 0.0;
-        for (int i = 0; i < 400; ++i) pixel += static_cast<double>(light.at(p, {}, mix64(static_cast<std::uint64_t>(i)), w).irradiance.r) / 400;
+        for (int i = 0; i < 400; ++i)
+            pixel += static_cast<double>(light.at(p, {}, mix64(static_cast<std::uint64_t>(i)), w).irradiance.r) / 400;
         for (int i = 0; i < 40000; ++i) hit += static_cast<double>(hits.sample(p, random).irradiance.r) / 40000;
         EXPECT_NEAR(pixel, expected, 0.01 * expected);
         EXPECT_NEAR(hit, expected, 0.03 * expected);

@@ -125,8 +125,7 @@ TEST(CollectLights, TurnsNormalsWithInstancesAlsoWhereTheyMirror)
         m[3] = glm::dvec4(0.0, 0.0, 5.0, 1.0);
         return m;
     };
-    const glm::dmat4 transforms[] = {diagonal(1, 1, 1), diagonal(1, -1, -1), diagonal(-1, 1, 1),
-                                     diagonal(1, 1, -1)};
+    const glm::dmat4 transforms[] = {diagonal(1, 1, 1), diagonal(1, -1, -1), diagonal(-1, 1, 1), diagonal(1, 1, -1)};
     const float front_z[] = {1.0f, -1.0f, 1.0f, -1.0f};
     for (int copies = 1; copies <= 2; ++copies) {  // a mesh used once is baked, used twice it is an instance
         for (int i = 0; i < 4; ++i) {

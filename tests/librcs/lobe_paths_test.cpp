@@ -51,8 +51,8 @@ int add_surface(Scene& scene, float metallic, float roughness, glm::vec3 color)
     return test::add_material(scene, test::glossy(metallic, roughness, color));
 }
 
-/// Two plates face each other, and a beam from the camera goes zigzag between them at 45 degrees, meets them so many times, and
-/// leaves to the sky of radiance 1, or if that is black to a lamp of radiance 1.
+/// Two plates face each other, and a beam from the camera goes zigzag between them at 45 degrees, meets them so many
+/// times, and leaves to the sky of radiance 1, or if that is black to a lamp of radiance 1.
 Scene corridor(int (*add_plate)(Scene&), int reflections, bool lamp)
 {
     Scene scene;
@@ -91,7 +91,8 @@ TEST(LobePaths, FacingMirrorsGiveTheProductOfTheirReflectances)
             const int most = bounces + 1;  // mirrors on a path, the visible one with them
             const glm::vec3 seen = mean(render_first(corridor(mirror, most, lamp), 8, bounces).image);
             for (int c = 0; c < 3; ++c)
-                EXPECT_NEAR(seen[c], std::pow(r[c], static_cast<float>(most)), 0.02f * seen[c]) << what << " channel " << c;
+                EXPECT_NEAR(seen[c], std::pow(r[c], static_cast<float>(most)), 0.02f * seen[c])
+                    << what << " channel " << c;
             // One mirror more than the path may meet: nothing but what lobes that are not quite mirrors let out.
             const glm::vec3 cut = mean(render_first(corridor(mirror, most + 1, lamp), 8, bounces).image);
             EXPECT_LT(cut.r, 0.01f) << what;
@@ -155,14 +156,14 @@ TEST(LobePaths, AMirrorInAMirrorUnderASmallLampAgreesWithTheReference)
                 for (int x = 0; x < kSize; ++x) {
                     const double r = static_cast<double>(at(reference, x, y).g);
                     // Some paths find the lamp in a mirror that the floor sees: single bright ones, nothing about ours.
-                    if (static_cast<double>(reference.layers.at("standard_error").at(x, y)[1]) > 0.05 * r)
-                        continue;
+                    if (static_cast<double>(reference.layers.at("standard_error").at(x, y)[1]) > 0.05 * r) continue;
                     difference += std::abs(static_cast<double>(at(ours.image, x, y).g) - r);
                     sum += r;
                     ++compared;
                 }
             EXPECT_GT(compared, kSize * kSize / 3);
-            EXPECT_LT(difference, (bounces == 1 ? 0.05 : 0.1) * sum) << "roughness " << roughness << ", bounces " << bounces;
+            EXPECT_LT(difference, (bounces == 1 ? 0.05 : 0.1) * sum)
+                << "roughness " << roughness << ", bounces " << bounces;
         }
     }
 }
@@ -180,8 +181,7 @@ TEST(LobePaths, AFrostedPaneBlursAsInTheReference)
         test::add_mesh(scene, test::quad({-2, -2, 0}, {4, 0, 0}, {0, 4, 0}, pane));
         test::add_mesh(scene, test::quad({-2, -1, 0}, {4, 0, 0}, {0, 0, -4}, wall));
         test::add_mesh(scene, test::quad({0.3f, -0.5f, -2}, {1.5f, 0, 0}, {0, 1.5f, 0}, glow));
-        if (has_sky)
-            scene.sky_radiance = glm::vec3(0.3f);
+        if (has_sky) scene.sky_radiance = glm::vec3(0.3f);
         PunctualLight lamp;
         lamp.position = {-1.0, 1.0, -1.5};
         lamp.intensity = glm::vec3(3.0f);

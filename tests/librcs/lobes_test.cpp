@@ -45,8 +45,7 @@ std::array<double, kHarmonics> harmonics_in(glm::vec3 w)
     HarmonicLanes lanes;
     evaluate_harmonics(detail::harmonic_factors(), x, y, z, lanes);
     std::array<double, kHarmonics> values;
-    for (std::size_t k = 0; k < kHarmonics; ++k)
-        values[k] = static_cast<double>(lanes[k][3]);
+    for (std::size_t k = 0; k < kHarmonics; ++k) values[k] = static_cast<double>(lanes[k][3]);
     return values;
 }
 
@@ -59,8 +58,7 @@ std::array<double, kHarmonics> project(const Axes& axes, const Light& light)
     over_hemisphere(axes, [&](glm::vec3 w, double solid_angle) {
         const auto values = harmonics_in(w);
         const double weight = light(w) * static_cast<double>(glm::dot(w, axes.z)) * solid_angle;
-        for (std::size_t k = 0; k < kHarmonics; ++k)
-            sums[k] += weight * values[k];
+        for (std::size_t k = 0; k < kHarmonics; ++k) sums[k] += weight * values[k];
     });
     return sums;
 }
@@ -122,8 +120,7 @@ TEST(Harmonics, AreOrthonormal)
             });
         for (int n = 0; n < kHarmonics; ++n)
             EXPECT_NEAR(sums[static_cast<std::size_t>(n)], n == k ? 1.0 : 0.0, 2e-3) << k << " and " << n;
-        if (k >= 9 && k % 5 != 0)
-            k += 2;  // a sample of the higher ones
+        if (k >= 9 && k % 5 != 0) k += 2;  // a sample of the higher ones
     }
 }
 
@@ -145,8 +142,9 @@ TEST(Lobes, FollowHardEdgedLightWithinTheStatedError)
     double worst = 0.0, squares = 0.0;
     int count = 0;
     for (int n = 0; n < 24; ++n) {
-        const glm::vec3 towards = glm::normalize(glm::vec3(std::sin(2.4f * static_cast<float>(n)), std::cos(1.7f * static_cast<float>(n)),
-                                                           std::sin(0.9f * static_cast<float>(n) + 1.0f)));
+        const glm::vec3 towards =
+            glm::normalize(glm::vec3(std::sin(2.4f * static_cast<float>(n)), std::cos(1.7f * static_cast<float>(n)),
+                                     std::sin(0.9f * static_cast<float>(n) + 1.0f)));
         const Light half = [&](glm::vec3 w) { return 0.2 + (glm::dot(w, towards) > 0.1f ? 1.0 : 0.0); };
         const auto radiance = project(axes, half);
         for (const float alpha : {0.3f, 0.5f, 1.0f}) {
@@ -171,10 +169,10 @@ TEST(Lobes, TurnWithTheScene)
     for (const glm::vec3 normal : {glm::vec3(0, 0, 1), glm::vec3(0.6f, -0.7f, 0.2f), glm::vec3(-1, 0.1f, -0.5f)}) {
         const Axes axes = axes_about(normal);
         const glm::vec3 towards = seen_at(axes, 0.6f, 2.0f);
-        const auto radiance = project(axes, [&](glm::vec3 w) { return std::exp(4.0 * static_cast<double>(glm::dot(w, towards))); });
+        const auto radiance =
+            project(axes, [&](glm::vec3 w) { return std::exp(4.0 * static_cast<double>(glm::dot(w, towards))); });
         const double value = by_lobe(surface(axes, 0.4f, 0.9f), seen_at(axes, 0.5f, 4.6f), radiance);
-        if (first == 0.0)
-            first = value;
+        if (first == 0.0) first = value;
         EXPECT_NEAR(value, first, 2e-4 * first);
     }
 }

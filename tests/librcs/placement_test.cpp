@@ -48,8 +48,9 @@ protected:
                 const glm::dvec3 d = p - glm::dvec3(r.position), n(r.normal);
                 const double across = glm::dot(d, n);
                 const double turned = std::max(0.0, 1.0 - glm::dot(n, glm::dvec3(gbuffer.normal(i))));
-                least = std::min(least, std::sqrt(glm::dot(d, d) + 3.0 * across * across) / static_cast<double>(r.spacing_radius) +
-                                            std::sqrt(turned) / tolerance);
+                least = std::min(
+                    least, std::sqrt(glm::dot(d, d) + 3.0 * across * across) / static_cast<double>(r.spacing_radius) +
+                               std::sqrt(turned) / tolerance);
             }
             count += least < 1.0 + 1e-4 ? 0 : 1;  // the rim itself is a matter of float rounding
         }
@@ -184,15 +185,19 @@ TEST(ValidateRecordOptions, NamesTheFieldItsValueAndItsRange)
     const float nan = std::numeric_limits<float>::quiet_NaN();
     EXPECT_EQ(message([](RecordOptions&) {}), "no error");
     for (const float a : {0.0f, -1.0f, 1.5f, nan})
-        EXPECT_NE(message([a](RecordOptions& o) { o.error_tolerance = a; }).find("error_tolerance is"), std::string::npos) << a;
+        EXPECT_NE(message([a](RecordOptions& o) { o.error_tolerance = a; }).find("error_tolerance is"),
+                  std::string::npos)
+            << a;
     for (const int n : {15, -1, 65537})
-        EXPECT_NE(message([n](RecordOptions& o) { o.rays = n; }).find("rays is " + std::to_string(n)), std::string::npos);
+        EXPECT_NE(message([n](RecordOptions& o) { o.rays = n; }).find("rays is " + std::to_string(n)),
+                  std::string::npos);
     for (const float r : {0.0f, 101.0f, nan})
         EXPECT_NE(message([r](RecordOptions& o) { o.min_reach = r; }).find("min_reach is"), std::string::npos) << r;
     for (const float r : {0.0f, -2.0f, nan, std::numeric_limits<float>::infinity()})
         EXPECT_NE(message([r](RecordOptions& o) { o.max_reach = r; }).find("max_reach is"), std::string::npos) << r;
     for (const float g : {0.0f, -3.0f, nan})
-        EXPECT_NE(message([g](RecordOptions& o) { o.gradient_limit = g; }).find("gradient_limit is"), std::string::npos) << g;
+        EXPECT_NE(message([g](RecordOptions& o) { o.gradient_limit = g; }).find("gradient_limit is"), std::string::npos)
+            << g;
     for (const int b : {-1, 65, 700})
         EXPECT_NE(message([b](RecordOptions& o) { o.bounces = b; }).find("bounces is"), std::string::npos) << b;
 }

@@ -59,8 +59,7 @@ TEST(PolygonIrradiance, OfAParallelSquareEqualsTheClosedForm)
 {
     for (const float x : {0.0f, 0.3f, 1.0f, 2.5f}) {
         for (const float h : {0.05f, 1.0f, 7.0f}) {
-            const std::vector<glm::vec3> square = {
-                {-1 - x, -1, h}, {1 - x, -1, h}, {1 - x, 1, h}, {-1 - x, 1, h}};
+            const std::vector<glm::vec3> square = {{-1 - x, -1, h}, {1 - x, -1, h}, {1 - x, 1, h}, {-1 - x, 1, h}};
             const double expected = test::rectangle_irradiance(-1 - x, 1 - x, -1, 1, h);
             // Float: a sum of four terms of up to pi, each good to about 2e-7.
             EXPECT_NEAR(factor(square, {0, 0, 1}), expected, 2e-6 + 1e-5 * expected) << x << ' ' << h;
@@ -282,12 +281,10 @@ TEST(SphericalTriangle, SamplesLieOnTheTriangle)
 TEST(SphericalTriangle, DegenerateOnesYieldFiniteSamples)
 {
     const glm::vec3 zero(0.0f);
-    const glm::vec3 cases[][3] = {{zero, {1, 0, 0}, {0, 1, 0}},
-                                  {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}},
-                                  {{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}},
-                                  {{1, 0, 0}, {2, 0, 0}, {3, 0, 0}},
-                                  {{1, 1, 1}, {1, 1, 1}, {1, 1, 1}},
-                                  {{-1e3f, -1e3f, 1e-6f}, {1e3f, -1e3f, 1e-6f}, {0, 1e3f, 1e-6f}}};
+    const glm::vec3 cases[][3] = {
+        {zero, {1, 0, 0}, {0, 1, 0}},         {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}},
+        {{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}}, {{1, 0, 0}, {2, 0, 0}, {3, 0, 0}},
+        {{1, 1, 1}, {1, 1, 1}, {1, 1, 1}},    {{-1e3f, -1e3f, 1e-6f}, {1e3f, -1e3f, 1e-6f}, {0, 1e3f, 1e-6f}}};
     for (const auto& c : cases) {
         const SphericalTriangle triangle = make_spherical_triangle(c);
         for (float u = 0.0f; u < 1.0f; u += 0.124f) {

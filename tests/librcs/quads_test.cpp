@@ -5,10 +5,10 @@
 
 #include <gtest/gtest.h>
 
-#include "rcs/splat.h"
-#include "shared/weight.h"
 #include "gbuffer/shading.h"
 #include "radiance/lobes.h"
+#include "rcs/splat.h"
+#include "shared/weight.h"
 #include "splat/gpu_records.h"
 
 namespace {
@@ -171,13 +171,14 @@ TEST(SplatQuads, LightGlossySurfacesAsTilesDo)
     std::vector<Record> records = random_records(gbuffer, 300);
     for (std::size_t n = 0; n < records.size(); ++n)
         for (std::size_t k = 0; k < 3 * kHarmonics; ++k)
-            records[n].radiance.push_back(std::sin(static_cast<float>(37 * n + 11 * k)) + (k % kHarmonics == 0 ? 4.0f : 0.0f));
+            records[n].radiance.push_back(std::sin(static_cast<float>(37 * n + 11 * k)) +
+                                          (k % kHarmonics == 0 ? 4.0f : 0.0f));
     Shading shading;
     for (std::size_t i = 0; i < gbuffer.size(); ++i) {
         Bsdf bsdf;
         bsdf.normal = bsdf.geometric_normal = gbuffer.normal(i);
         bsdf.f0 = glm::vec3(0.04f + 0.01f * static_cast<float>(i % 90));
-        bsdf.f90 = i % 7 == 0 ? 0.0f : 1.0f;  // some have no lobe
+        bsdf.f90 = i % 7 == 0 ? 0.0f : 1.0f;                            // some have no lobe
         bsdf.alpha = 0.2f + 0.8f * static_cast<float>(i % 13) / 12.0f;  // some too narrow a one
         shading.bsdf.push_back(bsdf);
     }
@@ -198,7 +199,8 @@ TEST(SplatQuads, LightGlossySurfacesAsTilesDo)
     EXPECT_TRUE(plain.glossy_g.empty());
     std::size_t lit = 0;
     for (std::size_t i = 0; i < gbuffer.size(); ++i) {
-        const float most = std::max({std::abs(tiles.glossy_r[i]), std::abs(tiles.glossy_g[i]), std::abs(tiles.glossy_b[i])});
+        const float most =
+            std::max({std::abs(tiles.glossy_r[i]), std::abs(tiles.glossy_g[i]), std::abs(tiles.glossy_b[i])});
         EXPECT_NEAR(quads.glossy_r[i], tiles.glossy_r[i], 1e-4f * most);
         EXPECT_NEAR(quads.glossy_g[i], tiles.glossy_g[i], 1e-4f * most);
         EXPECT_NEAR(quads.glossy_b[i], tiles.glossy_b[i], 1e-4f * most);
@@ -248,8 +250,7 @@ TEST(SplatQuads, OfALargeImageHaveNoSeamBetweenTheirBands)
     SplatStats stats;
     const SplatBuffer splats = splat_quads(gl(), {record}, gbuffer, view, options, stats);
     std::size_t wrong = 0;
-    for (std::size_t i = 0; i < gbuffer.size(); ++i)
-        wrong += (splats.count[i] == 1.0f) != gbuffer.covered(i);
+    for (std::size_t i = 0; i < gbuffer.size(); ++i) wrong += (splats.count[i] == 1.0f) != gbuffer.covered(i);
     EXPECT_EQ(wrong, 0u);
     EXPECT_EQ(stats.samples, 4500000u);
 }

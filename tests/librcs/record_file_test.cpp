@@ -53,8 +53,7 @@ std::vector<Record> random_records(int count)
         r.gradient_scale = k % 2 == 0 ? 0.0f : 1.0f;
         r.closeness = 0.25f;
         r.breadth = 0.5f;
-        for (int i = 0; i < (k % 2 == 0 ? 108 : 0); ++i)
-            r.radiance.push_back(unit(engine) - 0.5f);
+        for (int i = 0; i < (k % 2 == 0 ? 108 : 0); ++i) r.radiance.push_back(unit(engine) - 0.5f);
     }
     return records;
 }
@@ -132,7 +131,9 @@ TEST(RecordFile, CutShortOrWithAnyBitFlippedIsOneErrorThatNamesIt)
     }
     EXPECT_NE(message(whole + "x").find("a.records"), std::string::npos);
     EXPECT_NE(message("").find("a.records is no record file"), std::string::npos);
-    EXPECT_NE(message(std::string("rcs records\n\2\0\0\0", 16) + std::string(16, '0')).find("version 2, this build reads version 1"), std::string::npos);
+    EXPECT_NE(message(std::string("rcs records\n\2\0\0\0", 16) + std::string(16, '0'))
+                  .find("version 2, this build reads version 1"),
+              std::string::npos);
 }
 
 TEST(RecordFile, WithValuesThatNoRecordHasIsAnError)
@@ -165,7 +166,8 @@ TEST(RecordFile, WithValuesThatNoRecordHasIsAnError)
     for (std::size_t i = 0; i < changes.size(); ++i) {
         std::vector<Record> records = random_records(3);
         changes[i].second(records[2]);
-        const std::string words = error_of(ErrorCode::bad_file, [&] { parse_records(to_bytes(kKey, records), "a.records"); });
+        const std::string words =
+            error_of(ErrorCode::bad_file, [&] { parse_records(to_bytes(kKey, records), "a.records"); });
         EXPECT_NE(words.find(changes[i].first), std::string::npos) << "change " << i << ": " << words;
     }
 }
@@ -173,19 +175,24 @@ TEST(RecordFile, WithValuesThatNoRecordHasIsAnError)
 TEST(RecordFile, ThatPromisesMoreThanItHasTakesNoMemory)
 {
     std::string bytes = to_bytes(kKey, {});
-    for (std::size_t i = bytes.size() - 4; i < bytes.size(); ++i)
-        bytes[i] = '\xff';
-    EXPECT_NE(error_of(ErrorCode::bad_file, [&] { parse_records(bytes, "a.records"); }).find("too short for 4294967295 records"), std::string::npos);
+    for (std::size_t i = bytes.size() - 4; i < bytes.size(); ++i) bytes[i] = '\xff';
+    EXPECT_NE(error_of(ErrorCode::bad_file, [&] { parse_records(bytes, "a.records"); })
+                  .find("too short for 4294967295 records"),
+              std::string::npos);
     bytes = to_bytes(kKey, {}).substr(0, 16) + "\xff\xff\xff\xff";
-    EXPECT_NE(error_of(ErrorCode::bad_file, [&] { parse_records(bytes, "a.records"); }).find("4294967295 bytes"), std::string::npos);
+    EXPECT_NE(error_of(ErrorCode::bad_file, [&] { parse_records(bytes, "a.records"); }).find("4294967295 bytes"),
+              std::string::npos);
 }
 
 TEST(RecordFile, MissingOrNoFileIsAnError)
 {
     const TemporaryFolder folder;
-    EXPECT_NE(error_of(ErrorCode::not_found, [&] { read_records(folder / "none.records", kKey); }).find("none.records"), std::string::npos);
-    EXPECT_NE(error_of(ErrorCode::io, [&] { read_records(folder.path(), kKey); }).find(folder.path()), std::string::npos);
-    EXPECT_NE(error_of(ErrorCode::io, [&] { write_records(folder / "nowhere/a.records", kKey, {}); }).find("nowhere"), std::string::npos);
+    EXPECT_NE(error_of(ErrorCode::not_found, [&] { read_records(folder / "none.records", kKey); }).find("none.records"),
+              std::string::npos);
+    EXPECT_NE(error_of(ErrorCode::io, [&] { read_records(folder.path(), kKey); }).find(folder.path()),
+              std::string::npos);
+    EXPECT_NE(error_of(ErrorCode::io, [&] { write_records(folder / "nowhere/a.records", kKey, {}); }).find("nowhere"),
+              std::string::npos);
     EXPECT_TRUE(folder.names().empty());
 }
 
@@ -199,7 +206,14 @@ TEST(RecordKey, ChangesWithAllThatRecordsDependOnAndWithNothingElse)
         change(other);
         return record_key(scene, other);
     };
-    EXPECT_EQ(with([](auto& o) { o.seed = 7; o.width = 64; o.aa = 1; o.lobe_rays = 3; o.layers.emplace(); }), key);
+    EXPECT_EQ(with([](auto& o) {
+                  o.seed = 7;
+                  o.width = 64;
+                  o.aa = 1;
+                  o.lobe_rays = 3;
+                  o.layers.emplace();
+              }),
+              key);
     const std::vector<std::function<void(RenderOptions&)>> changes{
         [](RenderOptions& o) { o.bounces = 2; },
         [](RenderOptions& o) { o.target_error = 0.05; },
@@ -215,7 +229,12 @@ TEST(RecordKey, ChangesWithAllThatRecordsDependOnAndWithNothingElse)
         EXPECT_EQ(with(changes[i]).scene, key.scene);
         EXPECT_NE(with(changes[i]).settings, key.settings) << "change " << i << " goes unseen";
     }
-    const auto aimed = [&](float overlap) { return with([&](RenderOptions& o) { o.target_error = 0.05; o.overlap = overlap; }); };
+    const auto aimed = [&](float overlap) {
+        return with([&](RenderOptions& o) {
+            o.target_error = 0.05;
+            o.overlap = overlap;
+        });
+    };
     EXPECT_NE(aimed(2.0f).settings, aimed(3.0f).settings) << "a target is judged by the splat";
     EXPECT_NE(key.settings.find("accuracy 0.2, rays 128, noise 0.02"), std::string::npos) << key.settings;
     Scene brighter = scene;
@@ -228,8 +247,11 @@ TEST(RecordFile, OfAnotherSceneOrAccuracyIsRefused)
     const TemporaryFolder folder;
     const std::string path = folder / "a.records";
     write_records(path, kKey, random_records(1));
-    EXPECT_NE(error_of(ErrorCode::bad_file, [&] { read_records(path, {"f", "bounces 1"}); }).find("another scene"), std::string::npos);
-    EXPECT_NE(error_of(ErrorCode::bad_file, [&] { read_records(path, {kKey.scene, "bounces 2"}); }).find("made with bounces 1, not with bounces 2"), std::string::npos);
+    EXPECT_NE(error_of(ErrorCode::bad_file, [&] { read_records(path, {"f", "bounces 1"}); }).find("another scene"),
+              std::string::npos);
+    EXPECT_NE(error_of(ErrorCode::bad_file, [&] { read_records(path, {kKey.scene, "bounces 2"}); })
+                  .find("made with bounces 1, not with bounces 2"),
+              std::string::npos);
 }
 
 /// Renders, and renders again from the file with its records.
@@ -289,7 +311,8 @@ TEST(RecordFile, LeavesHardlyAHoleWhereSamplesOfAPixelShareRecords)
     const auto [first, again] = render_twice(load_scene("demo:atrium"), options);
     EXPECT_LT(again.stats.records.records, first.records.size() / 100);
     EXPECT_LT(again.stats.error.mean_relative, 1.1 * first.stats.error.mean_relative);
-    EXPECT_EQ(again.image.metadata.at("rcs:records"), std::to_string(again.records.size())) << "those it was made of, gathered or not";
+    EXPECT_EQ(again.image.metadata.at("rcs:records"), std::to_string(again.records.size()))
+        << "those it was made of, gathered or not";
 }
 
 TEST(RecordFile, TakesWhatTheLargestLightLeavesFinite)

@@ -82,7 +82,8 @@ TEST(ReferenceGlossy, AClosedBoxThatEmitsAndReflectsEverythingGainsItsEmissionWi
                 const LayeredImage image = test::trace(scene, 12, {.samples = 128, .bounces = bounces});
                 test::expect_sane(image);
                 EXPECT_NEAR(test::mean(image, "direct"), 1.0, 0.015) << roughness << ' ' << metallic;
-                EXPECT_NEAR(test::mean(image, "beauty"), bounces + 2.0, 0.015 * (bounces + 2)) << roughness << ' ' << metallic;
+                EXPECT_NEAR(test::mean(image, "beauty"), bounces + 2.0, 0.015 * (bounces + 2))
+                    << roughness << ' ' << metallic;
             }
         }
     }
@@ -115,7 +116,8 @@ TwoWays lamp_light(const Bsdf& bsdf, glm::dvec3 p, glm::vec3 outgoing)
             const double distance2 = glm::dot(d, d);
             const glm::vec3 w(d / std::sqrt(distance2));
             const double cosine = static_cast<double>(w.y);
-            result.by_area += glm::dvec3(evaluate(bsdf, outgoing, w)) * (3.0 * cosine * cosine / distance2 / (kSteps * kSteps));
+            result.by_area +=
+                glm::dvec3(evaluate(bsdf, outgoing, w)) * (3.0 * cosine * cosine / distance2 / (kSteps * kSteps));
         }
     }
     RandomStream random(17);
@@ -152,7 +154,8 @@ TEST(ReferenceGlossy, MultipleImportanceSamplingAgreesWithEitherWayAlone)
                 const TwoWays expected = lamp_light(bsdf, p, -glm::vec3(direction));
                 for (int c = 0; c < 3; ++c) {
                     const double value = static_cast<double>(image.layers.at("direct").at(1, y)[c]);
-                    const double noise = 4.0 * static_cast<double>(image.layers.at("standard_error").at(1, y)[c]) + 1e-4;
+                    const double noise =
+                        4.0 * static_cast<double>(image.layers.at("standard_error").at(1, y)[c]) + 1e-4;
                     EXPECT_LT(noise, 0.15 * value);
                     EXPECT_NEAR(value, expected.by_area[c], noise) << roughness << ' ' << metallic;
                     EXPECT_NEAR(value, expected.by_bsdf[c], noise + 0.02 * value) << roughness << ' ' << metallic;
@@ -261,7 +264,8 @@ TEST(ReferenceGlossy, AMaskedSheetIsLikeOneThatIsCutOut)
         test::expect_sane(image);
         for (const char* layer : {"direct", "indirect"}) {
             const Image &a = image.layers.at(layer), &b = cut.layers.at(layer);
-            for (std::size_t i = 0; i < a.pixels.size(); ++i) EXPECT_NEAR(a.pixels[i], b.pixels[i], 0.02f * b.pixels[i] + 2e-3f) << layer;
+            for (std::size_t i = 0; i < a.pixels.size(); ++i)
+                EXPECT_NEAR(a.pixels[i], b.pixels[i], 0.02f * b.pixels[i] + 2e-3f) << layer;
         }
     }
 }
@@ -317,7 +321,8 @@ TEST(ReferenceGlossy, ThousandsOfEmissiveTrianglesGiveTheSameLightAsTwo)
         const float step = 1.0f / kSide;
         for (int i = 0; i < kSide; ++i)
             for (int j = 0; j < kSide; ++j)
-                test::merge(tiles, test::quad({-0.5f + step * static_cast<float>(i), 1.0f, -1.5f + step * static_cast<float>(j)},
+                test::merge(tiles, test::quad({-0.5f + step * static_cast<float>(i), 1.0f,
+                                               -1.5f + step * static_cast<float>(j)},
                                               {step, 0, 0}, {0, 0, step}, tiles.material));
         many.meshes[1] = tiles;
         const LayeredImage a = test::trace(two, 8, {.samples = 2048, .bounces = 1});
@@ -359,7 +364,8 @@ TEST(ReferenceGlossy, AnEnvironmentImageLightsAFloorByItsIntegral)
     const double rows = std::floor(10.0 / 180.0 * 128.0 + 0.5);
     const double sine = std::sin(kPi * rows / 128.0);
     const double total = 0.5 * (1.0 + 999.0 * sine * sine);
-    EXPECT_NEAR(test::mean(image, "direct") + test::mean(image, "indirect"), total, 0.03 * total);  // bilinear at the rim
+    EXPECT_NEAR(test::mean(image, "direct") + test::mean(image, "indirect"), total,
+                0.03 * total);  // bilinear at the rim
     EXPECT_GT(test::mean(image, "direct"), 0.9 * total);
 }
 

@@ -76,8 +76,7 @@ TEST(Reference, IsTheSameForAnyNumberOfThreads)
         const LayeredImage one = test::trace(test::furnished_room(), 20, options, 1);
         for (const int threads : {2, 3}) {
             const LayeredImage more = test::trace(test::furnished_room(), 20, options, threads);
-            for (const auto& [name, layer] : one.layers)
-                EXPECT_EQ(layer.pixels, more.layers.at(name).pixels) << name;
+            for (const auto& [name, layer] : one.layers) EXPECT_EQ(layer.pixels, more.layers.at(name).pixels) << name;
         }
     }
 }
@@ -97,8 +96,7 @@ TEST(Reference, StrideTracesThePixelsOfTheFullImage)
                 for (int x = 0; x < layer.width; ++x) {
                     const Image& whole = full.layers.at(name);
                     const float* expected = whole.at(stride / 2 + x * stride, stride / 2 + y * stride);
-                    for (int c = 0; c < layer.channels; ++c)
-                        ASSERT_EQ(layer.at(x, y)[c], expected[c]) << name;
+                    for (int c = 0; c < layer.channels; ++c) ASSERT_EQ(layer.at(x, y)[c], expected[c]) << name;
                 }
             }
         }
@@ -110,8 +108,7 @@ TEST(Reference, AntiAliasedSilhouettesAreCoverage)
     // The furnace's sphere fills a disc: alpha sums to its area. Its radius on the image plane at
     // distance 1 is tan(asin(1/3)), the image is 2 tan(0.4) wide.
     const int size = 32;
-    const LayeredImage image =
-        test::trace(test::furnace(0.5f, 1.0f), size, {.samples = 64, .bounces = 0, .aa = 16});
+    const LayeredImage image = test::trace(test::furnace(0.5f, 1.0f), size, {.samples = 64, .bounces = 0, .aa = 16});
     double covered = 0;
     for (int y = 0; y < size; ++y)
         for (int x = 0; x < size; ++x) covered += static_cast<double>(image.layers.at("beauty").at(x, y)[3]);

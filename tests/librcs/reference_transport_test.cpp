@@ -210,8 +210,7 @@ TEST(ReferenceTransport, DirectLayerEqualsTheLampsThatCosineRaysRunInto)
         const glm::vec3 view_direction(camera.direction);
         const auto hit = intersect(rays, {.origin = glm::vec3(camera.origin), .direction = view_direction});
         ASSERT_TRUE(hit);
-        const SurfacePoint point =
-            surface_at(rays, hit->instance, hit->primitive, hit->u, hit->v, view_direction);
+        const SurfacePoint point = surface_at(rays, hit->instance, hit->primitive, hit->u, hit->v, view_direction);
         double pixel = 0.0;
         for (int k = 0; k < n; ++k) {
             // A point on the unit sphere that touches the surface from above: cosine distributed.
@@ -222,8 +221,7 @@ TEST(ReferenceTransport, DirectLayerEqualsTheLampsThatCosineRaysRunInto)
             const glm::vec3 direction = point.shading_normal + on_sphere;
             const auto next = intersect(rays, ray_from(point, direction));
             if (!next) continue;
-            const SurfacePoint met =
-                surface_at(rays, next->instance, next->primitive, next->u, next->v, direction);
+            const SurfacePoint met = surface_at(rays, next->instance, next->primitive, next->u, next->v, direction);
             const Material& material = scene.materials[static_cast<std::size_t>(met.material)];
             pixel += static_cast<double>(emitted_radiance(material, met.front).g) / n;
         }

@@ -1,5 +1,5 @@
-#include "records/gather.h"
 #include "records/refine.h"
+#include "records/gather.h"
 
 #include <algorithm>
 #include <cmath>
@@ -108,9 +108,10 @@ struct Field {
         stats = {};
         const RecordGatherer gatherer(rays, options, nullptr);
         const std::span<const std::uint32_t> own = std::span(pixels).last(fresh);
-        const std::vector<float> noise = noise_around(gatherer.rays(), surfaces, view, options.error_tolerance, own, pool, records);
-        const std::vector<int> extra =
-            extra_gathers(std::span(records).last(fresh), noise, gatherer.rays(), options.noise_target, widest(options), 2048);
+        const std::vector<float> noise =
+            noise_around(gatherer.rays(), surfaces, view, options.error_tolerance, own, pool, records);
+        const std::vector<int> extra = extra_gathers(std::span(records).last(fresh), noise, gatherer.rays(),
+                                                     options.noise_target, widest(options), 2048);
         gatherer.gather_more(gbuffer, std::span(pixels).last(fresh), extra, std::span(records).last(fresh), pool, stats,
                              [](float) {});
         return records;
@@ -135,10 +136,11 @@ struct Field {
             if (j == k) continue;
             const glm::dvec3 d = glm::dvec3(records[k].position) - glm::dvec3(r.position), n(r.normal);
             const double across = glm::dot(d, n);
-            const double reach = static_cast<double>(r.spacing_radius) * std::max(2.0, 3.0 * static_cast<double>(r.gradient_scale));
+            const double reach =
+                static_cast<double>(r.spacing_radius) * std::max(2.0, 3.0 * static_cast<double>(r.gradient_scale));
             const double turned = std::max(0.0, 1.0 - glm::dot(n, glm::dvec3(records[k].normal)));
-            const double w = std::max(0.0, 1.0 - std::sqrt(glm::dot(d, d) + 3.0 * across * across) / reach -
-                                               std::sqrt(turned) / (0.2 * 3.0));
+            const double w = std::max(
+                0.0, 1.0 - std::sqrt(glm::dot(d, d) + 3.0 * across * across) / reach - std::sqrt(turned) / (0.2 * 3.0));
             weight += w;
             irradiance += w * e;
             variance += w * error_of(r) * error_of(r);
@@ -171,7 +173,8 @@ TEST(ExtraGathers, KeepsTheMeanUnbiasedWhereABrightSpotIsRarelyHit)
     RecordOptions options;
     options.rays = 64;
     std::vector<double> truth;
-    for (const Record& r : field.first(options)) truth.push_back(irradiance_of_spot(glm::dvec3(r.position), glm::dvec3(r.normal)));
+    for (const Record& r : field.first(options))
+        truth.push_back(irradiance_of_spot(glm::dvec3(r.position), glm::dvec3(r.normal)));
     std::vector<Record> all, self_judged;
     for (options.seed = 1; options.seed <= 60; ++options.seed) {
         const std::vector<Record> before = field.first(options);
@@ -181,7 +184,8 @@ TEST(ExtraGathers, KeepsTheMeanUnbiasedWhereABrightSpotIsRarelyHit)
         std::vector<Record> self = before;
         std::vector<int> extra;
         for (const Record& r : self) extra.push_back(r.noise > options.noise_target ? 30 : 0);
-        RecordGatherer(field.rays, options, nullptr).gather_more(field.gbuffer, field.pixels, extra, self, field.pool, field.stats, [](float) {});
+        RecordGatherer(field.rays, options, nullptr)
+            .gather_more(field.gbuffer, field.pixels, extra, self, field.pool, field.stats, [](float) {});
         self_judged.insert(self_judged.end(), self.begin(), self.end());
     }
     const Deviation fair = deviation(all, truth), wrong = deviation(self_judged, truth);
@@ -388,8 +392,10 @@ TEST(AddGather, AveragesByNumbersOfRaysAndCombinesTheErrors)
     for (int c = 0; c < 3; ++c) {
         const std::size_t i = static_cast<std::size_t>(c);
         EXPECT_NEAR(mean.irradiance[c], 4.0f * gathered(1.0f, 0.0f, 1).irradiance[c], 1e-5f);
-        EXPECT_NEAR(glm::distance(mean.rotation_gradient[i], glm::vec3(4.0f, 0.0f, -4.0f * static_cast<float>(c))), 0.0f, 1e-5f);
-        EXPECT_NEAR(glm::distance(mean.translation_gradient[i], glm::vec3(0.0f, 4.0f * static_cast<float>(c), 12.0f)), 0.0f, 1e-5f);
+        EXPECT_NEAR(glm::distance(mean.rotation_gradient[i], glm::vec3(4.0f, 0.0f, -4.0f * static_cast<float>(c))),
+                    0.0f, 1e-5f);
+        EXPECT_NEAR(glm::distance(mean.translation_gradient[i], glm::vec3(0.0f, 4.0f * static_cast<float>(c), 12.0f)),
+                    0.0f, 1e-5f);
     }
     EXPECT_NEAR(mean.radiance[0], 4.0f, 1e-5f);
     EXPECT_NEAR(mean.radiance[1], 12.0f, 1e-5f);

@@ -94,7 +94,8 @@ TEST_P(RenderDemo, IndirectIsIrradianceTimesAlbedoOverPi)
     const LayeredImage image = render_first(scene, small(96)).image;
     for (int i = 0; i < 96 * 96 * 3; ++i) {
         const auto k = static_cast<std::size_t>(i);
-        const float expected = image.layers.at("irradiance").pixels[k] * image.layers.at("albedo").pixels[k] / 3.14159265f;
+        const float expected =
+            image.layers.at("irradiance").pixels[k] * image.layers.at("albedo").pixels[k] / 3.14159265f;
         ASSERT_NEAR(image.layers.at("indirect").pixels[k], expected, 1e-6f * expected + 1e-12f);
     }
 }
@@ -125,7 +126,8 @@ TEST_P(RenderDemo, QuadsAndTilesAgreeAtEveryPixel)
         const Image& b = tiles.image.layers.at(name);
         for (std::size_t i = 0; i < a.pixels.size(); ++i) {
             const double difference = std::abs(static_cast<double>(a.pixels[i]) - static_cast<double>(b.pixels[i]));
-            if (difference > 0.0) worst = std::max(worst, difference / static_cast<double>(std::max(a.pixels[i], b.pixels[i])));
+            if (difference > 0.0)
+                worst = std::max(worst, difference / static_cast<double>(std::max(a.pixels[i], b.pixels[i])));
         }
         EXPECT_LT(worst, 1e-4) << name;
     }
@@ -204,7 +206,8 @@ TEST(RenderAntiAliased, SilhouettesAreCoverageWithoutHalos)
             ++background;
             for (const auto& [name, layer] : image.layers) {
                 if (name == "depth") continue;
-                for (int c = 0; c < layer.channels; ++c) ASSERT_EQ(layer.at(x, y)[c], 0.0f) << name << ' ' << x << ' ' << y;
+                for (int c = 0; c < layer.channels; ++c)
+                    ASSERT_EQ(layer.at(x, y)[c], 0.0f) << name << ' ' << x << ' ' << y;
             }
             ASSERT_TRUE(std::isinf(image.layers.at("depth").at(x, y)[0]));
         }
@@ -221,7 +224,8 @@ TEST(RenderAntiAliased, SilhouettesAreCoverageWithoutHalos)
                 float brightest = 0.0f;
                 for (int dy = -2; dy <= 2; ++dy)
                     for (int dx = -2; dx <= 2; ++dx)
-                        if (beauty.at(x + dx, y + dy)[3] == 1.0f) brightest = std::max(brightest, values.at(x + dx, y + dy)[0]);
+                        if (beauty.at(x + dx, y + dy)[3] == 1.0f)
+                            brightest = std::max(brightest, values.at(x + dx, y + dy)[0]);
                 // 25 %: light changes quickly towards a silhouette.
                 ASSERT_LE(values.at(x, y)[0], 1.25f * alpha * brightest) << layer << ' ' << x << ' ' << y;
             }
@@ -267,7 +271,8 @@ TEST(Render, StopsWhenAskedAtAnyStage)
     for (int allowed = 0; allowed < 6; ++allowed) {
         int calls = 0;
         try {
-            render(gl, rays, scene.cameras[0], small(32), pool, {}, {}, [&](std::string_view, float) { return calls++ < allowed; });
+            render(gl, rays, scene.cameras[0], small(32), pool, {}, {},
+                   [&](std::string_view, float) { return calls++ < allowed; });
             FAIL() << "went on after " << allowed;
         } catch (const Error& e) {
             EXPECT_EQ(e.code(), ErrorCode::cancelled) << e.what();

@@ -31,7 +31,8 @@ Both render_both(const Scene& scene, RenderOptions options = {})
 /// Differences of pixels as parts of their light, largest first.
 std::vector<double> differences(const Both& both)
 {
-    const std::vector<float>&a = both.planned.image.layers.at("beauty").pixels, &b = both.everywhere.image.layers.at("beauty").pixels;
+    const std::vector<float>&a = both.planned.image.layers.at("beauty").pixels,
+          &b = both.everywhere.image.layers.at("beauty").pixels;
     std::vector<double> result;
     for (std::size_t i = 0; i < a.size(); ++i)
         result.push_back(a[i] != b[i] ? static_cast<double>(std::abs(a[i] - b[i]) / b[i]) : 0.0);
@@ -39,7 +40,8 @@ std::vector<double> differences(const Both& both)
     return result;
 }
 
-/// Within the stated bound, but for a few pixels: passes that see less also bring fewer records, which tell on their surroundings.
+/// Within the stated bound, but for a few pixels: passes that see less also bring fewer records, which tell on their
+/// surroundings.
 void expect_within_bound(const Both& both)
 {
     const std::vector<double> sorted = differences(both);
@@ -64,7 +66,8 @@ TEST(SharedSamples, MissNoShape)
     Scene scene = test::lit_room();
     const int black = test::add_material(scene, glm::vec3(0.0f));
     for (int bar = 0; bar < 40; ++bar)
-        test::add_mesh(scene, test::quad({-0.5f + 0.025f * static_cast<float>(bar), 0.5f, 0.5f}, {0.003f, 0, 0}, {0.2f, 1.5f, 0}, black));
+        test::add_mesh(scene, test::quad({-0.5f + 0.025f * static_cast<float>(bar), 0.5f, 0.5f}, {0.003f, 0, 0},
+                                         {0.2f, 1.5f, 0}, black));
     const Both both = render_both(scene);
     EXPECT_GT(both.planned.stats.counts.shared_samples, 10000u);
     expect_within_bound(both);

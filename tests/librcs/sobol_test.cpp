@@ -32,8 +32,7 @@ TEST(SobolPair, EveryAlignedBlockOfAPowerOfTwoIsANet)
         for (const int m : {1, 2, 4, 6, 8, 10}) {
             for (std::uint32_t block = 0; block < 8; ++block) {
                 std::vector<glm::vec2> points;
-                for (std::uint32_t i = 0; i < (1u << m); ++i)
-                    points.push_back(sobol_pair((block << m) + i, key));
+                for (std::uint32_t i = 0; i < (1u << m); ++i) points.push_back(sobol_pair((block << m) + i, key));
                 EXPECT_TRUE(is_net(points, m)) << "m " << m << ", block " << block << ", key " << key;
             }
         }
@@ -62,8 +61,7 @@ TEST(OwenScramble, LetsADigitDependOnlyOnTheDigitsBeforeIt)
         for (int digit = 0; digit < 32; ++digit) {
             const std::uint32_t flipped = x ^ (0x80000000u >> digit);
             const std::uint32_t difference = owen_scramble(x, seed) ^ owen_scramble(flipped, seed);
-            EXPECT_EQ(difference >> (31 - digit), 1u)
-                << "digit " << digit << " itself must flip, none before it";
+            EXPECT_EQ(difference >> (31 - digit), 1u) << "digit " << digit << " itself must flip, none before it";
         }
     }
 }

@@ -3,8 +3,8 @@
 #include <limits>
 #include <random>
 
-#include <glm/gtc/matrix_transform.hpp>
 #include <gtest/gtest.h>
+#include <glm/gtc/matrix_transform.hpp>
 
 #include "rcs/splat.h"
 
@@ -56,8 +56,7 @@ Case random_case(Random& random)
     camera.yfov = random.uniform(1.0, 150.0) * kPi / 180.0;
     camera.ymag = random.log_uniform(0.01, 100.0);
     camera.world_from_view = glm::rotate(glm::dmat4(1.0), random.uniform(0.0, 6.0), random.direction());
-    if (random.chance(0.3))
-        camera.lens_shift = {random.uniform(-2.0, 2.0), random.uniform(-2.0, 2.0)};
+    if (random.chance(0.3)) camera.lens_shift = {random.uniform(-2.0, 2.0), random.uniform(-2.0, 2.0)};
     const double distance = random.log_uniform(1e-3, 1e3);
     if (random.chance(0.3)) {
         c.centre_view = random.direction() * distance;
@@ -79,7 +78,8 @@ glm::dvec2 project(const View& view, glm::dvec3 p)
     const double half_height = perspective ? std::tan(view.camera.yfov / 2.0) * -p.z : view.camera.ymag;
     const double half_width = half_height * view.width / view.height;
     const glm::dvec2 shift = view.camera.lens_shift * 2.0 * half_height;
-    return {((p.x - shift.x) / half_width + 1.0) / 2.0 * view.width, (1.0 - (p.y - shift.y) / half_height) / 2.0 * view.height};
+    return {((p.x - shift.x) / half_width + 1.0) / 2.0 * view.width,
+            (1.0 - (p.y - shift.y) / half_height) / 2.0 * view.height};
 }
 
 /// Whether the ray of this pixel's sample meets the sphere in front of the camera, by a solved quadratic.
@@ -154,8 +154,8 @@ void outline_range(const Case& c, glm::dvec2& low, glm::dvec2& high)
     const double sine = c.perspective() ? c.radius / distance : 0.0;
     const glm::dvec3 middle = c.centre_view - axis * (c.radius * sine);
     const double circle = c.radius * std::sqrt(1.0 - sine * sine);
-    const glm::dvec3 side = glm::normalize(glm::cross(axis, std::abs(axis.x) < 0.7 ? glm::dvec3(1, 0, 0)
-                                                                                    : glm::dvec3(0, 1, 0)));
+    const glm::dvec3 side =
+        glm::normalize(glm::cross(axis, std::abs(axis.x) < 0.7 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0)));
     const glm::dvec3 up = glm::cross(axis, side);
     low = glm::dvec2(std::numeric_limits<double>::infinity());
     high = -low;

@@ -40,14 +40,14 @@ protected:
 
     void SetUp() override
     {
-        if (!std::filesystem::exists(path))
-            GTEST_SKIP() << path << " is missing";
+        if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is missing";
     }
 
     void expect_case(const std::string& id)
     {
         const Scene scene = load_scene(path);
-        const StabilityOutcome outcome = run_metamorphic_case({gl(), pool, "", ""}, id, scene, scene.cameras.at(0), options_of_doctor());
+        const StabilityOutcome outcome =
+            run_metamorphic_case({gl(), pool, "", ""}, id, scene, scene.cameras.at(0), options_of_doctor());
         EXPECT_EQ(outcome.verdict, StabilityVerdict::passed) << outcome.figure << ": " << outcome.measured;
     }
 

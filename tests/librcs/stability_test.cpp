@@ -8,9 +8,9 @@
 #include <gtest/gtest.h>
 
 #include "rcs/error.h"
-#include "support/temporary_folder.h"
 #include "stability/export_glb.h"
 #include "stability/scenes.h"
+#include "support/temporary_folder.h"
 
 namespace rcs {
 namespace {
@@ -25,8 +25,7 @@ std::vector<StabilityCase> cases_here()
 {
     std::vector<StabilityCase> chosen;
     for (const StabilityCase& c : stability_cases())
-        if (c.quick == RCS_QUICK_CASES)
-            chosen.push_back(c);
+        if (c.quick == RCS_QUICK_CASES) chosen.push_back(c);
     return chosen;
 }
 
@@ -36,15 +35,15 @@ TEST_P(Stability, Holds)
 {
     ThreadPool pool(2);
     const StabilityOutcome outcome = run_stability_case({gl(), pool, RCS_BIN_DIR "/rcsplat", ""}, GetParam().id);
-    if (outcome.verdict == StabilityVerdict::skipped)
-        GTEST_SKIP() << outcome.measured;
+    if (outcome.verdict == StabilityVerdict::skipped) GTEST_SKIP() << outcome.measured;
     EXPECT_EQ(outcome.verdict, StabilityVerdict::passed)
-        << GetParam().name << ": " << GetParam().expectation << "\nfigure " << outcome.figure << " of at most " << GetParam().tolerance << ": "
-        << outcome.measured;
+        << GetParam().name << ": " << GetParam().expectation << "\nfigure " << outcome.figure << " of at most "
+        << GetParam().tolerance << ": " << outcome.measured;
     RecordProperty("figure", std::to_string(outcome.figure));
 }
 
-INSTANTIATE_TEST_SUITE_P(Cases, Stability, testing::ValuesIn(cases_here()), [](const auto& row) { return row.param.id; });
+INSTANTIATE_TEST_SUITE_P(Cases, Stability, testing::ValuesIn(cases_here()),
+                         [](const auto& row) { return row.param.id; });
 
 #if RCS_QUICK_CASES
 TEST(StabilityCatalogue, EveryRowSaysWhatItExpectsAndWhy)
@@ -56,8 +55,7 @@ TEST(StabilityCatalogue, EveryRowSaysWhatItExpectsAndWhy)
             EXPECT_FALSE(words.empty()) << c.id;
         EXPECT_GE(c.tolerance, 0.0) << c.id;
     }
-    for (const StabilityCase& c : metamorphic_cases())
-        EXPECT_FALSE(c.name.empty() || c.reason.empty()) << c.id;
+    for (const StabilityCase& c : metamorphic_cases()) EXPECT_FALSE(c.name.empty() || c.reason.empty()) << c.id;
     EXPECT_GE(ids.size(), 50u);
 }
 
@@ -90,7 +88,8 @@ TEST_P(Metamorphic, HoldsForARoom)
     EXPECT_EQ(outcome.verdict, StabilityVerdict::passed) << outcome.figure << ": " << outcome.measured;
 }
 
-INSTANTIATE_TEST_SUITE_P(Cases, Metamorphic, testing::ValuesIn(metamorphic_cases()), [](const auto& row) { return row.param.id; });
+INSTANTIATE_TEST_SUITE_P(Cases, Metamorphic, testing::ValuesIn(metamorphic_cases()),
+                         [](const auto& row) { return row.param.id; });
 
 TEST(StabilityReproducer, HoldsTheScenePicturesAndTheCommand)
 {
@@ -104,7 +103,8 @@ TEST(StabilityReproducer, HoldsTheScenePicturesAndTheCommand)
     const Scene scene = load_scene("demo:atrium");
     Camera camera = scene.cameras[0];
     camera.lens_shift = {0.25, 0.0};
-    const StabilityOutcome outcome = run_metamorphic_case({gl(), pool, "", folder.path()}, "rotate", scene, camera, options);
+    const StabilityOutcome outcome =
+        run_metamorphic_case({gl(), pool, "", folder.path()}, "rotate", scene, camera, options);
     ASSERT_EQ(outcome.verdict, StabilityVerdict::failed) << outcome.figure;
     EXPECT_EQ(outcome.saved, folder / "rotate");
     const std::string page = test::bytes_of(folder / "rotate/README.md");

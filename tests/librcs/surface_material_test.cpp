@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include <glm/gtc/matrix_transform.hpp>
 #include <gtest/gtest.h>
+#include <glm/gtc/matrix_transform.hpp>
 
 #include "material/normal_map.h"
 #include "rcs/thread_pool.h"
@@ -41,7 +41,8 @@ struct Square {
         Texture::Level level{width, height, {}};
         for (const glm::vec4& t : texels) {
             std::array<std::uint16_t, 4> codes{};
-            for (int c = 0; c < 4; ++c) codes[static_cast<std::size_t>(c)] = static_cast<std::uint16_t>(t[c] * 65535.0f + 0.5f);
+            for (int c = 0; c < 4; ++c)
+                codes[static_cast<std::size_t>(c)] = static_cast<std::uint16_t>(t[c] * 65535.0f + 0.5f);
             level.texels.push_back(codes);
         }
         scene.textures.push_back(make_texture("t", std::move(level)));
@@ -126,7 +127,7 @@ TEST(MaterialAt, EachTextureScalesItsOwnValue)
     m.specular = m.metallic = m.roughness = m.clearcoat = m.clearcoat_roughness = 1.0f;
     m.alpha_mode = AlphaMode::blend;
     m.emission = {10, 10, 10};
-    const auto value = [&](TextureSlot Material::*slot) {
+    const auto value = [&](TextureSlot Material::* slot) {
         (m.*slot).texture = t;
         const MaterialValues v = s.at(0.3f, 0.3f);
         (m.*slot).texture = -1;
@@ -160,7 +161,8 @@ TEST(MaterialAt, VertexColoursMultiplyColourAndAlpha)
 TEST(MaterialAt, TheSecondUvSetAndTheTransformAreApplied)
 {
     Square s;
-    s.material().base_color_texture.texture = s.add(4, 1, {{0.1f, 0, 0, 1}, {0.2f, 0, 0, 1}, {0.3f, 0, 0, 1}, {0.4f, 0, 0, 1}});
+    s.material().base_color_texture.texture =
+        s.add(4, 1, {{0.1f, 0, 0, 1}, {0.2f, 0, 0, 1}, {0.3f, 0, 0, 1}, {0.4f, 0, 0, 1}});
     TextureSlot& slot = s.material().base_color_texture;
     slot.nearest = true;
     EXPECT_NEAR(s.at(0.9f, 0.5f).bsdf.diffuse.r, 0.4f, kCode);
@@ -241,8 +243,8 @@ TEST(NormalMap, GivenTangentsSayTheSameAsTextureCoordinates)
                     for (glm::vec2& uv : s.mesh().uvs) uv.x = 1.0f - uv.x;
                 s.material().normal_texture.texture = s.add(1, 1, {texel});
                 s.material().double_sided = true;
-                s.scene.instances[0].world_from_object =
-                    glm::rotate(glm::dmat4(1.0), 0.4, {0.0, 0.0, 1.0}) * glm::scale(glm::dmat4(1.0), {mirror, 1.0, 1.0});
+                s.scene.instances[0].world_from_object = glm::rotate(glm::dmat4(1.0), 0.4, {0.0, 0.0, 1.0}) *
+                                                         glm::scale(glm::dmat4(1.0), {mirror, 1.0, 1.0});
                 const glm::vec3 derived = s.at(0.4f, 0.3f).bsdf.normal;
                 s.mesh().normals.assign(4, {0, 0, 1});
                 s.mesh().tangents.assign(4, mirrored_uv ? glm::vec4(-1, 0, 0, -1) : glm::vec4(1, 0, 0, 1));
@@ -305,7 +307,8 @@ TEST(SampleSlot, WrapsAsItsSamplerSays)
     const int width = 5, height = 3;
     RandomStream random(11);
     std::vector<glm::vec4> texels;
-    for (int i = 0; i < width * height; ++i) texels.emplace_back(random.next(), random.next(), random.next(), random.next());
+    for (int i = 0; i < width * height; ++i)
+        texels.emplace_back(random.next(), random.next(), random.next(), random.next());
     TextureSlot slot{.texture = s.add(width, height, texels)};
     for (const Wrap wrap_u : {Wrap::repeat, Wrap::mirrored_repeat, Wrap::clamp_to_edge}) {
         for (const Wrap wrap_v : {Wrap::repeat, Wrap::mirrored_repeat, Wrap::clamp_to_edge}) {
@@ -317,10 +320,13 @@ TEST(SampleSlot, WrapsAsItsSamplerSays)
                 glm::dvec4 expected(0.0);
                 for (int j = 0; j < 2; ++j)
                     for (int i = 0; i < 2; ++i) {
-                        const int column = static_cast<int>(std::floor(x)) + i, row = static_cast<int>(std::floor(y)) + j;
+                        const int column = static_cast<int>(std::floor(x)) + i,
+                                  row = static_cast<int>(std::floor(y)) + j;
                         const double weight = (1.0 - std::fabs(x - column)) * (1.0 - std::fabs(y - row));
-                        expected += weight * glm::dvec4(texels[static_cast<std::size_t>(
-                                                 wrapped_index(row, height, wrap_v) * width + wrapped_index(column, width, wrap_u))]);
+                        expected +=
+                            weight *
+                            glm::dvec4(texels[static_cast<std::size_t>(wrapped_index(row, height, wrap_v) * width +
+                                                                       wrapped_index(column, width, wrap_u))]);
                     }
                 slot.nearest = false;
                 const glm::vec4 value = sample_slot(s.scene, slot, uv, glm::vec2(0.0f), glm::vec2(0.0f));

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include <glm/gtc/matrix_transform.hpp>
 #include <gtest/gtest.h>
+#include <glm/gtc/matrix_transform.hpp>
 
 #include "rays/hit_surface.h"
 #include "rays/packet.h"
@@ -89,7 +89,8 @@ void expect_surface(const SurfacePoint& point, const Expected& e, bool from_outs
     EXPECT_LT(glm::distance(glm::dvec3(point.geometric_normal), side * e.outwards), 1e-5) << path;
     EXPECT_LT(glm::distance(glm::dvec3(point.shading_normal), side * e.smooth), 1e-5) << path;
     EXPECT_LT(glm::distance(glm::dvec2(point.uv), e.uv), 1e-5) << path;
-    EXPECT_LT(glm::distance(glm::dvec3(point.position), e.position), 4.0 * static_cast<double>(point.position_error)) << path;
+    EXPECT_LT(glm::distance(glm::dvec3(point.position), e.position), 4.0 * static_cast<double>(point.position_error))
+        << path;
     EXPECT_LT(point.position_error, 1e-4f) << path;
 }
 
@@ -162,8 +163,7 @@ Scene convex_body(double scale, double offset, bool instanced)
     scene.instances[0].world_from_object = m;
     if (instanced) {
         scene.instances.push_back(scene.instances[0]);
-        scene.instances[1].world_from_object =
-            glm::translate(glm::dmat4(1.0), glm::dvec3(0.0, 1e4 * scale, 0.0)) * m;
+        scene.instances[1].world_from_object = glm::translate(glm::dmat4(1.0), glm::dvec3(0.0, 1e4 * scale, 0.0)) * m;
     }
     return scene;
 }
@@ -252,9 +252,11 @@ TEST(ShadowRayFrom, EndsBeforeTheLampButAfterABlockerBelowIt)
     for (const float scale : {1e-3f, 1e-1f, 1.0f, 40.0f, 1e3f, 1e5f}) {
         Scene scene;
         const int grey = test::add_material(scene, glm::vec3(0.5f));
-        test::add_mesh(scene, test::quad(scale * glm::vec3(2, 1, -4), scale * glm::vec3(0, 0, 8), scale * glm::vec3(8, 0, 0), grey));
+        test::add_mesh(scene, test::quad(scale * glm::vec3(2, 1, -4), scale * glm::vec3(0, 0, 8),
+                                         scale * glm::vec3(8, 0, 0), grey));
         // A lamp that leans, so that its points are rounded.
-        const Mesh lamp = test::quad(scale * glm::vec3(3, 4, -1), scale * glm::vec3(2, 0.3f, 0), scale * glm::vec3(0, 0.1f, 2), grey);
+        const Mesh lamp =
+            test::quad(scale * glm::vec3(3, 4, -1), scale * glm::vec3(2, 0.3f, 0), scale * glm::vec3(0, 0.1f, 2), grey);
         test::add_mesh(scene, lamp);
         ThreadPool pool(1);
         const RayScene open = build_ray_scene(scene, pool);
@@ -269,7 +271,8 @@ TEST(ShadowRayFrom, EndsBeforeTheLampButAfterABlockerBelowIt)
             const SurfacePoint floor = surface_at(open, 0, i % 2, u, r - u, {0.0f, -1.0f, 0.0f});
             // Kept off the lamp's edges, where a slanted ray passes beside the blocker.
             const float a = 0.05f + 0.9f * unit(random), b = 0.05f + 0.9f * unit(random);
-            const glm::vec3 q = lamp.positions[0] + a * (lamp.positions[1] - lamp.positions[0]) + b * (lamp.positions[3] - lamp.positions[0]);
+            const glm::vec3 q = lamp.positions[0] + a * (lamp.positions[1] - lamp.positions[0]) +
+                                b * (lamp.positions[3] - lamp.positions[0]);
             const float distance = glm::distance(q, floor.position);
             const Ray ray = shadow_ray_from(floor, (q - floor.position) / distance, distance);
             lamp_hits += occluded(open, ray) ? 1 : 0;

@@ -74,8 +74,7 @@ TEST(SettingsSweep, GoesFromCoarseToFineAndKeepsAllOtherOptions)
 TEST(SettingsSweep, HoldsTheDefaultSettings)
 {
     const RecordOptions defaults;
-    const SweepPoint wanted =
-        settings_point({}, defaults.error_tolerance, defaults.rays, defaults.noise_target);
+    const SweepPoint wanted = settings_point({}, defaults.error_tolerance, defaults.rays, defaults.noise_target);
     EXPECT_EQ(wanted.label, "--accuracy 0.2 --rays 128 --noise 0.02");
     int found = 0;
     for (const SweepPoint& point : settings_sweep({}, kMostSweepPoints)) found += point.label == wanted.label ? 1 : 0;

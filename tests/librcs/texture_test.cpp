@@ -107,8 +107,7 @@ TEST(SampleNearest, RepeatsInAllDirectionsAndTakesAnyNumber)
     for (int y = -2 * height; y < 2 * height; ++y) {
         for (int x = -2 * width; x < 2 * width; ++x) {
             const glm::vec2 centre((static_cast<float>(x) + 0.5f) / width, (static_cast<float>(y) + 0.5f) / height);
-            const auto index =
-                static_cast<std::size_t>((y + 2 * height) % height * width + (x + 2 * width) % width);
+            const auto index = static_cast<std::size_t>((y + 2 * height) % height * width + (x + 2 * width) % width);
             expect_near(glm::dvec3(sample_nearest(texture, centre, 0)), glm::dvec3(texels[index]), kCode);
         }
     }
@@ -130,8 +129,8 @@ TEST(SampleBilinear, AgreesWithItsDefinition)
     for (int i = 0; i < 2000; ++i) {
         const glm::vec2 uv(6.0f * random.next() - 3.0f, 6.0f * random.next() - 3.0f);
         // A float uv of 3 has steps of 2.4e-7; seven texels of slope up to 1 a texel make that 2e-6.
-        expect_near(glm::dvec3(sample_bilinear(texture, uv)),
-                    bilinear_oracle(texels, width, height, uv.x, uv.y), kCode + 1e-5);
+        expect_near(glm::dvec3(sample_bilinear(texture, uv)), bilinear_oracle(texels, width, height, uv.x, uv.y),
+                    kCode + 1e-5);
     }
 }
 
@@ -159,8 +158,8 @@ TEST(SampleFiltered, AConstantStaysConstantAndAHugeFootprintSeesTheMean)
                     mean_of(noisy.levels[0]), 6 * kCode);
     }
     for (const float odd : {INFINITY, NAN, 1e30f, 3e38f}) {
-        expect_near(glm::dvec3(sample_filtered(noisy, {0.5f, 0.5f}, {odd, odd}, {odd, -odd})),
-                    mean_of(noisy.levels[0]), 6 * kCode);
+        expect_near(glm::dvec3(sample_filtered(noisy, {0.5f, 0.5f}, {odd, odd}, {odd, -odd})), mean_of(noisy.levels[0]),
+                    6 * kCode);
     }
     expect_near(glm::dvec3(sample_filtered(plain, {0.5f, 0.5f}, {0, 0}, {0, 0})), {0.25, 0.5, 0.75}, kCode + 1e-6);
 }

@@ -113,7 +113,8 @@ TEST(ThreadPool, ZeroMeansEveryCoreAndLessIsAnError)
             FAIL() << threads;
         } catch (const Error& e) {
             EXPECT_EQ(e.code(), ErrorCode::bad_argument);
-            EXPECT_NE(std::string(e.what()).find("threads is " + std::to_string(threads)), std::string::npos) << e.what();
+            EXPECT_NE(std::string(e.what()).find("threads is " + std::to_string(threads)), std::string::npos)
+                << e.what();
         }
     }
 }

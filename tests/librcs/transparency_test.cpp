@@ -144,8 +144,7 @@ TEST(Transparency, WeightsBringTheTintBackOnAverage)
             glm::vec3 weight(0.0f);
             const auto hit = intersect(rays, ray_at(i), RayFilter::by_chance, &weight);
             ASSERT_TRUE(hit);
-            if (hit->t > 10.0f)
-                mean += glm::dvec3(weight) / static_cast<double>(n);
+            if (hit->t > 10.0f) mean += glm::dvec3(weight) / static_cast<double>(n);
             // Without chance, all at once.
             const glm::vec3 t = transmittance(rays, ray_at(i, 9.0f));
             for (int c = 0; c < 3; ++c) ASSERT_NEAR(t[c], expected[c], 1e-5f);

@@ -25,8 +25,7 @@ Seen see(const Scene& scene, const View& view)
     const RayScene rays = build_ray_scene(scene, pool);
     Seen seen{view, render_gbuffer(gl, rays, view, 1.0f, pool), {}};
     for (std::size_t i = 0; i < seen.gbuffer.size(); i += 5) {
-        if (!seen.gbuffer.covered(i))
-            continue;
+        if (!seen.gbuffer.covered(i)) continue;
         Record r;
         r.position = seen.gbuffer.scene_position(i);
         r.normal = seen.gbuffer.normal(i);
@@ -57,11 +56,13 @@ TEST(ViewFit, ChangesNothingForRecordsOfTheSameView)
 TEST(ViewFit, FollowsTheSizeOfPixels)
 {
     const Scene scene = test::furnished_room();
-    const Seen small = see(scene, test::view_of(scene.cameras[0], 30, 20)), large = see(scene, test::view_of(scene.cameras[0], 240, 160));
+    const Seen small = see(scene, test::view_of(scene.cameras[0], 30, 20)),
+               large = see(scene, test::view_of(scene.cameras[0], 240, 160));
     std::vector<Record> records = small.records;
     fit_to_view(large.gbuffer, large.view, records);
     for (std::size_t k = 0; k < records.size(); ++k)
-        EXPECT_NEAR(records[k].footprint / small.records[k].footprint, 0.125f, 0.03f) << "record " << k;  // the nearest sample is elsewhere
+        EXPECT_NEAR(records[k].footprint / small.records[k].footprint, 0.125f, 0.03f)
+            << "record " << k;  // the nearest sample is elsewhere
     records = large.records;
     fit_to_view(small.gbuffer, small.view, records);
     double ratio = 0.0;

@@ -6,8 +6,8 @@
 #include <random>
 #include <utility>
 
-#include <glm/gtc/matrix_transform.hpp>
 #include <gtest/gtest.h>
+#include <glm/gtc/matrix_transform.hpp>
 
 #include "rcs/error.h"
 
@@ -77,15 +77,15 @@ View perspective_view(int width, int height, double yfov)
 
 Id id_at(const Visibility& visibility, const View& view, int x, int y)
 {
-    const std::size_t pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.width) +
-                              static_cast<std::size_t>(x);
+    const std::size_t pixel =
+        static_cast<std::size_t>(y) * static_cast<std::size_t>(view.width) + static_cast<std::size_t>(x);
     return {visibility.instance[pixel], visibility.primitive[pixel]};
 }
 
 TEST(Visibility, OfATriangleIsThePixelsWhoseCentresItCovers)
 {
-    const Scene scene = scene_of({mesh_of({{1.25f, -1.25f, -1}, {1.25f, -6.25f, -1}, {6.25f, -1.25f, -1}},
-                                          {{0, 1, 2}})});
+    const Scene scene =
+        scene_of({mesh_of({{1.25f, -1.25f, -1}, {1.25f, -6.25f, -1}, {6.25f, -1.25f, -1}}, {{0, 1, 2}})});
     const View view = pixel_view(9, 7);
     const Visibility seen = render_visibility(gl(), scene, view);
     int covered = 0;
@@ -106,7 +106,8 @@ TEST(Visibility, OfAShiftedLensIsThatOfAPartOfALargerPicture)
     std::vector<Mesh> meshes;
     for (int i = 0; i < 40; ++i) {
         const float x = -2.0f + 0.1f * static_cast<float>(i);
-        meshes.push_back(quad(x, -2.0f, x + 0.093f, -1.5f + 0.17f * static_cast<float>(i % 7), -2.0f - 0.01f * static_cast<float>(i)));
+        meshes.push_back(quad(x, -2.0f, x + 0.093f, -1.5f + 0.17f * static_cast<float>(i % 7),
+                              -2.0f - 0.01f * static_cast<float>(i)));
     }
     const Scene scene = scene_of(std::move(meshes));
     for (const Projection projection : {Projection::perspective, Projection::orthographic}) {
@@ -176,13 +177,12 @@ TEST(Visibility, SeparatesLayersByAThousandthOfTheirDistance)
     }
     const float floor = -1.0f;
     for (const float y : {floor * 1.001f, floor})
-        meshes.push_back(mesh_of({{-1e4f, y, 50}, {1e4f, y, 50}, {1e4f, y, -1e4f}, {-1e4f, y, -1e4f}},
-                                 {{0, 1, 2}, {0, 2, 3}}, 1));
+        meshes.push_back(
+            mesh_of({{-1e4f, y, 50}, {1e4f, y, 50}, {1e4f, y, -1e4f}, {-1e4f, y, -1e4f}}, {{0, 1, 2}, {0, 2, 3}}, 1));
     const View view = perspective_view(101, 101, 1.5);
     const Visibility seen = render_visibility(gl(), scene_of(meshes), view);
     for (std::size_t i = 0; i < seen.instance.size(); ++i)
-        EXPECT_TRUE(seen.instance[i] == kNone || seen.instance[i] % 2 == 1)
-            << i << " sees " << seen.instance[i];
+        EXPECT_TRUE(seen.instance[i] == kNone || seen.instance[i] % 2 == 1) << i << " sees " << seen.instance[i];
     EXPECT_EQ(id_at(seen, view, 50, 90).first, 9u);
 }
 
@@ -206,8 +206,8 @@ TEST(Visibility, TakesAMirroredInstancesFrontsForFronts)
     const Visibility seen = render_visibility(gl(), scene, view);
     for (const std::uint32_t instance : seen.instance) EXPECT_EQ(instance, 0u);
 
-    scene.instances[0].world_from_object = glm::scale(glm::dmat4(1.0), glm::dvec3(-1, 1, -1)) *
-                                           glm::translate(glm::dmat4(1.0), glm::dvec3(0, 0, 2));
+    scene.instances[0].world_from_object =
+        glm::scale(glm::dmat4(1.0), glm::dvec3(-1, 1, -1)) * glm::translate(glm::dmat4(1.0), glm::dvec3(0, 0, 2));
     for (const std::uint32_t instance : render_visibility(gl(), scene, view).instance)
         EXPECT_EQ(instance, kNone);  // turned by 180 degrees: its back
 }
@@ -235,12 +235,10 @@ TEST(Visibility, EndsAtTheCameraPlane)
 {
     View view = pixel_view(4, 4);
     // A slope whose upper half lies in front of the plane and whose lower half behind it.
-    const Scene slope =
-        scene_of({mesh_of({{0, 0, -2}, {0, -4, 2}, {4, -4, 2}, {4, 0, -2}}, {{0, 1, 2}, {0, 2, 3}})});
+    const Scene slope = scene_of({mesh_of({{0, 0, -2}, {0, -4, 2}, {4, -4, 2}, {4, 0, -2}}, {{0, 1, 2}, {0, 2, 3}})});
     const Visibility seen = render_visibility(gl(), slope, view);
     for (int x = 0; x < 4; ++x)
-        for (int y = 0; y < 4; ++y)
-            EXPECT_EQ(id_at(seen, view, x, y).first, y < 2 ? 0u : kNone) << x << " " << y;
+        for (int y = 0; y < 4; ++y) EXPECT_EQ(id_at(seen, view, x, y).first, y < 2 ? 0u : kNone) << x << " " << y;
     const Scene behind = scene_of({quad(0, -4, 4, 0, 0.5f, 1)});
     for (const std::uint32_t i : render_visibility(gl(), behind, view).instance) EXPECT_EQ(i, kNone);
     view.camera.projection = Projection::perspective;

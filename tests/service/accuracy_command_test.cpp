@@ -24,8 +24,9 @@ using test::TemporaryFolder;
 
 std::vector<std::string> small_accuracy(const std::string& folder, const std::vector<std::string>& more = {})
 {
-    std::vector<std::string> arguments{"accuracy", "demo:cornell", "--size", "24x24", "--points", "0.5:16:0.4,0.2:64:0.1",
-                                       "--path-samples", "16,32", "--reference-error", "8", "-o", folder};
+    std::vector<std::string> arguments{
+        "accuracy", "demo:cornell",      "--size", "24x24", "--points", "0.5:16:0.4,0.2:64:0.1", "--path-samples",
+        "16,32",    "--reference-error", "8",      "-o",    folder};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return arguments;
 }
@@ -49,7 +50,9 @@ TEST(AccuracyCommand, WritesPagePictureAndTableAndTakesUpWhatItKept)
     const auto& points = stats.at("points");
     ASSERT_EQ(points.size(), 4u);
     EXPECT_LE(stats.at("reference").at("mean_relative_error").get<double>(), 0.08);
-    const auto error = [&](int i) { return points[static_cast<std::size_t>(i)].at("indirect").at("mean_relative_error").get<double>(); };
+    const auto error = [&](int i) {
+        return points[static_cast<std::size_t>(i)].at("indirect").at("mean_relative_error").get<double>();
+    };
     EXPECT_LT(error(1), error(0)) << "finer settings are better";
     EXPECT_LT(error(3), error(2)) << "more paths are better";
     for (const auto& point : points) EXPECT_GT(point.at("seconds").get<double>(), 0.0);
@@ -96,9 +99,9 @@ TEST(AccuracyCommand, BadValuesNameTheOptionAndTheValue)
 {
     const TemporaryFolder folder;
     const std::vector<std::pair<std::string, std::string>> cases{
-        {"--points", "1"},           {"--points", "11"},      {"--points", "many"},       {"--points", "0.2:64"},
-        {"--points", "0.2:64:x"},    {"--points", "2:64:.1"}, {"--path-samples", "48"},   {"--path-samples", "x"},
-        {"--reference-error", "0"},  {"--bounces", "0"},      {"--reference-spp", "8"},   {"--size", "0x4"}};
+        {"--points", "1"},          {"--points", "11"},      {"--points", "many"},     {"--points", "0.2:64"},
+        {"--points", "0.2:64:x"},   {"--points", "2:64:.1"}, {"--path-samples", "48"}, {"--path-samples", "x"},
+        {"--reference-error", "0"}, {"--bounces", "0"},      {"--reference-spp", "8"}, {"--size", "0x4"}};
     for (const auto& [option, value] : cases) {
         const std::vector<std::string> arguments{"accuracy", "demo:cornell", "-o", folder / "r", option, value};
         expect_error(arguments, kBadUsage, option + ": " + value + " ", folder);

@@ -96,8 +96,7 @@ TEST(CommandLine, RendersACornellBoxToEveryFormatWithStatistics)
     EXPECT_GT(stats.at("peak_memory_bytes").get<double>(), 1e6);
     EXPECT_EQ(stats.at("images").size(), 3u);
     double sum = 0.0;
-    for (const char* stage :
-         {"load", "bvh", "gbuffer", "direct", "records", "splat", "compose", "tone map", "write"}) {
+    for (const char* stage : {"load", "bvh", "gbuffer", "direct", "records", "splat", "compose", "tone map", "write"}) {
         EXPECT_TRUE(stats.at("stage_seconds").contains(stage)) << stage;
     }
     for (const auto& stage : stats.at("stages")) sum += stage.at("seconds").get<double>();
@@ -209,22 +208,30 @@ TEST(CommandLine, RecordsAreKeptFromRenderToRender)
     const auto beside = stats_of({"--lens-shift", "0.5,0"}, folder / "c.png");
     EXPECT_GT(beside.at("records"), 0);
     EXPECT_LT(beside.at("records"), first.at("records"));
-    EXPECT_EQ(beside.at("record_file").at("saved").get<int>(), first.at("records").get<int>() + beside.at("records").get<int>());
+    EXPECT_EQ(beside.at("record_file").at("saved").get<int>(),
+              first.at("records").get<int>() + beside.at("records").get<int>());
     const std::string grown = bytes_of(file);
 
     const std::string picture = folder / "d.png";
     expect_error(small_render("demo:cornell", {"--records", file, "-o", picture}), kFailure, "room.records", folder);
-    expect_error(small_render("demo:atrium", {"--records", file, "-o", picture, "--bounces", "2"}), kFailure, "bounces 1", folder);
-    expect_error(small_render("demo:atrium", {"--records", folder / "nowhere/a", "-o", picture}), kFailure, "nowhere", folder);
+    expect_error(small_render("demo:atrium", {"--records", file, "-o", picture, "--bounces", "2"}), kFailure,
+                 "bounces 1", folder);
+    expect_error(small_render("demo:atrium", {"--records", folder / "nowhere/a", "-o", picture}), kFailure, "nowhere",
+                 folder);
     for (const auto& [option, value] : {std::pair{"--budget", "5s"}, {"--target-error", "5%"}})
-        expect_error(small_render("demo:atrium", {"--records", file, "-o", picture, option, value}), kBadUsage, option, folder);
+        expect_error(small_render("demo:atrium", {"--records", file, "-o", picture, option, value}), kBadUsage, option,
+                     folder);
     expect_error({"render", "demo:atrium", "--records", file, "--dry-run"}, kBadUsage, "--dry-run", folder);
     for (const std::string& same : {picture, folder.path() + "/./d.png"})
-        expect_error(small_render("demo:atrium", {"--records", same, "-o", picture}), kBadUsage, "is the same file as that of --output", folder);
-    expect_error(small_render("demo:atrium", {"--records", file, "-o", picture, "--stats", file}), kBadUsage, "is the same file as that of --stats", folder);
+        expect_error(small_render("demo:atrium", {"--records", same, "-o", picture}), kBadUsage,
+                     "is the same file as that of --output", folder);
+    expect_error(small_render("demo:atrium", {"--records", file, "-o", picture, "--stats", file}), kBadUsage,
+                 "is the same file as that of --stats", folder);
     std::filesystem::create_symlink(folder / "nowhere/b", folder / "dangling");
-    expect_error(small_render("demo:atrium", {"--records", folder / "dangling", "-o", picture}), kFailure, "dangling", folder);
-    expect_error(small_render("demo:atrium", {"--records", file, "-o", picture, "--server", "s"}), kBadUsage, "--records", folder);
+    expect_error(small_render("demo:atrium", {"--records", folder / "dangling", "-o", picture}), kFailure, "dangling",
+                 folder);
+    expect_error(small_render("demo:atrium", {"--records", file, "-o", picture, "--server", "s"}), kBadUsage,
+                 "--records", folder);
     EXPECT_EQ(bytes_of(file), grown);
     write_bytes(file, grown.substr(0, grown.size() / 2));
     expect_error(small_render("demo:atrium", {"--records", file, "-o", picture}), kFailure, "room.records", folder);
@@ -287,18 +294,46 @@ TEST(CommandLine, BadOutputsFailBeforeAnythingIsRendered)
 TEST(CommandLine, BadValuesNameTheOptionAndTheValue)
 {
     const TemporaryFolder folder;
-    const std::vector<std::pair<std::string, std::string>> cases{
-        {"--size", "0x0"},      {"--size", "64"},         {"--size", "64x"},          {"--size", "-4x4"},
-        {"--size", "64x64x64"}, {"--size", "16385x1"},    {"--accuracy", "-1"},       {"--accuracy", "0"},
-        {"--accuracy", "1.5"},  {"--accuracy", "nan"},    {"--accuracy", "fine"},     {"--rays", "15"},
-        {"--rays", "64.5"},     {"--noise", "0"},         {"--noise", "1.1"},       {"--lobe-rays", "0"},
-        {"--bounces", "65"},         {"--bounces", "-1"},        {"--aa", "0"},
-        {"--aa", "65"},         {"--overlap", "0.5"},     {"--area-samples", "0"},    {"--threads", "-1"},
-        {"--seed", "-1"},       {"--splat", "cubes"},     {"--exposure", "bright"},   {"--exposure", "inf"},
-        {"--layers", "nope"},   {"--environment", "sky"}, {"--environment", "1,2"},   {"--environment", "1,2,-3"},
-        {"--log-level", "all"}, {"--pixel-format", "32"}, {"--environment", "1,2,3,4"},
-        {"--time", "soon"},     {"--time", "nan"},        {"--lens-shift", "1"},      {"--lens-shift", "0,11"},
-        {"--lens-shift", "a,b"}, {"--lens-shift", "nan,0"}};
+    const std::vector<std::pair<std::string, std::string>> cases{{"--size", "0x0"},
+                                                                 {"--size", "64"},
+                                                                 {"--size", "64x"},
+                                                                 {"--size", "-4x4"},
+                                                                 {"--size", "64x64x64"},
+                                                                 {"--size", "16385x1"},
+                                                                 {"--accuracy", "-1"},
+                                                                 {"--accuracy", "0"},
+                                                                 {"--accuracy", "1.5"},
+                                                                 {"--accuracy", "nan"},
+                                                                 {"--accuracy", "fine"},
+                                                                 {"--rays", "15"},
+                                                                 {"--rays", "64.5"},
+                                                                 {"--noise", "0"},
+                                                                 {"--noise", "1.1"},
+                                                                 {"--lobe-rays", "0"},
+                                                                 {"--bounces", "65"},
+                                                                 {"--bounces", "-1"},
+                                                                 {"--aa", "0"},
+                                                                 {"--aa", "65"},
+                                                                 {"--overlap", "0.5"},
+                                                                 {"--area-samples", "0"},
+                                                                 {"--threads", "-1"},
+                                                                 {"--seed", "-1"},
+                                                                 {"--splat", "cubes"},
+                                                                 {"--exposure", "bright"},
+                                                                 {"--exposure", "inf"},
+                                                                 {"--layers", "nope"},
+                                                                 {"--environment", "sky"},
+                                                                 {"--environment", "1,2"},
+                                                                 {"--environment", "1,2,-3"},
+                                                                 {"--log-level", "all"},
+                                                                 {"--pixel-format", "32"},
+                                                                 {"--environment", "1,2,3,4"},
+                                                                 {"--time", "soon"},
+                                                                 {"--time", "nan"},
+                                                                 {"--lens-shift", "1"},
+                                                                 {"--lens-shift", "0,11"},
+                                                                 {"--lens-shift", "a,b"},
+                                                                 {"--lens-shift", "nan,0"}};
     for (const auto& [option, value] : cases) {
         const std::vector<std::string> arguments{"render", "demo:cornell", "-o", folder / "a.exr", option, value};
         expect_error(arguments, kBadUsage, option + ": " + value + " ", folder);
@@ -309,13 +344,16 @@ TEST(CommandLine, BadValuesNameTheOptionAndTheValue)
     const std::string picture = folder / "a.png";
     expect_error({"render", "demo:cornell", "-o", picture, "--pixel-format", "half"}, kBadUsage, "half", folder);
     expect_error({"render", "demo:cornell", "-o", picture, "--layers", "depth"}, kBadUsage, "--layers", folder);
-    expect_error({"render", "demo:cornell", "-o", picture, "--budget", "5s", "--rays", "64"}, kBadUsage, "--rays", folder);
-    expect_error({"render", "demo:cornell", "-o", picture, "--target-error", "5%", "--noise", "0.1"}, kBadUsage, "--noise", folder);
+    expect_error({"render", "demo:cornell", "-o", picture, "--budget", "5s", "--rays", "64"}, kBadUsage, "--rays",
+                 folder);
+    expect_error({"render", "demo:cornell", "-o", picture, "--target-error", "5%", "--noise", "0.1"}, kBadUsage,
+                 "--noise", folder);
     expect_error({"render", "demo:cornell", "--dry-run", "--accuracy", "0.1"}, kBadUsage, "--accuracy", folder);
-    expect_error({"render", "demo:cornell", "-o", folder / "a.png", "--effects", "mirrors"}, kBadUsage, "mirrors", folder);
+    expect_error({"render", "demo:cornell", "-o", folder / "a.png", "--effects", "mirrors"}, kBadUsage, "mirrors",
+                 folder);
     expect_error({"render", "demo:cornell", "-o", folder / "a.png", "--with", "motion"}, kBadUsage, "motion", folder);
-    expect_error({"render", "demo:cornell", "-o", folder / "a.png", "--with", "highlights", "--without", "highlights"}, kBadUsage,
-                 "--without: highlights is also given to --with", folder);
+    expect_error({"render", "demo:cornell", "-o", folder / "a.png", "--with", "highlights", "--without", "highlights"},
+                 kBadUsage, "--without: highlights is also given to --with", folder);
     expect_error({"plan", "demo:cornell", "--without", "all"}, kBadUsage, "--without", folder);
     expect_error({"paint", "demo:cornell"}, kBadUsage, "paint", folder);
     expect_error({}, kBadUsage, "subcommand", folder);
@@ -343,18 +381,19 @@ TEST(CommandLine, PlanSaysWhatARenderWouldDoAndWhy)
     const Outcome text = rcsplat({"plan", "demo:cornell", "--size", "48x48", "-o", folder / "a.png"});
     ASSERT_EQ(text.code, 0) << text.err;
     EXPECT_NE(text.out.find("on   area-light             2 triangles shine\n"), std::string::npos) << text.out;
-    EXPECT_NE(text.out.find("off  punctual-light         no lamp without size shines\n"), std::string::npos) << text.out;
+    EXPECT_NE(text.out.find("off  punctual-light         no lamp without size shines\n"), std::string::npos)
+        << text.out;
     EXPECT_NE(text.out.find("off  layer-normal           no output keeps it\n"), std::string::npos) << text.out;
     EXPECT_TRUE(folder.names().empty()) << "nothing is written";
 
-    const Outcome json = rcsplat({"plan", "demo:cornell", "--size", "48x48", "--bounces", "3", "--without", "more-bounces", "--json"});
+    const Outcome json =
+        rcsplat({"plan", "demo:cornell", "--size", "48x48", "--bounces", "3", "--without", "more-bounces", "--json"});
     ASSERT_EQ(json.code, 0) << json.err;
     const auto plan = nlohmann::json::parse(json.out).at("plan");
     EXPECT_EQ(plan.at("bounces"), 1);
     bool found = false;
     for (const auto& effect : plan.at("effects")) {
-        if (effect.at("name") != "more-bounces")
-            continue;
+        if (effect.at("name") != "more-bounces") continue;
         found = true;
         EXPECT_EQ(effect.at("needed"), false);
         EXPECT_EQ(effect.at("chosen_by_user"), true);
@@ -366,8 +405,8 @@ TEST(CommandLine, PlanSaysWhatARenderWouldDoAndWhy)
 TEST(CommandLine, ARenderKeepsItsPlanAndSaysWhatItLeavesOut)
 {
     const TemporaryFolder folder;
-    const Outcome outcome = rcsplat(small_render("demo:spheres", {"-o", folder / "a.exr", "--stats", folder / "a.json", "--log-level",
-                                                                  "info", "--without", "traced-lobes"}));
+    const Outcome outcome = rcsplat(small_render("demo:spheres", {"-o", folder / "a.exr", "--stats", folder / "a.json",
+                                                                  "--log-level", "info", "--without", "traced-lobes"}));
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_NE(outcome.err.find("left out: traced-lobes: left out on demand"), std::string::npos) << outcome.err;
     const auto stats = nlohmann::json::parse(bytes_of(folder / "a.json"));
@@ -395,8 +434,8 @@ TEST(CommandLine, AnInterruptEndsItWithoutLeavingFiles)
 {
     const TemporaryFolder folder;
     const TemporaryFolder logs;
-    const pid_t pid = start(logs, {"reference", "demo:cornell", "--size", "1000x1000", "--spp", "65536", "-o",
-                                   folder / "a.exr"});
+    const pid_t pid =
+        start(logs, {"reference", "demo:cornell", "--size", "1000x1000", "--spp", "65536", "-o", folder / "a.exr"});
     std::this_thread::sleep_for(std::chrono::milliseconds(500));
     kill(pid, SIGINT);
     const auto asked = std::chrono::steady_clock::now();
@@ -421,8 +460,8 @@ TEST(CommandLine, OneInterruptIsEnoughForAnOrderlyEnd)
 {
     const TemporaryFolder folder;
     const TemporaryFolder logs;
-    const pid_t pid = start(logs, {"render", "demo:cornell", "--size", "512x512", "--aa", "64", "--rays", "4096", "-o",
-                                   folder / "a.png"});
+    const pid_t pid = start(
+        logs, {"render", "demo:cornell", "--size", "512x512", "--aa", "64", "--rays", "4096", "-o", folder / "a.png"});
     std::this_thread::sleep_for(std::chrono::seconds(2));  // long enough to start, far from the end
     kill(pid, SIGINT);
     const Outcome outcome = finish(pid, logs);

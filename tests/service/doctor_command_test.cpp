@@ -15,8 +15,9 @@ TEST(DoctorCommand, SaysWhatTheMachineIsAndThatACaseHolds)
     const Outcome outcome = rcsplat({"doctor", "--case", "A4", "--case", "B1", "--json"});
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     const Json json = Json::parse(outcome.out);
-    for (const char* fact : {"OpenGL platform", "OpenGL vendor", "OpenGL renderer", "OpenGL version", "float blending", "largest texture", "Embree",
-                             "Embree instruction set", "OpenColorIO configuration", "OpenImageIO formats", "threads", "memory free"})
+    for (const char* fact : {"OpenGL platform", "OpenGL vendor", "OpenGL renderer", "OpenGL version", "float blending",
+                             "largest texture", "Embree", "Embree instruction set", "OpenColorIO configuration",
+                             "OpenImageIO formats", "threads", "memory free"})
         EXPECT_FALSE(json["machine"].value(fact, "").empty()) << fact;
     EXPECT_EQ(json["machine"]["float blending"], "24 bits (single precision)");
     ASSERT_EQ(json["cases"].size(), 2u);
@@ -31,7 +32,8 @@ TEST(DoctorCommand, EndsWithAnErrorAndLeavesAReproducerWhereACaseFails)
 {
     // Pictures of 12 x 9 pixels are so coarse that a turned room does not look the same.
     const TemporaryFolder folder;
-    const Outcome outcome = rcsplat({"doctor", "--scene", "demo:atrium", "--size", "12x9", "--case", "rotate", "--save", folder / "found"});
+    const Outcome outcome =
+        rcsplat({"doctor", "--scene", "demo:atrium", "--size", "12x9", "--case", "rotate", "--save", folder / "found"});
     EXPECT_EQ(outcome.code, kFailure) << outcome.out;
     EXPECT_NE(outcome.err.find("1 of 1 cases failed"), std::string::npos) << outcome.err;
     EXPECT_NE(outcome.out.find("FAIL  rotate"), std::string::npos) << outcome.out;

@@ -48,7 +48,8 @@ AccuracyReport small_report()
     report.width = 40;
     report.height = 30;
     report.bounces = report.aa = 1;
-    report.reference = {.paths = 512, .seconds = 60.0, .error = 0.01, .wanted_error = 0.02, .picture = "p", .indirect = "i"};
+    report.reference = {
+        .paths = 512, .seconds = 60.0, .error = 0.01, .wanted_error = 0.02, .picture = "p", .indirect = "i"};
     report.points = {render_point("coarse", 1.0, 0.4), render_point("beaten, by far", 20.0, 0.3),
                      render_point("fine", 16.0, 0.1), paths_point(16, 10.0, 0.4), paths_point(64, 40.0, 0.2)};
     return report;
@@ -230,7 +231,8 @@ TEST(Plot, PutsQuickAndRightPointsAtTheLowerLeft)
     EXPECT_EQ(points[0].role, Role::front_point);
     EXPECT_EQ(points[1].role, Role::other_point);
     EXPECT_EQ(points[3].role, Role::paths_point);
-    // 1 s to 16 s and 10 s to 40 s: ratios 16 and 4 are 2 to 1 on a logarithmic axis; so are errors 0.4 / 0.1 and 0.4 / 0.2.
+    // 1 s to 16 s and 10 s to 40 s: ratios 16 and 4 are 2 to 1 on a logarithmic axis; so are errors 0.4 / 0.1 and 0.4 /
+    // 0.2.
     EXPECT_NEAR(points[2].at[0] - points[0].at[0], 2.0 * (points[4].at[0] - points[3].at[0]), 1e-9);
     EXPECT_NEAR(points[2].at[1] - points[0].at[1], 2.0 * (points[4].at[1] - points[3].at[1]), 1e-9);
     EXPECT_GT(points[2].at[0], points[0].at[0]);

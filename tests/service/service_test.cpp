@@ -6,9 +6,9 @@
 #include <fstream>
 
 #include <grp.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
-#include <sys/socket.h>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -77,10 +77,12 @@ TEST_F(RenderService, RendersTheSamePicturesAsTheCommandLineBitForBit)
 {
     TestServer server(folder_.path());
     const std::string scene = scene_file("cornell");
-    const std::vector<std::string> options = {"--size", "48x40", "--exposure", "1", "--layers", "indirect,depth", "--pixel-format", "float,16", "-q"};
+    const std::vector<std::string> options = {"--size",         "48x40",          "--exposure", "1", "--layers",
+                                              "indirect,depth", "--pixel-format", "float,16",   "-q"};
     const auto with = [&](std::vector<std::string> words, const std::string& name) {
         words.insert(words.end(), options.begin(), options.end());
-        for (const char* ending : {".png", ".exr", ".jpg"}) words.insert(words.end(), {"-o", (folder_ / name) + ending});
+        for (const char* ending : {".png", ".exr", ".jpg"})
+            words.insert(words.end(), {"-o", (folder_ / name) + ending});
         return words;
     };
     const auto local = rcsplat(with({"render", scene}, "local"));
@@ -102,8 +104,10 @@ TEST_F(RenderService, SkiesAndShiftedLensesArriveToo)
     TestServer server(folder_.path());
     std::set<std::string> pictures;
     const std::vector<std::string> plain{"render", "demo:spheres", "--size", "32x32", "-q"};
-    for (const std::vector<std::string>& more :
-         {std::vector<std::string>{}, {"--environment", "none"}, {"--environment", "0.5,1,2"}, {"--lens-shift", "0.25,-0.5"}}) {
+    for (const std::vector<std::string>& more : {std::vector<std::string>{},
+                                                 {"--environment", "none"},
+                                                 {"--environment", "0.5,1,2"},
+                                                 {"--lens-shift", "0.25,-0.5"}}) {
         std::vector<std::string> arguments = plain;
         arguments.insert(arguments.end(), more.begin(), more.end());
         arguments.insert(arguments.end(), {"-o", folder_ / "a.exr"});
@@ -123,8 +127,8 @@ TEST_F(RenderService, FramesOfAnAnimationAreFilesOfTheirOwn)
     const std::string scene = RCS_SCENES_DIR "/cornell-animated.glb";
     if (!std::filesystem::exists(scene)) GTEST_SKIP() << "needs " << scene;
     TestServer server(folder_.path());
-    const auto outcome = rcsplat({"submit", scene, "--frames", "1-5x2", "--fps", "2", "--size", "24x24",
-                                  "-o", folder_ / "f.####.png", "--server", server.socket()});
+    const auto outcome = rcsplat({"submit", scene, "--frames", "1-5x2", "--fps", "2", "--size", "24x24", "-o",
+                                  folder_ / "f.####.png", "--server", server.socket()});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     std::set<std::string> pictures;
     for (const char* name : {"f.0001.png", "f.0003.png", "f.0005.png"}) pictures.insert(bytes_of(folder_ / name));
@@ -135,7 +139,8 @@ TEST_F(RenderService, FramesOfAnAnimationAreFilesOfTheirOwn)
 TEST_F(RenderService, AMissingCameraFailsTheJobWithItsReason)
 {
     TestServer server(folder_.path());
-    const auto outcome = rcsplat({"render", "demo:cornell", "--camera", "nowhere", "-o", folder_ / "a.png", "--server", server.socket(), "-q"});
+    const auto outcome = rcsplat(
+        {"render", "demo:cornell", "--camera", "nowhere", "-o", folder_ / "a.png", "--server", server.socket(), "-q"});
     EXPECT_EQ(outcome.code, test::kFailure);
     EXPECT_NE(outcome.err.find("nowhere"), std::string::npos) << outcome.err;
     EXPECT_FALSE(std::filesystem::exists(folder_ / "a.png"));
@@ -158,7 +163,8 @@ TEST_F(RenderService, AnInterruptCancelsARenderOnTheServer)
 {
     TestServer server(folder_.path());
     const TemporaryFolder logs;
-    const pid_t pid = test::start(logs, {"render", "demo:atrium", "--size", "2000x2000", "--aa", "64", "-o", folder_ / "a.png", "--server", server.socket()});
+    const pid_t pid = test::start(logs, {"render", "demo:atrium", "--size", "2000x2000", "--aa", "64", "-o",
+                                         folder_ / "a.png", "--server", server.socket()});
     Client client(server.socket());
     v1::Request list;
     list.mutable_list();
@@ -297,8 +303,9 @@ TEST_F(RenderService, ScenesByPathStayBeneathTheRoots)
         job.mutable_scene()->set_path(path);
         return client.submit(job).job();
     };
-    for (const std::string& path : {root + "/link.glb", root + "/folder/out.glb", root + "/../out.glb", folder_ / "out.glb",
-                                    std::string("/etc/passwd"), std::string("in.glb"), root, root + "/in.glb/../in.glb"}) {
+    for (const std::string& path :
+         {root + "/link.glb", root + "/folder/out.glb", root + "/../out.glb", folder_ / "out.glb",
+          std::string("/etc/passwd"), std::string("in.glb"), root, root + "/in.glb/../in.glb"}) {
         EXPECT_EQ(code_of([&] { submit(path); }), v1::ERROR_CODE_FORBIDDEN) << path;
     }
     EXPECT_EQ(code_of([&] { submit(root + "/none.glb"); }), v1::ERROR_CODE_NOT_FOUND);
@@ -315,7 +322,8 @@ TEST_F(RenderService, JobsThatCannotBeAreRefusedAtOnce)
         return code_of([&] { client.submit(job); });
     };
     EXPECT_EQ(code([](auto& j) { j.mutable_options()->set_width(0); }), v1::ERROR_CODE_BAD_ARGUMENT);
-    EXPECT_EQ(code([](auto& j) { j.mutable_options()->set_width(16384), j.mutable_options()->set_height(16384); }), v1::ERROR_CODE_LIMIT);
+    EXPECT_EQ(code([](auto& j) { j.mutable_options()->set_width(16384), j.mutable_options()->set_height(16384); }),
+              v1::ERROR_CODE_LIMIT);
     EXPECT_EQ(code([](auto& j) { j.mutable_scene()->set_builtin("demo:nothing"); }), v1::ERROR_CODE_NOT_FOUND);
     EXPECT_EQ(code([](auto& j) { j.clear_scene(); }), v1::ERROR_CODE_BAD_ARGUMENT);
     EXPECT_EQ(code([](auto& j) { j.clear_outputs(); }), v1::ERROR_CODE_BAD_ARGUMENT);
@@ -325,12 +333,14 @@ TEST_F(RenderService, JobsThatCannotBeAreRefusedAtOnce)
     EXPECT_EQ(code([](auto& j) { *j.add_outputs() = j.outputs(0); }), v1::ERROR_CODE_BAD_ARGUMENT);
     EXPECT_EQ(code([](auto& j) { j.add_frames(), j.add_frames(); }), v1::ERROR_CODE_BAD_ARGUMENT);
     EXPECT_EQ(code([](auto& j) { j.set_priority(101); }), v1::ERROR_CODE_BAD_ARGUMENT);
-    EXPECT_EQ(code([](auto& j) { j.mutable_environment()->mutable_constant()->set_red(-1.0f); }), v1::ERROR_CODE_BAD_ARGUMENT);
+    EXPECT_EQ(code([](auto& j) { j.mutable_environment()->mutable_constant()->set_red(-1.0f); }),
+              v1::ERROR_CODE_BAD_ARGUMENT);
     EXPECT_EQ(code([](auto& j) {
-        v1::SceneFile& file = *j.mutable_scene()->mutable_files()->add_files();
-        file.set_path("a.glb");
-        file.mutable_content()->set_sha256(std::string(32, 'x'));
-    }), v1::ERROR_CODE_MISSING_BLOBS);
+                  v1::SceneFile& file = *j.mutable_scene()->mutable_files()->add_files();
+                  file.set_path("a.glb");
+                  file.mutable_content()->set_sha256(std::string(32, 'x'));
+              }),
+              v1::ERROR_CODE_MISSING_BLOBS);
     EXPECT_EQ(code([](auto&) {}), v1::ERROR_CODE_UNSPECIFIED);
 }
 
@@ -357,7 +367,8 @@ std::string talk(const std::string& socket, const std::string& bytes)
     EXPECT_EQ(::send(fd, bytes.data(), bytes.size(), MSG_NOSIGNAL), static_cast<ssize_t>(bytes.size()));
     std::string answer;
     char part[4096];
-    for (ssize_t count = 0; (count = ::recv(fd, part, sizeof part, 0)) > 0;) answer.append(part, static_cast<std::size_t>(count));
+    for (ssize_t count = 0; (count = ::recv(fd, part, sizeof part, 0)) > 0;)
+        answer.append(part, static_cast<std::size_t>(count));
     ::close(fd);
     return answer;
 }
@@ -375,7 +386,8 @@ TEST_F(RenderService, WhoSpeaksOtherwiseIsToldAndSentAway)
     talk(server.socket(), service::greeting() + "\x50half");  // never completed
     talk(server.socket(), "");                                // never says a word
     EXPECT_LT(seconds_since(begin), 5.0);
-    EXPECT_EQ(Client(server.socket()).watch(Client(server.socket()).submit(small_job()).job()).state(), v1::JOB_STATE_COMPLETED);
+    EXPECT_EQ(Client(server.socket()).watch(Client(server.socket()).submit(small_job()).job()).state(),
+              v1::JOB_STATE_COMPLETED);
 }
 
 TEST_F(RenderService, OneServerForASocketAndAStateFolder)
@@ -446,13 +458,21 @@ TEST_F(RenderService, ListsAndCountsWhatItDid)
 {
     TestServer server(folder_.path());
     const std::string a = folder_ / "a.png";
-    ASSERT_EQ(rcsplat({"submit", "demo:cornell", "--size", "16x16", "-o", a, "--label", "shot=s1", "--server", server.socket()}).code, 0);
+    ASSERT_EQ(rcsplat({"submit", "demo:cornell", "--size", "16x16", "-o", a, "--label", "shot=s1", "--server",
+                       server.socket()})
+                  .code,
+              0);
     const auto list = rcsplat({"list", "--json", "--label", "shot=s1", "--server", server.socket()});
     const auto json = nlohmann::json::parse(list.out);
     ASSERT_EQ(json["jobs"].size(), 1u);
     EXPECT_EQ(json["jobs"][0]["state"], "JOB_STATE_COMPLETED");
-    EXPECT_EQ(nlohmann::json::parse(rcsplat({"list", "--json", "--label", "shot=s2", "--server", server.socket()}).out)["jobs"].size(), 0u);
-    EXPECT_NE(rcsplat({"stats", "--prometheus", "--server", server.socket()}).out.find("\nrcsplat_frames_completed_total 1\n"), std::string::npos);
+    EXPECT_EQ(nlohmann::json::parse(
+                  rcsplat({"list", "--json", "--label", "shot=s2", "--server", server.socket()}).out)["jobs"]
+                  .size(),
+              0u);
+    EXPECT_NE(rcsplat({"stats", "--prometheus", "--server", server.socket()})
+                  .out.find("\nrcsplat_frames_completed_total 1\n"),
+              std::string::npos);
     const auto fetched = rcsplat({"fetch", "1", "-o", folder_ / "run", "--server", server.socket()});
     EXPECT_EQ(fetched.code, 0) << fetched.err;
     EXPECT_TRUE(bytes_of(folder_ / "run/a.png") == bytes_of(a));

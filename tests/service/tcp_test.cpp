@@ -22,18 +22,24 @@ class Tcp : public ::testing::Test {
 protected:
     void openssl(const std::string& arguments)
     {
-        ASSERT_EQ(std::system(("cd " + folder_.path() + " && openssl " + arguments + " >openssl.log 2>&1").c_str()), 0) << arguments << "\n" << test::bytes_of(folder_ / "openssl.log");
+        ASSERT_EQ(std::system(("cd " + folder_.path() + " && openssl " + arguments + " >openssl.log 2>&1").c_str()), 0)
+            << arguments << "\n"
+            << test::bytes_of(folder_ / "openssl.log");
     }
     /// A certificate NAME.pem of the authority ca.pem with its key NAME.key, valid for 127.0.0.1.
     void certificate(const std::string& name, const std::string& validity)
     {
         test::write_bytes(folder_ / (name + ".ext"), "subjectAltName=IP:127.0.0.1\n");
         openssl("req -newkey rsa:2048 -nodes -keyout " + name + ".key -out " + name + ".csr -subj /CN=" + name);
-        openssl("x509 -req -in " + name + ".csr -CA ca.pem -CAkey ca.key -CAcreateserial -extfile " + name + ".ext " + validity + " -out " + name + ".pem");
+        openssl("x509 -req -in " + name + ".csr -CA ca.pem -CAkey ca.key -CAcreateserial -extfile " + name + ".ext " +
+                validity + " -out " + name + ".pem");
     }
     void authority() { openssl("req -x509 -newkey rsa:2048 -nodes -keyout ca.key -out ca.pem -days 2 -subj /CN=ca"); }
 
-    std::string address(const TestServer& server) const { return "127.0.0.1:" + std::to_string(server.last_number("address=127.0.0.1 port=")); }
+    std::string address(const TestServer& server) const
+    {
+        return "127.0.0.1:" + std::to_string(server.last_number("address=127.0.0.1 port="));
+    }
     static std::string refusal(const std::string& address, const ClientOptions& options)
     {
         try {
@@ -96,8 +102,8 @@ TEST_F(Tcp, TlsTakesATokenOrACertificateThatIsValid)
     certificate("server", "-days 2");
     certificate("client", "-days 2");
     certificate("expired", "-days -1");
-    TestServer server(folder_.path(), {"--listen", "127.0.0.1:0", "--tls-certificate", folder_ / "server.pem", "--tls-key", folder_ / "server.key",
-                                       "--client-ca", folder_ / "ca.pem"});
+    TestServer server(folder_.path(), {"--listen", "127.0.0.1:0", "--tls-certificate", folder_ / "server.pem",
+                                       "--tls-key", folder_ / "server.key", "--client-ca", folder_ / "ca.pem"});
     ClientOptions options;
     options.ca = folder_ / "ca.pem";
     EXPECT_EQ(refusal(address(server), options), "this server wants a token");
@@ -125,7 +131,8 @@ TEST_F(Tcp, AServerOfAnUnknownAuthorityIsNotTrusted)
 {
     authority();
     certificate("server", "-days 2");
-    TestServer server(folder_.path(), {"--listen", "127.0.0.1:0", "--tls-certificate", folder_ / "server.pem", "--tls-key", folder_ / "server.key"});
+    TestServer server(folder_.path(), {"--listen", "127.0.0.1:0", "--tls-certificate", folder_ / "server.pem",
+                                       "--tls-key", folder_ / "server.key"});
     std::filesystem::rename(folder_ / "ca.pem", folder_ / "old.pem");
     authority();
     ClientOptions options;

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include <glm/glm.hpp>
 #include <gtest/gtest.h>
+#include <glm/glm.hpp>
 #include <nlohmann/json.hpp>
 
 #include "rcs/error.h"
@@ -54,8 +54,11 @@ public:
 
     int add_accessor(int view, int component_type, const char* type, std::size_t count, std::size_t offset = 0)
     {
-        return add("accessors", {{"bufferView", view}, {"componentType", component_type}, {"type", type},
-                                 {"count", count}, {"byteOffset", offset}});
+        return add("accessors", {{"bufferView", view},
+                                 {"componentType", component_type},
+                                 {"type", type},
+                                 {"count", count},
+                                 {"byteOffset", offset}});
     }
 
     int add_vec3(const std::vector<glm::vec3>& values)

@@ -59,7 +59,7 @@ inline constexpr int kBadUsage = 2;
 
 /// The command must fail with one line that names `thing`, and leave nothing behind.
 inline void expect_error(const std::vector<std::string>& arguments, int code, const std::string& thing,
-                  const TemporaryFolder& folder)
+                         const TemporaryFolder& folder)
 {
     std::vector<std::string> before = folder.names();
     const Outcome outcome = rcsplat(arguments);

@@ -16,7 +16,8 @@ inline bool same_bits(const Record& a, const Record& b)
 }
 inline bool same_bits(const std::vector<Record>& a, const std::vector<Record>& b)
 {
-    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Record& x, const Record& y) { return same_bits(x, y); });
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                      [](const Record& x, const Record& y) { return same_bits(x, y); });
 }
 
 }  // namespace rcs::test

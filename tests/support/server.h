@@ -23,7 +23,8 @@ namespace rcs::test {
 class TestServer {
 public:
     /// @param options  beside --socket and --state
-    explicit TestServer(const std::string& folder, std::vector<std::string> options = {}) : folder_(folder), options_(std::move(options))
+    explicit TestServer(const std::string& folder, std::vector<std::string> options = {})
+        : folder_(folder), options_(std::move(options))
     {
         start();
     }
@@ -41,7 +42,8 @@ public:
         posix_spawn_file_actions_t actions;
         posix_spawn_file_actions_init(&actions);
         posix_spawn_file_actions_addopen(&actions, 2, log_path().c_str(), O_WRONLY | O_CREAT | O_APPEND, 0600);
-        if (::posix_spawn(&pid_, argv[0], &actions, nullptr, argv.data(), environ) != 0) throw std::runtime_error("cannot start rcsplat");
+        if (::posix_spawn(&pid_, argv[0], &actions, nullptr, argv.data(), environ) != 0)
+            throw std::runtime_error("cannot start rcsplat");
         posix_spawn_file_actions_destroy(&actions);
         for (int i = 0; i < 1000; ++i) {
             try {

@@ -30,8 +30,8 @@ struct View {
     glm::dvec2 pixel_offset{0.5, 0.5};  ///< in [0, 1)^2; (0.5, 0.5) is the pixel's centre
 };
 
-/// How a view's image lies across its optical axis, x to the right and y down; on the plane at distance 1 in front of the
-/// eye, or anywhere before an orthographic camera. Pixels are square.
+/// How a view's image lies across its optical axis, x to the right and y down; on the plane at distance 1 in front of
+/// the eye, or anywhere before an orthographic camera. Pixels are square.
 struct ImagePlane {
     double pixel = 0.0;    ///< side of a pixel [m]
     glm::dvec2 axis{0.0};  ///< image position where the axis goes through [px]

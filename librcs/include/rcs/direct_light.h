@@ -15,11 +15,11 @@
 namespace rcs {
 
 struct DirectOptions {
-    int area_samples = 16;      ///< shadow rays per pixel towards lamps with area where visibility is uniform, in [1, 1024]
+    int area_samples = 16;  ///< shadow rays per pixel towards lamps with area where visibility is uniform, in [1, 1024]
     int penumbra_samples = 64;  ///< the same where it is mixed, in [area_samples, 65536]
-    int lamp_picks = 0;         ///< 0: each triangle that matters gets shadow rays of its own; else so many of them, picked by
-                                ///< what they would send, stand for all, and penumbras get no more: cheap and
-                                ///< noisy. In [0, 1024]
+    int lamp_picks = 0;  ///< 0: each triangle that matters gets shadow rays of its own; else so many of them, picked by
+                         ///< what they would send, stand for all, and penumbras get no more: cheap and
+                         ///< noisy. In [0, 1024]
     std::uint64_t seed = 1;
     std::optional<EffectSet> effects = std::nullopt;  ///< of a plan; none: what the scene has, wherever it lies
 };
@@ -31,8 +31,7 @@ void validate(const DirectOptions& options);
 /// arrives through the records.
 /// @param shadow_rays  is increased by the number of shadow rays shot
 /// @return one RGB irradiance [W m^-2] per pixel; 0 where nothing is seen
-std::vector<glm::vec3> direct_irradiance(const RayScene& rays, const GBuffer& gbuffer,
-                                         const DirectOptions& options, ThreadPool& pool,
-                                         std::uint64_t& shadow_rays);
+std::vector<glm::vec3> direct_irradiance(const RayScene& rays, const GBuffer& gbuffer, const DirectOptions& options,
+                                         ThreadPool& pool, std::uint64_t& shadow_rays);
 
 }  // namespace rcs

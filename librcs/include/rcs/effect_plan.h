@@ -30,15 +30,22 @@ enum class Effect : std::uint8_t {
     alpha_blend,        ///< rays ask blended surfaces
     peeling,            ///< layers of surfaces behind those that the camera sees through
     normal_maps,
-    hit_textures,       ///< base colour textures where rays hit; else their mean colours
-    anti_aliasing,      ///< more than one pass
-    deformation,        ///< skins and morph targets
-    instancing,         ///< meshes used more than once are shared by rays
-    motion,             ///< reuse from frame to frame
+    hit_textures,   ///< base colour textures where rays hit; else their mean colours
+    anti_aliasing,  ///< more than one pass
+    deformation,    ///< skins and morph targets
+    instancing,     ///< meshes used more than once are shared by rays
+    motion,         ///< reuse from frame to frame
     auto_exposure,
     error_estimate,
-    layer_emission, layer_direct, layer_indirect, layer_indirect_error, layer_irradiance, layer_albedo, layer_normal,
-    layer_depth, layer_records,
+    layer_emission,
+    layer_direct,
+    layer_indirect,
+    layer_indirect_error,
+    layer_irradiance,
+    layer_albedo,
+    layer_normal,
+    layer_depth,
+    layer_records,
     count
 };
 inline constexpr std::size_t kEffects = static_cast<std::size_t>(Effect::count);
@@ -84,27 +91,28 @@ struct PlannedEffect {
     };
 
     Effect effect{};
-    bool needed = false;     ///< is simulated
-    bool available = true;   ///< false: this build cannot
-    bool chosen = false;     ///< the user said so, and the plan would not have
+    bool needed = false;        ///< is simulated
+    bool available = true;      ///< false: this build cannot
+    bool chosen = false;        ///< the user said so, and the plan would not have
     bool has_material = false;  ///< the scene has what the effect is made of, wherever it lies
-    std::string reason;      ///< in words, with the number behind it
+    std::string reason;         ///< in words, with the number behind it
     Basis basis = Basis::exact;
     double share = 0.0, low = 0.0, high = 0.0;  ///< what it contributes, as part of `of`
-    std::string of;          ///< "pixels", "the first bounce's power", ...
-    double loss = 0.0;       ///< not needed, or needed in part: the most that leaving it out may lose, as part of `of`; 0: nothing is lost
-    std::string cost;        ///< of simulating it, in words
-    double rays = 0.0;       ///< about so many, for the whole picture
-    double bytes = 0.0;      ///< about so much memory beyond a picture without it
+    std::string of;                             ///< "pixels", "the first bounce's power", ...
+    double loss = 0.0;   ///< not needed, or needed in part: the most that leaving it out may lose, as part of `of`; 0:
+                         ///< nothing is lost
+    std::string cost;    ///< of simulating it, in words
+    double rays = 0.0;   ///< about so many, for the whole picture
+    double bytes = 0.0;  ///< about so much memory beyond a picture without it
 };
 
 /// What a view of a scene calls for. Where two effects differ only by name, the more specific one carries the cost.
 struct EffectPlan {
     std::vector<PlannedEffect> effects;  ///< one for each Effect, in order
-    int bounces = 0;         ///< of indirect light, at most those of the options
-    int passes = 1;          ///< samples a pixel
-    bool shares_samples = false;  ///< samples after the first share its light where the picture is smooth and they see the same
-                                  ///< triangle: anti-aliasing only where it shows
+    int bounces = 0;                     ///< of indirect light, at most those of the options
+    int passes = 1;                      ///< samples a pixel
+    bool shares_samples = false;   ///< samples after the first share its light where the picture is smooth and they see
+                                   ///< the same triangle: anti-aliasing only where it shows
     std::uint64_t pilot_rays = 0;  ///< that planning took
 
     const PlannedEffect& operator[](Effect effect) const { return effects[static_cast<std::size_t>(effect)]; }

@@ -25,26 +25,22 @@ struct GBuffer {
     std::vector<float> position_x, position_y, position_z;  ///< relative to the camera [m]; 0 where nothing is seen
     std::vector<float> normal_x, normal_y, normal_z;        ///< shading normal, unit, towards the viewer's side
     std::vector<glm::vec3> geometric_normal;                ///< unit, towards the viewer's side
-    std::vector<float> footprint;        ///< sqrt of the surface area that one pixel covers [m]
-    std::vector<float> position_error;   ///< bound of the rounding error of the scene-space position [m]
+    std::vector<float> footprint;                           ///< sqrt of the surface area that one pixel covers [m]
+    std::vector<float> position_error;               ///< bound of the rounding error of the scene-space position [m]
     std::vector<std::uint32_t> instance, primitive;  ///< kNone where nothing is seen
-    std::vector<glm::vec3> albedo;       ///< filtered over the pixel's footprint
-    std::vector<glm::vec3> emission;     ///< radiance towards the camera; sky where nothing is seen
+    std::vector<glm::vec3> albedo;                   ///< filtered over the pixel's footprint
+    std::vector<glm::vec3> emission;                 ///< radiance towards the camera; sky where nothing is seen
 
     std::size_t size() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
     bool covered(std::size_t pixel) const { return instance[pixel] != kNone; }
     glm::vec3 position(std::size_t i) const { return {position_x[i], position_y[i], position_z[i]}; }
     glm::vec3 normal(std::size_t i) const { return {normal_x[i], normal_y[i], normal_z[i]}; }
-    glm::vec3 scene_position(std::size_t i) const
-    {
-        return glm::vec3(camera_position + glm::dvec3(position(i)));
-    }
+    glm::vec3 scene_position(std::size_t i) const { return glm::vec3(camera_position + glm::dvec3(position(i))); }
 };
 
 /// Rasterises which triangle each pixel's sample sees (OpenGL), then evaluates the surface there
 /// from the same attributes that rays use: one definition of a surface for both.
 /// @param texture_scale  the width of the texture filter in pixels, > 0 (1/sqrt(n) with n samples a pixel)
-GBuffer render_gbuffer(GlContext& gl, const RayScene& rays, const View& view, float texture_scale,
-                       ThreadPool& pool);
+GBuffer render_gbuffer(GlContext& gl, const RayScene& rays, const View& view, float texture_scale, ThreadPool& pool);
 
 }  // namespace rcs

@@ -16,7 +16,9 @@ struct Image {
 
     Image() = default;
     Image(int width_, int height_, int channels_)
-        : width(width_), height(height_), channels(channels_),
+        : width(width_),
+          height(height_),
+          channels(channels_),
           pixels(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_) *
                  static_cast<std::size_t>(channels_))
     {
@@ -24,8 +26,9 @@ struct Image {
 
     float* at(int x, int y)
     {
-        return pixels.data() + (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-                                static_cast<std::size_t>(x)) * static_cast<std::size_t>(channels);
+        return pixels.data() +
+               (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)) *
+                   static_cast<std::size_t>(channels);
     }
     const float* at(int x, int y) const { return const_cast<Image*>(this)->at(x, y); }
 };

@@ -29,8 +29,8 @@ private:
 };
 
 struct LightCacheOptions {
-    int bounces = 1;  ///< reflections on the way to a cell's surface, in [1, 64]
-    int kept_fewer = 0;  ///< up to so many bounces fewer can be asked for too, in [0, 63]
+    int bounces = 1;         ///< reflections on the way to a cell's surface, in [1, 64]
+    int kept_fewer = 0;      ///< up to so many bounces fewer can be asked for too, in [0, 63]
     int max_cells = 80'000;  ///< that the visible points' rays may find, and again as many that those cells' rays find,
                              ///< in [1, 2^24]; beyond, all of them are taken coarser
     std::uint64_t seed = 1;
@@ -39,10 +39,10 @@ struct LightCacheOptions {
 
 struct LightCacheStats {
     std::uint64_t cells = 0;
-    std::uint64_t links = 0;        ///< rays that found another surface
-    std::uint64_t rays = 0;         ///< to find cells and to link them
+    std::uint64_t links = 0;  ///< rays that found another surface
+    std::uint64_t rays = 0;   ///< to find cells and to link them
     std::uint64_t shadow_rays = 0;
-    std::uint64_t bytes = 0;        ///< held while rendering
+    std::uint64_t bytes = 0;  ///< held while rendering
 };
 
 /// Finds the surfaces that the visible points see, cuts them into cells, shoots each cell's rays once and iterates

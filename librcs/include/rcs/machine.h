@@ -11,8 +11,8 @@ namespace rcs {
 /// A fact about the machine: its name and its value, in words.
 using MachineFact = std::pair<std::string, std::string>;
 
-/// Platform, vendor, renderer, version, the limits that librcs meets, and how exactly floats are blended, measured: quads
-/// need 24 bits.
+/// Platform, vendor, renderer, version, the limits that librcs meets, and how exactly floats are blended, measured:
+/// quads need 24 bits.
 std::vector<MachineFact> describe_gl(GlContext& gl);
 
 /// The Embree library that is loaded: its version, the instruction sets it uses here, and what it was built with.

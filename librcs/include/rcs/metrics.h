@@ -16,15 +16,15 @@ inline constexpr double kRelativeErrorFloor = 0.01;
 struct ErrorMetrics {
     std::size_t pixels = 0;
     std::size_t not_finite = 0;
-    double relmse = 0.0;                ///< mean (I-R)^2 / (R^2 + eps^2)
-    double rmse = 0.0;                  ///< sqrt mean (I-R)^2
-    double mean_relative_error = 0.0;   ///< MRE: mean |I-R| / (R + eps)
+    double relmse = 0.0;               ///< mean (I-R)^2 / (R^2 + eps^2)
+    double rmse = 0.0;                 ///< sqrt mean (I-R)^2
+    double mean_relative_error = 0.0;  ///< MRE: mean |I-R| / (R + eps)
     double median_relative_error = 0.0;
-    double p95_relative_error = 0.0;    ///< 95th percentile of |I-R| / (R + eps)
-    double ratio_of_means = 1.0;        ///< mean(I) / mean(R); 1 is unbiased
-    double display_psnr = 0.0;          ///< [dB], of the sRGB-encoded, clipped RGB images; +inf if equal
-    /// Mean FLIP (Andersson et al. 2020) of the clipped images at 67 pixels a degree, in [0, 1]; NaN if the reference was
-    /// traced with a stride, since FLIP sees neighbours.
+    double p95_relative_error = 0.0;  ///< 95th percentile of |I-R| / (R + eps)
+    double ratio_of_means = 1.0;      ///< mean(I) / mean(R); 1 is unbiased
+    double display_psnr = 0.0;        ///< [dB], of the sRGB-encoded, clipped RGB images; +inf if equal
+    /// Mean FLIP (Andersson et al. 2020) of the clipped images at 67 pixels a degree, in [0, 1]; NaN if the reference
+    /// was traced with a stride, since FLIP sees neighbours.
     double flip = std::numeric_limits<double>::quiet_NaN();
 };
 

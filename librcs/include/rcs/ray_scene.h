@@ -14,7 +14,7 @@
 namespace rcs {
 
 struct Ray {
-    glm::vec3 origin;  ///< scene space [m]
+    glm::vec3 origin;     ///< scene space [m]
     glm::vec3 direction;  ///< need not be unit; distances are in its units
     float t_min = 0.0f;
     float t_max = std::numeric_limits<float>::infinity();
@@ -22,7 +22,7 @@ struct Ray {
 
 struct Hit {
     float t = 0.0f;
-    float u = 0.0f, v = 0.0f;  ///< barycentric weights of the triangle's second and third vertex
+    float u = 0.0f, v = 0.0f;     ///< barycentric weights of the triangle's second and third vertex
     std::uint32_t instance = 0;   ///< index into Scene::instances
     std::uint32_t primitive = 0;  ///< index into Mesh::triangles
 };

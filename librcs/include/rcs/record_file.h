@@ -9,8 +9,8 @@
 
 namespace rcs {
 
-/// What the records of a file were gathered for. They serve no other scene, no other light and no other accuracy, but any
-/// view and any seed.
+/// What the records of a file were gathered for. They serve no other scene, no other light and no other accuracy, but
+/// any view and any seed.
 struct RecordKey {
     std::string scene;     ///< fingerprint of the scene with its sky
     std::string settings;  ///< what else records depend on, in words: bounces, accuracy or target, effects
@@ -18,10 +18,10 @@ struct RecordKey {
 };
 RecordKey record_key(const Scene& scene, const RenderOptions& options);
 
-/// Saves records for render() to start from. The same view again needs none, or a few where it has more than one sample a
-/// pixel or surfaces one sees through; another view only those for what it sees beyond. The same records are the same bytes
-/// on every machine; the file appears under its name only when complete. Records that floats cannot hold, as under light of
-/// 1e36, are left out.
+/// Saves records for render() to start from. The same view again needs none, or a few where it has more than one sample
+/// a pixel or surfaces one sees through; another view only those for what it sees beyond. The same records are the same
+/// bytes on every machine; the file appears under its name only when complete. Records that floats cannot hold, as
+/// under light of 1e36, are left out.
 /// @throws Error io, naming the file
 void write_records(const std::string& path, const RecordKey& key, const std::vector<Record>& records);
 
@@ -29,7 +29,8 @@ void write_records(const std::string& path, const RecordKey& key, const std::vec
 void check_record_path(const std::string& path);
 
 /// What write_records() saved, bit for bit.
-/// @throws Error that names the file. not_found; io; unsupported: written by another version; bad_file: no record file, a
+/// @throws Error that names the file. not_found; io; unsupported: written by another version; bad_file: no record file,
+/// a
 ///     damaged one, or one of another key
 std::vector<Record> read_records(const std::string& path, const RecordKey& key);
 

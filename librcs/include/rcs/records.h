@@ -32,15 +32,16 @@ struct Record {
     /// E_k over its translation gradient, on luminance, as first gathered [m]: that far away the expansion reaches
     /// zero or twice its value; may be +inf
     float gradient_reach = std::numeric_limits<float>::infinity();
-    int rays = 0;                         ///< hemisphere rays that it was gathered with
-    float footprint = 0.0f;               ///< side of a pixel on the surface where it was made [m]
-    float noise = 0.0f;                   ///< standard error of E_k relative to it, on luminance
-    float spacing_radius = 0.0f;          ///< a R_k after all limits [m]: within it no other record is needed
-    float gradient_scale = 1.0f;          ///< how much of the translation gradient to trust, in [0, 1]: less than 1
-                                          ///< where the least spacing overrides the reach of the expansion
-    float closeness = 1.0f;               ///< its least R_k over RecordOptions::min_reach, in (0, 1]: less where the error asks for it
-    float breadth = 1.0f;                 ///< of the last splat's influence, in (0, 1]: less than 1 where records lie as close
-                                          ///< as they may and their expansions still disagree
+    int rays = 0;                 ///< hemisphere rays that it was gathered with
+    float footprint = 0.0f;       ///< side of a pixel on the surface where it was made [m]
+    float noise = 0.0f;           ///< standard error of E_k relative to it, on luminance
+    float spacing_radius = 0.0f;  ///< a R_k after all limits [m]: within it no other record is needed
+    float gradient_scale = 1.0f;  ///< how much of the translation gradient to trust, in [0, 1]: less than 1
+                                  ///< where the least spacing overrides the reach of the expansion
+    float closeness =
+        1.0f;              ///< its least R_k over RecordOptions::min_reach, in (0, 1]: less where the error asks for it
+    float breadth = 1.0f;  ///< of the last splat's influence, in (0, 1]: less than 1 where records lie as close
+                           ///< as they may and their expansions still disagree
     /// Incoming radiance times cosine in spherical harmonics of scene space (Krivanek et al. 2005, with the cosine
     /// taken in): 36 coefficients of red, of green, of blue [W m^-2]. Empty unless options.radiance asked for it.
     std::vector<float> radiance;
@@ -57,8 +58,8 @@ struct RecordOptions {
     float max_reach = 60.0f;       ///< largest R_k [px]: a times it is the widest spacing
     float gradient_limit = 3.0f;   ///< R_k is at most so many times E/|grad E|, > 0
     bool radiance = false;         ///< records also keep radiance by direction, for glossy surfaces
-    int bounces = 1;               ///< in [0, 64]. 0: only the sky's own light arrives; 1: light reflected once as well;
-                                   ///< more take a light cache
+    int bounces = 1;  ///< in [0, 64]. 0: only the sky's own light arrives; 1: light reflected once as well;
+                      ///< more take a light cache
     std::uint64_t seed = 1;
     std::optional<EffectSet> effects = std::nullopt;  ///< of a plan; none: what the scene has, wherever it lies
 };

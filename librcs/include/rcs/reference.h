@@ -15,13 +15,13 @@ inline constexpr int kTransportVersion = 2;
 
 /// How the path tracer that judges the renderer works.
 struct ReferenceOptions {
-    int samples = 1024;  ///< paths per pixel, in [16, 2^20]; rounded up to a multiple of 16
+    int samples = 1024;    ///< paths per pixel, in [16, 2^20]; rounded up to a multiple of 16
     int first_sample = 0;  ///< where in the pixel's sequence of paths to begin, in [0, 2^20 - samples];
                            ///< see merge_references()
-    int bounces = 1;     ///< bounces of indirect light, in [0, 64]; 1 is the paper's first bounce
-    int aa = 1;          ///< 1: every path starts at the pixel's centre; more: spread over the pixel,
-                         ///< textures filtered over 1/sqrt(aa) pixels, as in render
-    int stride = 1;      ///< >= 1; trace every stride-th pixel of every stride-th row only, see below
+    int bounces = 1;       ///< bounces of indirect light, in [0, 64]; 1 is the paper's first bounce
+    int aa = 1;            ///< 1: every path starts at the pixel's centre; more: spread over the pixel,
+                           ///< textures filtered over 1/sqrt(aa) pixels, as in render
+    int stride = 1;        ///< >= 1; trace every stride-th pixel of every stride-th row only, see below
     std::uint64_t seed = 1;
 };
 
@@ -36,8 +36,8 @@ struct ReferenceOptions {
 /// Layers: beauty, emission, direct, indirect, albedo, normal, depth, standard_error (of beauty),
 /// indirect_standard_error. Standard errors come from blocks of the Sobol' sequence taken as
 /// independent; the sequence is better than that, so they are upper estimates.
-LayeredImage render_reference(const RayScene& rays, const View& view, const ReferenceOptions& options,
-                              ThreadPool& pool, const ProgressFunction& progress = {});
+LayeredImage render_reference(const RayScene& rays, const View& view, const ReferenceOptions& options, ThreadPool& pool,
+                              const ProgressFunction& progress = {});
 
 /// Adds `more` to `sum`, both of the same view and transport: layers are averaged by samples (depth and normal also by
 /// cover), standard errors taken as independent. If `more` has the same seed it must begin at the sample where `sum`

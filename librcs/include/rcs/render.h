@@ -28,18 +28,19 @@ struct RenderOptions {
     int lobe_rays = 16;    ///< rays a pixel along lobes too narrow for records, shared between neighbours, in [1, 1024]
     float overlap = 3.0f;  ///< influence radius of the last splat, in spacing radii, in [1, 16]
     SplatMethod splat = SplatMethod::automatic;
-    /// Mean relative error of indirect light to reach (ErrorEstimate), in (0, 1]; 0: what `records` says is done. With it,
-    /// or with a budget, records are placed and rays chosen by the estimated error, from coarser settings than `records`.
+    /// Mean relative error of indirect light to reach (ErrorEstimate), in (0, 1]; 0: what `records` says is done. With
+    /// it, or with a budget, records are placed and rays chosen by the estimated error, from coarser settings than
+    /// `records`.
     double target_error = 0.0;
-    /// Wall time of render() to spend [s], in [0, 1e6]; 0: no limit. Takes fewer passes where the time asks for it. What is
-    /// rendered then depends on the machine.
+    /// Wall time of render() to spend [s], in [0, 1e6]; 0: no limit. Takes fewer passes where the time asks for it.
+    /// What is rendered then depends on the machine.
     double budget_seconds = 0.0;
     bool dry_run = false;  ///< stop after the forecast
     EffectChoice effects;  ///< what is simulated though the plan would not, and what is not though it would; alpha,
                            ///< transmission, normal maps and instancing are chosen in build_ray_scene()
     std::optional<std::vector<std::string>> layers;  ///< to make beside beauty; none: all
     bool auto_exposure = false;  ///< whether a display picture will be made that takes its exposure from this one
-    std::uint64_t seed = 1;  ///< of every random stream
+    std::uint64_t seed = 1;      ///< of every random stream
 };
 
 /// @throws Error bad_argument: the field, its value and its range
@@ -54,7 +55,7 @@ struct Forecast {
     std::vector<Point> points;  ///< from large errors to small ones
     double goal_error = 0.0;    ///< what is aimed at
     double goal_seconds = 0.0;
-    int passes = 1;             ///< samples a pixel
+    int passes = 1;  ///< samples a pixel
 };
 using ForecastFunction = std::function<void(const Forecast&)>;
 
@@ -70,27 +71,27 @@ struct GlossyStats {
 /// What each purpose took: 0 for what the plan leaves out. Rays and fetches are the process's between begin and end of
 /// render(), so renders at the same time count each other's.
 struct EffectCounts {
-    std::uint64_t camera_rays = 0;      ///< that settle edges and masks, and look behind surfaces
+    std::uint64_t camera_rays = 0;  ///< that settle edges and masks, and look behind surfaces
     std::uint64_t punctual_rays = 0, area_rays = 0, peak_rays = 0;  ///< shadow rays of pixels
-    std::uint64_t highlight_rays = 0;   ///< of pixels, along lobes towards lamps
-    std::uint64_t hit_lamp_rays = 0, hit_sky_rays = 0;  ///< shadow rays of gather hits, lobes and cells
-    std::uint64_t alpha_tests = 0;      ///< surfaces that rays asked if they may go on
-    std::uint64_t hit_textures = 0;     ///< fetches where rays hit
-    std::uint64_t normal_maps = 0;      ///< fetches
+    std::uint64_t highlight_rays = 0;                               ///< of pixels, along lobes towards lamps
+    std::uint64_t hit_lamp_rays = 0, hit_sky_rays = 0;              ///< shadow rays of gather hits, lobes and cells
+    std::uint64_t alpha_tests = 0;                                  ///< surfaces that rays asked if they may go on
+    std::uint64_t hit_textures = 0;                                 ///< fetches where rays hit
+    std::uint64_t normal_maps = 0;                                  ///< fetches
     std::uint64_t gbuffers = 0, peeled_layers = 0, direct_passes = 0, splats = 0, glossy_splats = 0, lobe_passes = 0,
-        error_passes = 0;
-    std::uint64_t shared_samples = 0;   ///< that took the light of their pixel's first one
-    std::uint64_t gl_bytes = 0;         ///< of textures and buffers made, one after the other
-    std::uint64_t shading_bytes = 0;    ///< of BSDFs and coverage, the most at a time
+                  error_passes = 0;
+    std::uint64_t shared_samples = 0;                    ///< that took the light of their pixel's first one
+    std::uint64_t gl_bytes = 0;                          ///< of textures and buffers made, one after the other
+    std::uint64_t shading_bytes = 0;                     ///< of BSDFs and coverage, the most at a time
     std::uint64_t record_bytes = 0, radiance_bytes = 0;  ///< of records at the end; the second is part of the first
-    std::uint64_t layer_bytes = 0;      ///< of the picture
-    std::vector<std::string> shaders;   ///< variants used
+    std::uint64_t layer_bytes = 0;                       ///< of the picture
+    std::vector<std::string> shaders;                    ///< variants used
 };
 
 struct RenderStats {
     EffectPlan plan;
     EffectCounts counts;
-    Forecast forecast;  ///< empty without a target or budget
+    Forecast forecast;                                          ///< empty without a target or budget
     std::vector<std::pair<std::string, double>> stage_seconds;  ///< in order of execution; wall time
     RecordStats records;
     SplatStats splats;
@@ -115,7 +116,8 @@ struct RenderResult {
 /// Renders one view of the scene: emission, direct light, and indirect light by radiance cache
 /// splatting (Gautron et al. 2005).
 /// @param forecast  told once, with a target or budget
-/// @param cache  records of earlier frames of the same scene to start from; may be empty. They keep the rays they have: a target
+/// @param cache  records of earlier frames of the same scene to start from; may be empty. They keep the rays they have:
+/// a target
 ///     or budget refines only what is new
 RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, const RenderOptions& options,
                     ThreadPool& pool, std::vector<Record> cache = {}, const LogFunction& log = {},

@@ -33,7 +33,7 @@ struct TextureSlot {
     int texture = -1;  ///< index into Scene::textures, -1: none
     int uv_set = 0;    ///< 0: Mesh::uvs, 1: Mesh::uvs1
     Wrap wrap_u = Wrap::repeat, wrap_v = Wrap::repeat;
-    bool nearest = false;  ///< magnified without interpolation
+    bool nearest = false;                                             ///< magnified without interpolation
     glm::mat3x2 texture_from_uv{1.0f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f};  ///< applied to (u, v, 1)
 
     bool used() const { return texture >= 0; }
@@ -45,31 +45,31 @@ enum class AlphaMode : std::uint8_t { opaque, mask, blend };
 /// Code that sets base_color alone gets a Lambertian surface: `specular` is 0 here, and 1 in a glTF file.
 struct Material {
     std::string name;
-    glm::vec3 base_color{1.0f};      ///< [0, 1]
-    float alpha = 1.0f;              ///< [0, 1]
-    TextureSlot base_color_texture;  ///< RGB colour, A alpha
-    float metallic = 0.0f;           ///< [0, 1]
-    float roughness = 1.0f;          ///< perceptual, [0, 1]; GGX width = its square
+    glm::vec3 base_color{1.0f};              ///< [0, 1]
+    float alpha = 1.0f;                      ///< [0, 1]
+    TextureSlot base_color_texture;          ///< RGB colour, A alpha
+    float metallic = 0.0f;                   ///< [0, 1]
+    float roughness = 1.0f;                  ///< perceptual, [0, 1]; GGX width = its square
     TextureSlot metallic_roughness_texture;  ///< G roughness, B metallic
-    TextureSlot normal_texture;      ///< tangent space
+    TextureSlot normal_texture;              ///< tangent space
     float normal_scale = 1.0f;
-    glm::vec3 emission{0.0f};        ///< radiance [W m^-2 sr^-1]; from the front only unless double_sided
+    glm::vec3 emission{0.0f};  ///< radiance [W m^-2 sr^-1]; from the front only unless double_sided
     TextureSlot emission_texture;
     float ior = 1.5f;                ///< of the dielectric, >= 1 (KHR_materials_ior)
     float specular = 0.0f;           ///< strength of the dielectric's reflection, [0, 1] (KHR_materials_specular)
     TextureSlot specular_texture;    ///< A
     glm::vec3 specular_color{1.0f};  ///< of the dielectric's reflection at normal incidence, >= 0
     TextureSlot specular_color_texture;
-    float transmission = 0.0f;       ///< thin-walled, [0, 1] (KHR_materials_transmission)
-    TextureSlot transmission_texture;  ///< R
-    float clearcoat = 0.0f;          ///< [0, 1] (KHR_materials_clearcoat)
-    float clearcoat_roughness = 0.0f;  ///< [0, 1]
-    TextureSlot clearcoat_texture;             ///< R
-    TextureSlot clearcoat_roughness_texture;   ///< G
+    float transmission = 0.0f;                ///< thin-walled, [0, 1] (KHR_materials_transmission)
+    TextureSlot transmission_texture;         ///< R
+    float clearcoat = 0.0f;                   ///< [0, 1] (KHR_materials_clearcoat)
+    float clearcoat_roughness = 0.0f;         ///< [0, 1]
+    TextureSlot clearcoat_texture;            ///< R
+    TextureSlot clearcoat_roughness_texture;  ///< G
     AlphaMode alpha_mode = AlphaMode::opaque;
-    float alpha_cutoff = 0.5f;       ///< mask: seen where alpha >= cutoff
-    bool unlit = false;              ///< shows its base colour as radiance to the camera, reflects nothing (KHR_materials_unlit)
-    bool double_sided = false;       ///< if not, the camera does not see back faces; light still stops there
+    float alpha_cutoff = 0.5f;  ///< mask: seen where alpha >= cutoff
+    bool unlit = false;  ///< shows its base colour as radiance to the camera, reflects nothing (KHR_materials_unlit)
+    bool double_sided = false;  ///< if not, the camera does not see back faces; light still stops there
 };
 
 /// Triangles of one material, in object space. Front faces are counter-clockwise.
@@ -99,10 +99,10 @@ struct PunctualLight {
     LightKind kind = LightKind::point;
     glm::vec3 intensity{1.0f};  ///< colour x intensity: [W sr^-1] point and spot, [W m^-2] directional
     glm::dvec3 position{0.0};
-    glm::dvec3 direction{0.0, 0.0, -1.0};  ///< unit, the way the light travels
+    glm::dvec3 direction{0.0, 0.0, -1.0};                  ///< unit, the way the light travels
     float range = std::numeric_limits<float>::infinity();  ///< [m], light fades to 0 there
-    float inner_cone = 0.0f;   ///< half angle of full intensity [rad]; spot
-    float outer_cone = 0.785f; ///< half angle of no intensity [rad], > inner_cone; spot
+    float inner_cone = 0.0f;                               ///< half angle of full intensity [rad]; spot
+    float outer_cone = 0.785f;                             ///< half angle of no intensity [rad], > inner_cone; spot
 };
 
 /// Radiance from infinitely far away by direction: a latitude-longitude image. Row 0 looks up (+Y), the middle
@@ -145,8 +145,8 @@ struct LoadOptions {
 /// @throws Error not_found, bad_file, unsupported: one sentence that names file and culprit.
 Scene load_scene(const std::string& source, const LogFunction& log = {}, const LoadOptions& options = {});
 
-/// The files that load_scene(path) reads: the .gltf or .glb file itself, then the buffers and images that it names, relative to
-/// its folder and each once. @throws Error as load_scene() does
+/// The files that load_scene(path) reads: the .gltf or .glb file itself, then the buffers and images that it names,
+/// relative to its folder and each once. @throws Error as load_scene() does
 std::vector<std::string> scene_files(const std::string& path);
 
 /// Reads a latitude-longitude image in any format that OpenImageIO knows (8- and 16-bit files are taken for sRGB).
@@ -172,8 +172,9 @@ struct Bounds {
 /// Scene-space bounding box of all instances; min > max if there is no geometry.
 Bounds bounds_of(const Scene& scene);
 
-/// Moves scene-space zero to the middle of geometry that lies far from it (beyond 16 of its diagonals), where floats are
-/// coarse; cameras and lights go along, `origin` tells where. load_scene() does it; scenes made in code may need it.
+/// Moves scene-space zero to the middle of geometry that lies far from it (beyond 16 of its diagonals), where floats
+/// are coarse; cameras and lights go along, `origin` tells where. load_scene() does it; scenes made in code may need
+/// it.
 void move_origin(Scene& scene);
 
 }  // namespace rcs

@@ -30,8 +30,8 @@ struct SplatBuffer {
     std::vector<float> weighted_r, weighted_g, weighted_b;  ///< sum w_k E_k(p, n) [W m^-2]
     std::vector<float> weight;                              ///< sum w_k
     std::vector<float> count;                               ///< records with w_k > 0
-    /// What the error estimate takes (sum w_k l_k(p)^2, sum w_k v_k, sum w_k^2 v_k), of each record's luminance l_k as it
-    /// is extrapolated and its variance v_k, in units of `luminance_unit` [W m^-2] and its square. Empty without
+    /// What the error estimate takes (sum w_k l_k(p)^2, sum w_k v_k, sum w_k^2 v_k), of each record's luminance l_k as
+    /// it is extrapolated and its variance v_k, in units of `luminance_unit` [W m^-2] and its square. Empty without
     /// SplatOptions::error_sums.
     std::vector<float> squares, variance, variance_of_sum;
     float luminance_unit = 1.0f;
@@ -54,9 +54,8 @@ struct Shading;
 SplatBuffer splat_tiles(const std::vector<Record>& records, const GBuffer& gbuffer, const View& view,
                         const SplatOptions& options, ThreadPool& pool, SplatStats& stats,
                         const Shading* glossy = nullptr);
-SplatBuffer splat_quads(GlContext& gl, const std::vector<Record>& records, const GBuffer& gbuffer,
-                        const View& view, const SplatOptions& options, SplatStats& stats,
-                        const Shading* glossy = nullptr);
+SplatBuffer splat_quads(GlContext& gl, const std::vector<Record>& records, const GBuffer& gbuffer, const View& view,
+                        const SplatOptions& options, SplatStats& stats, const Shading* glossy = nullptr);
 
 /// The pixel rectangle that a sphere can touch: never too small, also when the sphere surrounds the
 /// camera or reaches behind it (then the whole image).

@@ -14,14 +14,15 @@ namespace rcs {
 /// One hard case: what could go wrong, and what has to come out, by analysis ("=") or by comparison with another
 /// render that must be the same. All are small scenes built in code.
 struct StabilityCase {
-    std::string id;           ///< "A1"; the letter is the group's
-    std::string group;        ///< "light transport", "records", "views", "geometry", "lights and materials", "time", "machine"
-    std::string name;         ///< what is rendered or done
-    std::string hazard;       ///< what would break
+    std::string id;  ///< "A1"; the letter is the group's
+    std::string
+        group;         ///< "light transport", "records", "views", "geometry", "lights and materials", "time", "machine"
+    std::string name;  ///< what is rendered or done
+    std::string hazard;  ///< what would break
     std::string expectation;
-    double tolerance = 0.0;   ///< the case passes where its figure is at most this, and nothing else was wrong
-    std::string reason;       ///< of the tolerance
-    bool quick = false;       ///< together the quick cases take less than half a minute on two cores
+    double tolerance = 0.0;  ///< the case passes where its figure is at most this, and nothing else was wrong
+    std::string reason;      ///< of the tolerance
+    bool quick = false;      ///< together the quick cases take less than half a minute on two cores
 };
 
 /// The whole catalogue, in order.
@@ -37,7 +38,7 @@ struct StabilityOutcome {
     double figure = 0.0;   ///< the worst of what was measured, to be compared with the tolerance
     std::string measured;  ///< in words: the figure's unit and where it was found, or what else went wrong
     double seconds = 0.0;
-    std::string saved;     ///< folder of the reproducer; "" if none was made
+    std::string saved;  ///< folder of the reproducer; "" if none was made
 };
 
 /// What the cases run on. GL and threads are those of the caller.

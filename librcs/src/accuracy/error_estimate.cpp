@@ -19,7 +19,9 @@ constexpr float kErrorOfSpread = 0.7f;
 /// Sums over windows of an image, by a summed-area table in double precision.
 class WindowSums {
 public:
-    WindowSums(int width, int height) : width_(width), height_(height), table_((size(width) + 1) * (size(height) + 1)) {}
+    WindowSums(int width, int height) : width_(width), height_(height), table_((size(width) + 1) * (size(height) + 1))
+    {
+    }
 
     template <typename Value>
     void fill(const Value& value)
@@ -58,8 +60,7 @@ struct Disagreement {
 Disagreement disagreement(const SplatBuffer& sums, std::size_t i)
 {
     const float weight = sums.weight[i];
-    if (!(weight > 0.0f))
-        return {};
+    if (!(weight > 0.0f)) return {};
     Disagreement d;
     d.mean = luminance({sums.weighted_r[i], sums.weighted_g[i], sums.weighted_b[i]}) / (weight * sums.luminance_unit);
     d.variance = sums.variance_of_sum[i] / (weight * weight);
@@ -111,17 +112,13 @@ private:
 
 }  // namespace
 
-float ErrorMap::total(std::size_t pixel) const
-{
-    return std::min(1.0f, std::hypot(noise[pixel], spread[pixel]));
-}
+float ErrorMap::total(std::size_t pixel) const { return std::min(1.0f, std::hypot(noise[pixel], spread[pixel])); }
 
 ErrorMap error_map(const SplatBuffer& sums, const SplatStats& stats, float overlap)
 {
     const std::size_t pixels = sums.weight.size();
     std::vector<Disagreement> all(pixels);
-    for (std::size_t i = 0; i < pixels; ++i)
-        all[i] = disagreement(sums, i);
+    for (std::size_t i = 0; i < pixels; ++i) all[i] = disagreement(sums, i);
     // Relative variances: a dark pixel says as much as a light one of how well the expansion works there.
     const auto relative = [&](std::size_t i) {
         const Disagreement& d = all[i];
@@ -136,8 +133,7 @@ ErrorMap error_map(const SplatBuffer& sums, const SplatStats& stats, float overl
     const int reach = static_cast<int>(std::lround(distance));
     ErrorMap errors{std::vector<float>(pixels, 0.0f), std::vector<float>(pixels, 0.0f)};
     for (std::size_t i = 0; i < pixels; ++i) {
-        if (!(all[i].mean > 0.0f))
-            continue;
+        if (!(all[i].mean > 0.0f)) continue;
         const int x = static_cast<int>(i % static_cast<std::size_t>(sums.width));
         const int y = static_cast<int>(i / static_cast<std::size_t>(sums.width));
         const double around = std::max(0.0, excess.around(x, y, reach) / lit.around(x, y, reach));
@@ -155,14 +151,13 @@ MeanErrors mean_errors(const SplatBuffer& sums, const ErrorMap& errors)
         return sums.weight[i] > 0.0f ? static_cast<double>(l / sums.weight[i]) : 0.0;
     };
     double mean = 0.0;
-    for (std::size_t i = 0; i < pixels; ++i)
-        mean += light(i) / static_cast<double>(pixels);
+    for (std::size_t i = 0; i < pixels; ++i) mean += light(i) / static_cast<double>(pixels);
     MeanErrors result;
     result.mean = mean;
-    if (!(mean > 0.0))
-        return result;
+    if (!(mean > 0.0)) return result;
     for (std::size_t i = 0; i < pixels; ++i) {
-        const double share = kMeanAbsolute / static_cast<double>(pixels) * light(i) / (light(i) + kRelativeErrorFloor * mean);
+        const double share =
+            kMeanAbsolute / static_cast<double>(pixels) * light(i) / (light(i) + kRelativeErrorFloor * mean);
         result.noise += share * static_cast<double>(errors.noise[i]);
         result.spread += share * static_cast<double>(errors.spread[i]);
         result.total += share * static_cast<double>(errors.total(i));
@@ -173,18 +168,15 @@ MeanErrors mean_errors(const SplatBuffer& sums, const ErrorMap& errors)
 ErrorEstimate estimate_error(const LayeredImage& image)
 {
     const auto light = image.layers.find("indirect"), error = image.layers.find("indirect_error");
-    if (light == image.layers.end() || error == image.layers.end())
-        return {};
+    if (light == image.layers.end() || error == image.layers.end()) return {};
     const std::vector<float>& rgb = light->second.pixels;
     const std::size_t pixels = error->second.pixels.size();
     const auto value = [&](std::size_t i) {
         return static_cast<double>(luminance({rgb[3 * i], rgb[3 * i + 1], rgb[3 * i + 2]}));
     };
     double mean = 0.0;
-    for (std::size_t i = 0; i < pixels; ++i)
-        mean += value(i) / static_cast<double>(pixels);
-    if (!(mean > 0.0))
-        return {};
+    for (std::size_t i = 0; i < pixels; ++i) mean += value(i) / static_cast<double>(pixels);
+    if (!(mean > 0.0)) return {};
     ErrorHistogram histogram;
     double sum = 0.0;
     for (std::size_t i = 0; i < pixels; ++i) {

@@ -24,7 +24,10 @@ struct Plane {
 using Color = std::array<double, 3>;
 using Planes = std::array<Plane, 3>;
 
-Planes planes_like(const Plane& p) { return {Plane(p.width, p.height), Plane(p.width, p.height), Plane(p.width, p.height)}; }
+Planes planes_like(const Plane& p)
+{
+    return {Plane(p.width, p.height), Plane(p.width, p.height), Plane(p.width, p.height)};
+}
 
 Color color_at(const Planes& p, std::size_t i) { return {p[0].values[i], p[1].values[i], p[2].values[i]}; }
 
@@ -50,8 +53,7 @@ Color rgb_of(const Color& xyz)
 {
     double m[3][3];
     for (int row = 0; row < 3; ++row)
-        for (int c = 0; c < 3; ++c)
-            m[row][c] = kXyzFromRgb[row][c] / white(row);
+        for (int c = 0; c < 3; ++c) m[row][c] = kXyzFromRgb[row][c] / white(row);
     const auto minor = [&](int r, int c) {
         const int r1 = (r + 1) % 3, r2 = (r + 2) % 3, c1 = (c + 1) % 3, c2 = (c + 2) % 3;
         return m[r1][c1] * m[r2][c2] - m[r1][c2] * m[r2][c1];
@@ -82,16 +84,12 @@ Color hunt_lab_of(const Color& rgb)
 {
     Color f = xyz_of(rgb);
     constexpr double kDelta = 6.0 / 29.0;
-    for (double& v : f)
-        v = v > kDelta * kDelta * kDelta ? std::cbrt(v) : v / (3.0 * kDelta * kDelta) + 4.0 / 29.0;
+    for (double& v : f) v = v > kDelta * kDelta * kDelta ? std::cbrt(v) : v / (3.0 * kDelta * kDelta) + 4.0 / 29.0;
     const double lightness = 116.0 * f[1] - 16.0;
     return {lightness, 0.01 * lightness * 500.0 * (f[0] - f[1]), 0.01 * lightness * 200.0 * (f[1] - f[2])};
 }
 
-double hyab(const Color& a, const Color& b)
-{
-    return std::abs(a[0] - b[0]) + std::hypot(a[1] - b[1], a[2] - b[2]);
-}
+double hyab(const Color& a, const Color& b) { return std::abs(a[0] - b[0]) + std::hypot(a[1] - b[1], a[2] - b[2]); }
 
 /// Weights for offsets -n to n.
 using Kernel = std::vector<double>;
@@ -100,8 +98,7 @@ template <typename Weight>
 Kernel make_kernel(int reach, const Weight& weight)
 {
     Kernel kernel;
-    for (int x = -reach; x <= reach; ++x)
-        kernel.push_back(weight(static_cast<double>(x)));
+    for (int x = -reach; x <= reach; ++x) kernel.push_back(weight(static_cast<double>(x)));
     return kernel;
 }
 
@@ -109,10 +106,8 @@ Kernel make_kernel(int reach, const Weight& weight)
 Kernel normalised(Kernel kernel)
 {
     double positive = 0.0, negative = 0.0;
-    for (const double w : kernel)
-        (w > 0.0 ? positive : negative) += std::abs(w);
-    for (double& w : kernel)
-        w /= w > 0.0 ? positive : negative > 0.0 ? negative : 1.0;
+    for (const double w : kernel) (w > 0.0 ? positive : negative) += std::abs(w);
+    for (double& w : kernel) w /= w > 0.0 ? positive : negative > 0.0 ? negative : 1.0;
     return kernel;
 }
 
@@ -125,7 +120,8 @@ Plane filter_along(const Plane& p, const Kernel& kernel, bool along_x)
     for (int y = 0; y < p.height; ++y) {
         for (int x = 0; x < p.width; ++x) {
             const int at = along_x ? x : y;
-            const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(p.width) + static_cast<std::size_t>(x);
+            const std::size_t i =
+                static_cast<std::size_t>(y) * static_cast<std::size_t>(p.width) + static_cast<std::size_t>(x);
             const std::size_t line = i - static_cast<std::size_t>(at) * step;
             double sum = 0.0;
             for (int k = -reach; k <= reach; ++k)
@@ -155,23 +151,19 @@ Plane as_resolved(const Plane& p, const Sensitivity& s)
     Plane out(p.width, p.height);
     double total = 0.0;
     for (const auto& [a, b] : {std::pair(s.a1, s.b1), std::pair(s.a2, s.b2)}) {
-        if (a == 0.0)
-            continue;
+        if (a == 0.0) continue;
         const Kernel bell = make_kernel(reach, [b = b](double x) {
             const double degrees = x / kPixelsPerDegree;
             return std::exp(-pi * pi * degrees * degrees / b);
         });
         double sum = 0.0;
-        for (const double w : bell)
-            sum += w;
+        for (const double w : bell) sum += w;
         const double share = a * std::sqrt(pi / b) * sum * sum;
         const Plane part = filter(p, normalised(bell), normalised(bell));
-        for (std::size_t i = 0; i < out.values.size(); ++i)
-            out.values[i] += share * part.values[i];
+        for (std::size_t i = 0; i < out.values.size(); ++i) out.values[i] += share * part.values[i];
         total += share;
     }
-    for (double& v : out.values)
-        v /= total;
+    for (double& v : out.values) v /= total;
     return out;
 }
 
@@ -199,8 +191,7 @@ Planes opponent_colors(const Image& image, const Image& other)
             rgb[c] = is_finite ? static_cast<double>(std::clamp(value(image), 0.0f, 1.0f)) : 0.0;
         }
         const Color ycxcz = ycxcz_of(rgb);
-        for (std::size_t c = 0; c < 3; ++c)
-            out[c].values[i] = ycxcz[c];
+        for (std::size_t c = 0; c < 3; ++c) out[c].values[i] = ycxcz[c];
     }
     return out;
 }
@@ -213,11 +204,9 @@ Planes perceived(const Planes& ycxcz)
     Planes out = planes_like(ycxcz[0]);
     for (std::size_t i = 0; i < out[0].values.size(); ++i) {
         Color rgb = rgb_of_ycxcz(color_at(blurred, i));
-        for (double& v : rgb)
-            v = std::clamp(v, 0.0, 1.0);
+        for (double& v : rgb) v = std::clamp(v, 0.0, 1.0);
         const Color lab = hunt_lab_of(rgb);
-        for (std::size_t c = 0; c < 3; ++c)
-            out[c].values[i] = lab[c];
+        for (std::size_t c = 0; c < 3; ++c) out[c].values[i] = lab[c];
     }
     return out;
 }
@@ -227,8 +216,7 @@ Plane strength(const Plane& lightness, const Kernel& derivative, const Kernel& b
 {
     Plane x = filter(lightness, derivative, bell);
     const Plane y = filter(lightness, bell, derivative);
-    for (std::size_t i = 0; i < x.values.size(); ++i)
-        x.values[i] = std::hypot(x.values[i], y.values[i]);
+    for (std::size_t i = 0; i < x.values.size(); ++i) x.values[i] = std::hypot(x.values[i], y.values[i]);
     return x;
 }
 
@@ -238,15 +226,16 @@ struct Features {
 
 Features features_of(Plane y)
 {
-    for (double& v : y.values)
-        v = (v + 16.0) / 116.0;
+    for (double& v : y.values) v = (v + 16.0) / 116.0;
     constexpr double kWidth = 0.082;  // [degrees]
     const double sigma = 0.5 * kWidth * kPixelsPerDegree;
     const int reach = static_cast<int>(std::ceil(3.0 * sigma));
     const auto bell = [&](double x) { return std::exp(-x * x / (2.0 * sigma * sigma)); };
     const Kernel smooth = normalised(make_kernel(reach, bell));
-    return {strength(y, normalised(make_kernel(reach, [&](double x) { return -x * bell(x); })), smooth),
-            strength(y, normalised(make_kernel(reach, [&](double x) { return (x * x / (sigma * sigma) - 1.0) * bell(x); })), smooth)};
+    return {
+        strength(y, normalised(make_kernel(reach, [&](double x) { return -x * bell(x); })), smooth),
+        strength(y, normalised(make_kernel(reach, [&](double x) { return (x * x / (sigma * sigma) - 1.0) * bell(x); })),
+                 smooth)};
 }
 
 }  // namespace

@@ -37,8 +37,8 @@ int stride_of(const LayeredImage& image, const char* which)
     char* end = nullptr;
     const long stride = std::strtol(found->second.c_str(), &end, 10);
     if (end == found->second.c_str() || *end != '\0' || stride < 1 || stride > 16384) {
-        throw Error(ErrorCode::bad_argument, std::string("rcs:stride of the ") + which + " is \"" +
-                                                 found->second + "\", expected a whole number in [1, 16384]");
+        throw Error(ErrorCode::bad_argument, std::string("rcs:stride of the ") + which + " is \"" + found->second +
+                                                 "\", expected a whole number in [1, 16384]");
     }
     return static_cast<int>(stride);
 }
@@ -46,22 +46,17 @@ int stride_of(const LayeredImage& image, const char* which)
 /// How many of s/2, s/2 + s, ... lie below `size`.
 int strided_size(int size, int stride) { return (size - stride / 2 + stride - 1) / stride; }
 
-std::string size_text(const Image& image)
-{
-    return std::to_string(image.width) + "x" + std::to_string(image.height);
-}
+std::string size_text(const Image& image) { return std::to_string(image.width) + "x" + std::to_string(image.height); }
 
 /// The step between pixels of `image` that matches one pixel of `reference`.
-int matching_stride(const LayeredImage& image, const Image& a, const LayeredImage& reference,
-                    const Image& b)
+int matching_stride(const LayeredImage& image, const Image& a, const LayeredImage& reference, const Image& b)
 {
     const int image_stride = stride_of(image, "image");
     const int stride = stride_of(reference, "reference");
     if (image_stride == stride && a.width == b.width && a.height == b.height) {
         return 1;
     }
-    if (image_stride == 1 && strided_size(a.width, stride) == b.width &&
-        strided_size(a.height, stride) == b.height) {
+    if (image_stride == 1 && strided_size(a.width, stride) == b.width && strided_size(a.height, stride) == b.height) {
         return stride;
     }
     throw Error(ErrorCode::bad_argument, "the image is " + size_text(a) + " with stride " +
@@ -76,16 +71,10 @@ double level(const float* pixel, int channels)
                          : static_cast<double>(pixel[0]);
 }
 
-double display_value(float v)
-{
-    return static_cast<double>(srgb_from_linear(std::clamp(v, 0.0f, 1.0f)));
-}
+double display_value(float v) { return static_cast<double>(srgb_from_linear(std::clamp(v, 0.0f, 1.0f))); }
 
 /// x/y where 0/0 is `undefined`: both pictures are black there.
-double ratio(double x, double y, double undefined)
-{
-    return x == 0.0 && y == 0.0 ? undefined : x / y;
-}
+double ratio(double x, double y, double undefined) { return x == 0.0 && y == 0.0 ? undefined : x / y; }
 
 /// The smallest value that at least a fraction p of all values do not exceed. Reorders `values`.
 double percentile(std::vector<double>& values, double p)
@@ -175,8 +164,7 @@ Pair matching_layers(const LayeredImage& image, const LayeredImage& reference, c
 
 }  // namespace
 
-ErrorMetrics compare_images(const LayeredImage& image, const LayeredImage& reference,
-                            const std::string& layer)
+ErrorMetrics compare_images(const LayeredImage& image, const LayeredImage& reference, const std::string& layer)
 {
     const Pair pair = matching_layers(image, reference, layer);
     const Samples samples = take_samples(pair.image, pair.reference, pair.stride);

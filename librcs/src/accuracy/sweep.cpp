@@ -19,7 +19,7 @@ struct Settings {
 
 // Coarse to fine, each about twice the time of the one before.
 constexpr Settings kSettings[kMostSweepPoints] = {
-    {0.5f, 16, 0.3f},    {0.4f, 32, 0.15f},   {0.3f, 64, 0.08f},    {0.25f, 64, 0.04f},   {0.2f, 128, 0.02f},
+    {0.5f, 16, 0.3f},    {0.4f, 32, 0.15f},    {0.3f, 64, 0.08f},   {0.25f, 64, 0.04f},   {0.2f, 128, 0.02f},
     {0.2f, 256, 0.015f}, {0.15f, 512, 0.012f}, {0.12f, 768, 0.01f}, {0.1f, 1024, 0.008f}, {0.07f, 2048, 0.006f}};
 
 }  // namespace

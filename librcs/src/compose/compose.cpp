@@ -17,8 +17,7 @@ constexpr float kInversePi = std::numbers::inv_pi_v<float>;
 Image& layer(LayeredImage& image, const char* name, const GBuffer& g, int channels)
 {
     Image& result = image.layers[name];
-    if (result.pixels.empty())
-        result = Image(g.width, g.height, channels);
+    if (result.pixels.empty()) result = Image(g.width, g.height, channels);
     return result;
 }
 
@@ -29,8 +28,7 @@ struct Sums {
 
 void add(Image* image, std::size_t pixel, glm::vec3 value)
 {
-    if (!image)
-        return;
+    if (!image) return;
     float* p = image->pixels.data() + 3 * pixel;
     p[0] += value.r;
     p[1] += value.g;
@@ -40,8 +38,7 @@ void add(Image* image, std::size_t pixel, glm::vec3 value)
 /// What the records' radiance becomes on a wide specular lobe.
 glm::vec3 glossy_radiance(const Shading& shading, const SplatBuffer& sums, std::size_t i, float cosine)
 {
-    if (sums.glossy_r.empty() || !lit_by_records(shading.bsdf[i]))
-        return glm::vec3(0.0f);
+    if (sums.glossy_r.empty() || !lit_by_records(shading.bsdf[i])) return glm::vec3(0.0f);
     return recorded_albedo(shading.bsdf[i], cosine) *
            (glm::vec3(sums.glossy_r[i], sums.glossy_g[i], sums.glossy_b[i]) / sums.weight[i]);
 }
@@ -75,7 +72,8 @@ void finish_error(int passes, Image& image)
 {
     Image error(image.width, image.height, 1);
     for (std::size_t i = 0; i < error.pixels.size(); ++i) {
-        const float records = image.pixels[kErrorParts * i + kOfRecords], traced = image.pixels[kErrorParts * i + kOfTraced];
+        const float records = image.pixels[kErrorParts * i + kOfRecords],
+                    traced = image.pixels[kErrorParts * i + kOfTraced];
         error.pixels[i] = std::sqrt(records * records + traced) / static_cast<float>(passes);
     }
     image = std::move(error);
@@ -95,12 +93,10 @@ std::size_t accumulate_pass(const GBuffer& g, const View& view, const Shading& s
     std::size_t unserved = 0;
     for (std::size_t i = 0; i < g.size(); ++i) {
         const glm::vec3 passes = first ? glm::vec3(1.0f) : weight[i];
-        if (known && known->met[i] != 0)
-            continue;
+        if (known && known->met[i] != 0) continue;
         if (!g.covered(i)) {
             add(to.emission, i, passes * g.emission[i]);
-            if (first && to.depth)
-                to.depth->pixels[i] = std::numeric_limits<float>::infinity();
+            if (first && to.depth) to.depth->pixels[i] = std::numeric_limits<float>::infinity();
             continue;
         }
         const glm::vec3 share = shading.coverage.empty() ? passes : passes * shading.coverage[i];
@@ -108,8 +104,7 @@ std::size_t accumulate_pass(const GBuffer& g, const View& view, const Shading& s
         const glm::vec3 reflectance = share * g.albedo[i] * kInversePi;
         if (!light.direct.irradiance.empty()) {
             glm::vec3 direct = reflectance * light.direct.irradiance[i];
-            if (!light.direct.glossy.empty())
-                direct += share * light.direct.glossy[i];
+            if (!light.direct.glossy.empty()) direct += share * light.direct.glossy[i];
             add(to.direct, i, direct);
         }
         if (!light.traced.radiance.empty()) {
@@ -125,10 +120,10 @@ std::size_t accumulate_pass(const GBuffer& g, const View& view, const Shading& s
             add(to.albedo, i, g.albedo[i]);
             add(to.normal, i, g.normal(i));
             if (to.depth)
-                to.depth->pixels[i] += orthographic ? static_cast<float>(glm::dot(glm::dvec3(p), forward)) : glm::length(p);
+                to.depth->pixels[i] +=
+                    orthographic ? static_cast<float>(glm::dot(glm::dvec3(p), forward)) : glm::length(p);
         }
-        if (indirect.width == 0)
-            continue;
+        if (indirect.width == 0) continue;
         const float sum = indirect.weight[i];
         if (!(sum > 0.0f)) {
             ++unserved;
@@ -137,14 +132,14 @@ std::size_t accumulate_pass(const GBuffer& g, const View& view, const Shading& s
         const glm::vec3 e = glm::vec3(indirect.weighted_r[i], indirect.weighted_g[i], indirect.weighted_b[i]) / sum;
         glm::vec3 radiance = reflectance * e;
         if (!shading.bsdf.empty())
-            radiance += share * glossy_radiance(shading, indirect, i, glm::dot(g.normal(i), outgoing_at(g, view.camera, i)));
+            radiance +=
+                share * glossy_radiance(shading, indirect, i, glm::dot(g.normal(i), outgoing_at(g, view.camera, i)));
         add(to.indirect, i, radiance);
         if (to.error && !light.indirect_error.noise.empty())
             to.error->pixels[kErrorParts * i + kOfRecords] += light.indirect_error.total(i) * luminance(radiance);
         if (first) {
             add(to.irradiance, i, e);
-            if (to.records)
-                to.records->pixels[i] += indirect.count[i];
+            if (to.records) to.records->pixels[i] += indirect.count[i];
         }
     }
     return unserved;
@@ -158,18 +153,15 @@ void finish_passes(int passes, LayeredImage& sums)
             finish_error(passes, image);
             continue;
         }
-        for (float& value : image.pixels)
-            value *= scale;
+        for (float& value : image.pixels) value *= scale;
     }
     Image& beauty = sums.layers["beauty"];
     const std::size_t pixels = beauty.pixels.size() / 4;
     for (const char* part : {"emission", "direct", "indirect"}) {
         const auto found = sums.layers.find(part);
-        if (found == sums.layers.end())
-            continue;
+        if (found == sums.layers.end()) continue;
         for (std::size_t i = 0; i < pixels; ++i)
-            for (std::size_t c = 0; c < 3; ++c)
-                beauty.pixels[4 * i + c] += found->second.pixels[3 * i + c];
+            for (std::size_t c = 0; c < 3; ++c) beauty.pixels[4 * i + c] += found->second.pixels[3 * i + c];
     }
 }
 

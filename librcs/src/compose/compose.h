@@ -6,8 +6,8 @@
 
 #include "accuracy/error_estimate.h"
 #include "gbuffer/shading.h"
-#include "light/direct.h"
 #include "glossy/traced_lobes.h"
+#include "light/direct.h"
 #include "rcs/effect_plan.h"
 #include "rcs/gbuffer.h"
 #include "rcs/image.h"
@@ -19,9 +19,9 @@ namespace rcs {
 struct PassLight {
     EffectSet effects = EffectSet::all();  ///< that take part, and the layers wanted
     DirectLightResult direct;
-    SplatBuffer indirect;               ///< the records' sums; width 0: none
-    ErrorMap indirect_error;            ///< of it
-    TracedLight traced;                 ///< indirect light of lobes that are ray traced
+    SplatBuffer indirect;     ///< the records' sums; width 0: none
+    ErrorMap indirect_error;  ///< of it
+    TracedLight traced;       ///< indirect light of lobes that are ray traced
 };
 
 /// Adds one pass to the sums of a picture: every pass counts the same. Layers as LayeredImage names them.

@@ -18,8 +18,8 @@ constexpr double kMostForDirect = 0.25;
 constexpr double kWithPenumbras = 2.0;
 // ... and the first records, as far as they can be fewer.
 constexpr double kMostForOverture = 0.4;
-// A splat that lights glossy surfaces takes so many times as long as a look at the error: 2.1 to 2.9 in castle, sponza and
-// sibenik, 1000x1000; more with smaller pictures.
+// A splat that lights glossy surfaces takes so many times as long as a look at the error: 2.1 to 2.9 in castle, sponza
+// and sibenik, 1000x1000; more with smaller pictures.
 constexpr double kSplatWithLobes = 3.4;
 constexpr int kMostLobeRounds = 64;
 // Errors of lobes and records are in different pixels, for the most part: so much of one is added to the other.
@@ -30,8 +30,7 @@ constexpr double kForecastErrors[] = {0.2, 0.1, 0.05, 0.03, 0.02, 0.01};
 double seconds_of(const RenderStats& stats, const char* stage)
 {
     for (const auto& [name, seconds] : stats.stage_seconds)
-        if (name == stage)
-            return seconds;
+        if (name == stage) return seconds;
     return 0.0;
 }
 
@@ -39,14 +38,13 @@ double seconds_of(const RenderStats& stats, const char* stage)
 double part_with_lobes(const FirstView& first)
 {
     const std::vector<Bsdf>& bsdf = first.shading.bsdf;
-    if (!first.has_lobes || bsdf.empty())
-        return 0.0;
+    if (!first.has_lobes || bsdf.empty()) return 0.0;
     const auto lit = std::count_if(bsdf.begin(), bsdf.end(), [](const Bsdf& b) { return lit_by_records(b); });
     return static_cast<double>(lit) / static_cast<double>(bsdf.size());
 }
 
-/// What follows the first view's records, in looks at the error: each view is splatted, its error estimated, its layers added
-/// up; further ones are searched for holes as well.
+/// What follows the first view's records, in looks at the error: each view is splatted, its error estimated, its layers
+/// added up; further ones are searched for holes as well.
 double looks_after(int passes, double lobes)
 {
     return passes * (std::lerp(1.0, kSplatWithLobes, lobes) + 0.5) + (passes - 1) * 2.0;
@@ -80,8 +78,7 @@ bool Goal::wants_pass(int done)
 {
     if (options_.budget_seconds > 0.0 && done > 0) {
         const double now = elapsed(), left = options_.budget_seconds - now;
-        if (done > 1)
-            pass_seconds_ = now - pass_ended_;
+        if (done > 1) pass_seconds_ = now - pass_ended_;
         pass_ended_ = now;
         // One that would end too late by more than there is left is left out, one that fits is added.
         if (done < passes_ ? pass_seconds_ > 2.0 * left : pass_seconds_ > left)
@@ -92,21 +89,19 @@ bool Goal::wants_pass(int done)
     return done < passes_;
 }
 
-DirectOptions Goal::afford(const RayScene& rays, const FirstView& first, const DirectOptions& options, ThreadPool& pool) const
+DirectOptions Goal::afford(const RayScene& rays, const FirstView& first, const DirectOptions& options,
+                           ThreadPool& pool) const
 {
-    if (!(options_.budget_seconds > 0.0))
-        return options;
+    if (!(options_.budget_seconds > 0.0)) return options;
     const auto seconds = [&](const DirectOptions& tried) {
         return try_direct_light(rays, first.gbuffer, first.view, first.shading, tried, pool);
     };
     const double room = kMostForDirect * (options_.budget_seconds - elapsed());
-    if (seconds(options) * kWithPenumbras <= room)
-        return options;
+    if (seconds(options) * kWithPenumbras <= room) return options;
     DirectOptions fewer = options;
     for (fewer.lamp_picks = options.area_samples;; fewer.lamp_picks /= 2) {
         fewer.area_samples = fewer.lamp_picks;
-        if (fewer.lamp_picks == 1 || seconds(fewer) <= room)
-            return fewer;
+        if (fewer.lamp_picks == 1 || seconds(fewer) <= room) return fewer;
     }
 }
 
@@ -120,8 +115,7 @@ RecordOptions Goal::overture(const RecordOptions& options)
 
 int Goal::rays_of_round(int rays) const
 {
-    if (!is_set())
-        return rays;
+    if (!is_set()) return rays;
     return std::max(1, options_.budget_seconds > 0.0 ? rays / 8 : rays / 2);
 }
 
@@ -130,8 +124,7 @@ namespace {
 /// The error of a first view's picture. @param lobes  factor of the error of traced lobes
 double picture_error(const FirstView& first, PassLight light, float lobes)
 {
-    for (float& error : light.traced.error)
-        error *= lobes;
+    for (float& error : light.traced.error) error *= lobes;
     LayeredImage picture;
     accumulate_pass(first.gbuffer, first.view, first.shading, light, {}, nullptr, picture);
     finish_passes(1, picture);
@@ -141,8 +134,7 @@ double picture_error(const FirstView& first, PassLight light, float lobes)
 /// Mean relative error that one round of traced lobes alone leaves.
 double lobe_error(const FirstView& first, PassLight light)
 {
-    if (light.traced.radiance.empty())
-        return 0.0;
+    if (light.traced.radiance.empty()) return 0.0;
     for (auto* part : {&light.indirect_error.noise, &light.indirect_error.spread})
         std::fill(part->begin(), part->end(), 0.0f);
     return picture_error(first, std::move(light), 1.0f);
@@ -156,13 +148,13 @@ std::optional<RecordGoal> Goal::set(const FirstView& first, const RecordForecast
 {
     const double budget = options_.budget_seconds, before = elapsed();
     const double lobes = part_with_lobes(first);
-    const double pass_seconds = seconds_of(stats, "gbuffer") + seconds_of(stats, "direct") + seconds_of(stats, "glossy");
+    const double pass_seconds =
+        seconds_of(stats, "gbuffer") + seconds_of(stats, "direct") + seconds_of(stats, "glossy");
     const auto rest_of = [&](int passes) {
         return looks_after(passes, lobes) * records.look_seconds + (passes - 1) * pass_seconds;
     };
     const auto passes_cost = [&] { return rest_of(passes_) - rest_of(1); };
-    while (budget > 0.0 && passes_ > 1 && passes_cost() > kMostForPasses * (budget - before - rest_of(1)))
-        --passes_;
+    while (budget > 0.0 && passes_ > 1 && passes_cost() > kMostForPasses * (budget - before - rest_of(1))) --passes_;
     const double rest = rest_of(passes_);
     pass_seconds_ = rest_of(2) - rest_of(1);
 
@@ -172,7 +164,8 @@ std::optional<RecordGoal> Goal::set(const FirstView& first, const RecordForecast
     const double of_lobes = lobe_error(first, light) / std::sqrt(static_cast<double>(passes_));
     const double of_records = std::max(1e-6, picture_error(first, std::move(light), 0.0f));
     // Records leave room for the lobes: they stop short of the goal, and are not all of the light.
-    const double left_by_records = 1.0 - kShareOfGoal * of_records / std::max(1e-6, mean_errors(records.sums, records.errors).total);
+    const double left_by_records =
+        1.0 - kShareOfGoal * of_records / std::max(1e-6, mean_errors(records.sums, records.errors).total);
     const double round_seconds = seconds_of(stats, "glossy") * passes_;
     const auto seconds_to = [&](double error) {
         const double too_much = kLobesAdd * of_lobes / (std::max(1.0 - kShareOfGoal, left_by_records) * error);
@@ -180,20 +173,15 @@ std::optional<RecordGoal> Goal::set(const FirstView& first, const RecordForecast
         return before + rest + records.seconds_to(error) + (rounds - 1.0) * round_seconds;
     };
     Forecast& forecast = stats.forecast;
-    for (const double error : kForecastErrors)
-        forecast.points.push_back({error, seconds_to(error)});
+    for (const double error : kForecastErrors) forecast.points.push_back({error, seconds_to(error)});
     forecast.passes = passes_;
     forecast.goal_error = options_.target_error;
-    if (budget > 0.0)
-        forecast.goal_error = std::max(forecast.goal_error, error_within(seconds_to, budget));
+    if (budget > 0.0) forecast.goal_error = std::max(forecast.goal_error, error_within(seconds_to, budget));
     forecast.goal_seconds = seconds_to(forecast.goal_error);
-    if (tell)
-        tell(forecast);
+    if (tell) tell(forecast);
     stopped_ = options_.dry_run;
-    if (stopped_)
-        return std::nullopt;
-    if (!(budget > 0.0))
-        return RecordGoal{options_.target_error};
+    if (stopped_) return std::nullopt;
+    if (!(budget > 0.0)) return RecordGoal{options_.target_error};
     double left = budget - elapsed() - (passes_ - 1) * pass_seconds;
     if (round_seconds > 0.0) {
         // Time goes where the error is.
@@ -206,8 +194,8 @@ std::optional<RecordGoal> Goal::set(const FirstView& first, const RecordForecast
 }
 
 void Goal::place(const RayScene& rays, const FirstView& first, ThreadPool& pool, const LightCache* cache,
-                 RecordOptions& options, std::vector<Record>& records, RenderStats& stats, const ProgressFunction& progress,
-                 const ForecastFunction& forecast)
+                 RecordOptions& options, std::vector<Record>& records, RenderStats& stats,
+                 const ProgressFunction& progress, const ForecastFunction& forecast)
 {
     float done = 0.0f;
     const auto report = [&](float fraction) {
@@ -215,9 +203,12 @@ void Goal::place(const RayScene& rays, const FirstView& first, ThreadPool& pool,
         if (progress && !progress("records", done))
             throw Error(ErrorCode::cancelled, "cancelled while gathering records");
     };
-    Placement placement(rays, first.gbuffer, first.view, overture(options), pool, records, stats.records, cache, report);
-    const double most = options_.budget_seconds > 0.0 ? std::max(1e-3, kMostForOverture * (options_.budget_seconds - elapsed())) : 0.0;
-    place_to_goal(placement, first.view, options_.overlap, most, options_.budget_seconds > 0.0 ? 0.0 : options_.target_error, pool, records, stats.records,
+    Placement placement(rays, first.gbuffer, first.view, overture(options), pool, records, stats.records, cache,
+                        report);
+    const double most =
+        options_.budget_seconds > 0.0 ? std::max(1e-3, kMostForOverture * (options_.budget_seconds - elapsed())) : 0.0;
+    place_to_goal(placement, first.view, options_.overlap, most,
+                  options_.budget_seconds > 0.0 ? 0.0 : options_.target_error, pool, records, stats.records,
                   [&](const RecordForecast& cost) { return set(first, cost, stats, forecast); });
     options = placement.options();
 }
@@ -225,8 +216,7 @@ void Goal::place(const RayScene& rays, const FirstView& first, ThreadPool& pool,
 bool Goal::wants_more_lobes(const FirstView& first, int rounds) const
 {
     const bool has_target = options_.target_error > 0.0 && !(options_.budget_seconds > 0.0);
-    if (!has_target || first.light.traced.radiance.empty() || rounds >= kMostLobeRounds)
-        return false;
+    if (!has_target || first.light.traced.radiance.empty() || rounds >= kMostLobeRounds) return false;
     // Every pass traces by itself.
     const double error = picture_error(first, first.light, 1.0f / std::sqrt(static_cast<float>(passes_)));
     return error > options_.target_error && picture_error(first, first.light, 0.0f) < 0.98 * error;

@@ -10,6 +10,7 @@
 
 #include "accuracy/error_estimate.h"
 #include "compose/compose.h"
+#include "compose/goal.h"
 #include "compose/shared_samples.h"
 #include "compose/views.h"
 #include "effects/effect_counts.h"
@@ -17,7 +18,6 @@
 #include "gbuffer/shading.h"
 #include "glossy/traced_lobes.h"
 #include "light/hit_lobes.h"
-#include "compose/goal.h"
 #include "rcs/error.h"
 #include "rcs/version.h"
 #include "records/view_fit.h"
@@ -27,12 +27,10 @@ namespace {
 
 void require(bool valid, const char* field, double value, const char* range)
 {
-    if (valid)
-        return;
+    if (valid) return;
     std::string number = std::to_string(value);
     number.erase(std::min(number.find_last_not_of('0') + 1, number.size()));
-    if (number.back() == '.')
-        number.pop_back();
+    if (number.back() == '.') number.pop_back();
     throw Error(ErrorCode::bad_argument, std::string(field) + " is " + number + ", expected " + range);
 }
 
@@ -47,10 +45,8 @@ constexpr float kLeastWeight = 1.0f / 512.0f;
 /// Takes the weights on through the surfaces just shaded. @return whether anything behind them matters
 bool look_behind(const Shading& shading, std::vector<glm::vec3>& weight)
 {
-    if (shading.through.empty())
-        return false;
-    if (weight.empty())
-        weight.assign(shading.through.size(), glm::vec3(1.0f));
+    if (shading.through.empty()) return false;
+    if (weight.empty()) weight.assign(shading.through.size(), glm::vec3(1.0f));
     bool any = false;
     for (std::size_t i = 0; i < weight.size(); ++i) {
         weight[i] *= shading.through[i];
@@ -94,22 +90,19 @@ private:
 /// Takes out the records without radiance, which are no use to glossy surfaces but to other views.
 std::vector<Record> take_plain(std::vector<Record>& records)
 {
-    const auto plain = std::stable_partition(records.begin(), records.end(), [](const Record& r) { return !r.radiance.empty(); });
+    const auto plain =
+        std::stable_partition(records.begin(), records.end(), [](const Record& r) { return !r.radiance.empty(); });
     std::vector<Record> taken(std::make_move_iterator(plain), std::make_move_iterator(records.end()));
     records.erase(plain, records.end());
     return taken;
 }
 
 /// Rays of a pixel, of which each pass shoots its part.
-int of_pass(int rays, int passes)
-{
-    return (rays + passes - 1) / passes;
-}
+int of_pass(int rays, int passes) { return (rays + passes - 1) / passes; }
 
 SplatMethod choose_method(SplatMethod wanted, const GlContext& gl)
 {
-    if (wanted != SplatMethod::automatic)
-        return wanted;
+    if (wanted != SplatMethod::automatic) return wanted;
     return gl.software() ? SplatMethod::tiles : SplatMethod::quads;
 }
 
@@ -137,10 +130,8 @@ void describe(const RenderOptions& o, const RecordOptions& records, int passes, 
     image.metadata["rcs:noise"] = number(records.noise_target);
     image.metadata["rcs:bounces"] = number(o.bounces);
     image.metadata["rcs:aa"] = number(passes);
-    if (o.target_error > 0.0)
-        image.metadata["rcs:target-error"] = number(o.target_error);
-    if (o.budget_seconds > 0.0)
-        image.metadata["rcs:budget"] = number(o.budget_seconds);
+    if (o.target_error > 0.0) image.metadata["rcs:target-error"] = number(o.target_error);
+    if (o.budget_seconds > 0.0) image.metadata["rcs:budget"] = number(o.budget_seconds);
     image.metadata["rcs:lobe-rays"] = number(o.lobe_rays);
     image.metadata["rcs:overlap"] = number(o.overlap);
     image.metadata["rcs:seed"] = number(o.seed);
@@ -162,7 +153,8 @@ void validate(const RenderOptions& o)
     require(o.lobe_rays >= 1 && o.lobe_rays <= 1024, "lobe_rays", o.lobe_rays, "a value in [1, 1024]");
     require(o.overlap >= 1.0f && o.overlap <= 16.0f, "overlap", o.overlap, "a value in [1, 16]");
     require(o.target_error >= 0.0 && o.target_error <= 1.0, "target_error", o.target_error, "a value in [0, 1]");
-    require(o.budget_seconds >= 0.0 && o.budget_seconds <= 1e6, "budget_seconds", o.budget_seconds, "a value in [0, 1e6]");
+    require(o.budget_seconds >= 0.0 && o.budget_seconds <= 1e6, "budget_seconds", o.budget_seconds,
+            "a value in [0, 1e6]");
     validate(o.records);
     validate(o.direct);
 }
@@ -214,30 +206,31 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
     direct_options.effects = effects;
     const int lobe_rays = goal.rays_of_round(of_pass(options.lobe_rays, options.aa));
     SplatOptions wide{options.records.error_tolerance, options.overlap, plan.needs(Effect::error_estimate)};
-    const bool has_lamps = plan.needs(Effect::punctual_light) || plan.needs(Effect::area_light) || plan.needs(Effect::environment_peaks);
+    const bool has_lamps =
+        plan.needs(Effect::punctual_light) || plan.needs(Effect::area_light) || plan.needs(Effect::environment_peaks);
     const bool has_records = plan.needs(Effect::indirect_diffuse), has_traced = plan.needs(Effect::traced_lobes);
-    if (options.dry_run && !has_records)
-        return result;  // nothing to forecast
+    if (options.dry_run && !has_records) return result;  // nothing to forecast
 
     const std::vector<View> views = make_views(camera, options);
     const float texture_scale = 1.0f / std::sqrt(static_cast<float>(options.aa));
     std::vector<Record> records = std::move(cache);
     const std::vector<Record> without_radiance = record_options.radiance ? take_plain(records) : std::vector<Record>{};
     std::optional<LightCache> light_cache;
-    int lobe_rounds = 1;  // of tracing, in each pass
+    int lobe_rounds = 1;                  // of tracing, in each pass
     std::optional<SharedSamples> shared;  // by passes after the first
     for (int pass = 0; goal.wants_pass(pass); ++pass) {
         const View& view = views[static_cast<std::size_t>(pass)];
         Shading shading;
-        GBuffer gbuffer =
-            clock.run("gbuffer", [&] {
-                return render_gbuffer(gl, rays, view, texture_scale, pool, effects, shading, shared ? &shared->known : nullptr);
-            });
+        GBuffer gbuffer = clock.run("gbuffer", [&] {
+            return render_gbuffer(gl, rays, view, texture_scale, pool, effects, shading,
+                                  shared ? &shared->known : nullptr);
+        });
         ++counts.gbuffers;
         note_bytes(shading, counts);
         if (plan.needs(Effect::more_bounces) && !light_cache) {
             light_cache = clock.run("bounces", [&] {
-                LightCacheOptions cache_options{.bounces = options.bounces - 1, .seed = options.seed, .effects = effects};
+                LightCacheOptions cache_options{
+                    .bounces = options.bounces - 1, .seed = options.seed, .effects = effects};
                 if (has_narrow_lobes(rays.scene()))
                     cache_options.kept_fewer = std::min(cache_options.bounces - 1, kKeptFewer);
                 return build_light_cache(rays, gbuffer, view, cache_options, pool, stats.light_cache, progress);
@@ -251,8 +244,7 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
             const FirstView first{gbuffer, view, shading, light, record_options.radiance};
             const bool is_first = pass == 0 && layer == 0;
             if (has_lamps) {
-                if (is_first)
-                    direct_options = goal.afford(rays, first, direct_options, pool);
+                if (is_first) direct_options = goal.afford(rays, first, direct_options, pool);
                 light.direct = clock.run("direct", [&] {
                     return direct_light(rays, gbuffer, view, shading, direct_options, pool, stats.direct_shadow_rays);
                 });
@@ -261,25 +253,24 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
             const auto trace = [&](int round) {
                 ++counts.lobe_passes;
                 return clock.run("glossy", [&] {
-                    const std::uint64_t seed = stream_key(direct_options.seed, Stream::glossy, static_cast<std::uint64_t>(round));
-                    return trace_lobes(rays, {rays, bounced, effects}, gbuffer, view, shading, {lobe_rays, options.bounces, seed},
-                                       pool, stats.traced);
+                    const std::uint64_t seed =
+                        stream_key(direct_options.seed, Stream::glossy, static_cast<std::uint64_t>(round));
+                    return trace_lobes(rays, {rays, bounced, effects}, gbuffer, view, shading,
+                                       {lobe_rays, options.bounces, seed}, pool, stats.traced);
                 });
             };
-            if (has_traced)
-                light.traced = trace(0);
+            if (has_traced) light.traced = trace(0);
             if (has_records) {
                 // Records of earlier passes are shared; this one adds where it sees what they did not.
                 clock.run("records", [&] {
-                    if (is_first)
-                        fit_to_view(gbuffer, view, records);
+                    if (is_first) fit_to_view(gbuffer, view, records);
                     if (goal.is_set() && is_first)
                         goal.place(rays, first, pool, bounced, record_options, records, stats, progress, forecast);
                     else
-                        place_records(rays, gbuffer, view, record_options, pool, records, stats.records, progress, bounced);
+                        place_records(rays, gbuffer, view, record_options, pool, records, stats.records, progress,
+                                      bounced);
                 });
-                if (goal.stopped())
-                    return result;
+                if (goal.stopped()) return result;
                 wide.error_tolerance = record_options.error_tolerance;
                 const Shading* const glossy = record_options.radiance ? &shading : nullptr;
                 SplatStats splats;
@@ -292,7 +283,8 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
                 stats.splats.splats += splats.splats;
                 stats.splats.samples += splats.samples;
                 if (wide.error_sums) {
-                    light.indirect_error = clock.run("error", [&] { return error_map(light.indirect, splats, options.overlap); });
+                    light.indirect_error =
+                        clock.run("error", [&] { return error_map(light.indirect, splats, options.overlap); });
                     ++counts.error_passes;
                 }
             }
@@ -303,15 +295,14 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
                 lobe_rounds = std::max(lobe_rounds, round + 1);
             }
             clock.run("compose", [&] {
-                stats.unserved_pixels +=
-                    accumulate_pass(gbuffer, view, shading, light, weight, shared ? &shared->known : nullptr, result.image);
+                stats.unserved_pixels += accumulate_pass(gbuffer, view, shading, light, weight,
+                                                         shared ? &shared->known : nullptr, result.image);
                 if (shared)
                     counts.shared_samples += add_shared(*shared, result.image);
                 else if (is_first && plan.shares_samples)
                     shared = find_smooth(gbuffer, light.direct, result.image, pool);
             });
-            if (!look_behind(shading, weight))
-                break;
+            if (!look_behind(shading, weight)) break;
             clock.run("gbuffer", [&] { peel_gbuffer(rays, view, texture_scale, pool, weight, gbuffer, shading); });
             ++counts.peeled_layers;
         }

@@ -14,8 +14,7 @@ std::vector<glm::vec3> light_of(const LayeredImage& sums, std::size_t pixels)
     std::vector<glm::vec3> light(pixels, glm::vec3(0.0f));
     for (const char* part : {"emission", "direct", "indirect"}) {
         const auto found = sums.layers.find(part);
-        if (found == sums.layers.end())
-            continue;
+        if (found == sums.layers.end()) continue;
         const std::vector<float>& values = found->second.pixels;
         for (std::size_t i = 0; i < pixels; ++i)
             light[i] += glm::vec3(values[3 * i], values[3 * i + 1], values[3 * i + 2]);
@@ -23,8 +22,8 @@ std::vector<glm::vec3> light_of(const LayeredImage& sums, std::size_t pixels)
     return light;
 }
 
-// Light may grow by so much more than kSmooth from a pixel to the next if it does so evenly: the first sample is the pixel's
-// centre, and its mean.
+// Light may grow by so much more than kSmooth from a pixel to the next if it does so evenly: the first sample is the
+// pixel's centre, and its mean.
 constexpr float kEven = 2.5f;
 
 bool within(glm::vec3 difference, float part, glm::vec3 of)
@@ -48,8 +47,7 @@ SharedSamples find_smooth(const GBuffer& g, const DirectLightResult& direct, con
         return static_cast<std::size_t>(y) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(x);
     };
     const auto is_smooth = [&](int x, int y) {
-        if (x == 0 || y == 0 || x + 1 == g.width || y + 1 == g.height)
-            return false;
+        if (x == 0 || y == 0 || x + 1 == g.width || y + 1 == g.height) return false;
         const auto is_even_along = [&](int dx, int dy) {
             return is_even(light[index(x - dx, y - dy)], light[index(x, y)], light[index(x + dx, y + dy)]);
         };
@@ -73,8 +71,7 @@ std::size_t add_shared(const SharedSamples& shared, LayeredImage& sums)
         const std::vector<float>& first = shared.first.layers.at(name).pixels;
         const std::size_t channels = image.pixels.size() / met.size();
         for (std::size_t i = 0; i < met.size(); ++i)
-            for (std::size_t c = channels * i; met[i] != 0 && c < channels * (i + 1); ++c)
-                image.pixels[c] += first[c];
+            for (std::size_t c = channels * i; met[i] != 0 && c < channels * (i + 1); ++c) image.pixels[c] += first[c];
     }
     return static_cast<std::size_t>(std::count(met.begin(), met.end(), std::uint8_t{1}));
 }

@@ -12,8 +12,7 @@ namespace rcs {
 /// R2 sequence (Roberts 2018), which fill the square evenly for every n.
 inline glm::dvec2 pixel_offset(int pass, int passes)
 {
-    if (passes == 1)
-        return {0.5, 0.5};
+    if (passes == 1) return {0.5, 0.5};
     const auto wrap = [](double x) { return x - std::floor(x); };
     return {wrap(0.5 + 0.7548776662466927 * pass), wrap(0.5 + 0.5698402909980532 * pass)};
 }

@@ -37,8 +37,7 @@ void add_scene_space(ocio::Config& config, const char* name, const char* encodin
     config.addColorSpace(space);
 }
 
-void add_display_space(ocio::Config& config, const char* name,
-                       const ocio::ConstTransformRcPtr& from_reference)
+void add_display_space(ocio::Config& config, const char* name, const ocio::ConstTransformRcPtr& from_reference)
 {
     const ocio::ColorSpaceRcPtr space = ocio::ColorSpace::Create(ocio::REFERENCE_SPACE_DISPLAY);
     space->setName(name);
@@ -67,15 +66,14 @@ ocio::ConstConfigRcPtr builtin_config()
 
     // The scene reference is ACES2065-1, the display reference CIE XYZ (D65), as in the ACES configurations.
     add_scene_space(*config, "ACES2065-1", "scene-linear", {});
-    add_scene_space(*config, kLinearRec709, "scene-linear",
-                    chain({{"UTILITY - ACES-AP1_to_LINEAR-REC709_BFD", ocio::TRANSFORM_DIR_INVERSE},
-                           {"ACEScg_to_ACES2065-1"}}));
+    add_scene_space(
+        *config, kLinearRec709, "scene-linear",
+        chain({{"UTILITY - ACES-AP1_to_LINEAR-REC709_BFD", ocio::TRANSFORM_DIR_INVERSE}, {"ACEScg_to_ACES2065-1"}}));
     add_display_space(*config, "CIE-XYZ-D65", {});
     add_display_space(*config, "sRGB", chain({{"DISPLAY - CIE-XYZ-D65_to_sRGB"}}));
     add_display_space(*config, "Rec.1886", chain({{"DISPLAY - CIE-XYZ-D65_to_REC.1886-REC.709"}}));
 
-    add_view_transform(*config, "ACES 1.0 SDR",
-                       chain({{"ACES-OUTPUT - ACES2065-1_to_CIE-XYZ-D65 - SDR-VIDEO_1.0"}}));
+    add_view_transform(*config, "ACES 1.0 SDR", chain({{"ACES-OUTPUT - ACES2065-1_to_CIE-XYZ-D65 - SDR-VIDEO_1.0"}}));
     add_view_transform(*config, "Un-tone-mapped", chain({{"UTILITY - ACES-AP0_to_CIE-XYZ-D65_BFD"}}));
     config->setDefaultViewTransformName("Un-tone-mapped");
 

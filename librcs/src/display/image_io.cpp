@@ -38,8 +38,8 @@ FileKind kind_of(const std::string& path)
     if (ending == ".exr") return FileKind::exr;
     if (ending == ".png") return FileKind::png;
     if (ending == ".jpg" || ending == ".jpeg") return FileKind::jpeg;
-    throw Error(ErrorCode::bad_argument, "output file " + path + " ends in \"" + ending +
-                                             "\", expected .exr, .png, .jpg or .jpeg");
+    throw Error(ErrorCode::bad_argument,
+                "output file " + path + " ends in \"" + ending + "\", expected .exr, .png, .jpg or .jpeg");
 }
 
 void check_options(const std::string& path, FileKind kind, const ImageFileOptions& options)
@@ -56,12 +56,11 @@ void check_options(const std::string& path, FileKind kind, const ImageFileOption
                     "pixel format of " + path + " is a float, expected 8 or 16 bit for PNG and JPEG");
     }
     if (kind == FileKind::jpeg && format == PixelFormat::uint16) {
-        throw Error(ErrorCode::bad_argument,
-                    "pixel format of " + path + " is 16 bit, expected 8 bit for JPEG");
+        throw Error(ErrorCode::bad_argument, "pixel format of " + path + " is 16 bit, expected 8 bit for JPEG");
     }
     if (options.jpeg_quality < 1 || options.jpeg_quality > 100) {
-        throw Error(ErrorCode::bad_argument, "jpeg_quality is " + std::to_string(options.jpeg_quality) +
-                                                 ", expected a value in [1, 100]");
+        throw Error(ErrorCode::bad_argument,
+                    "jpeg_quality is " + std::to_string(options.jpeg_quality) + ", expected a value in [1, 100]");
     }
 }
 
@@ -71,10 +70,10 @@ void check_pixels(const std::string& path, const std::string& layer, const Image
                                  static_cast<std::size_t>(std::max(image.height, 0)) *
                                  static_cast<std::size_t>(std::max(image.channels, 0));
     if (expected == 0 || image.channels > 4 || image.pixels.size() != expected) {
-        throw Error(ErrorCode::bad_argument,
-                    "layer " + layer + " for " + path + " is " + std::to_string(image.width) + "x" +
-                        std::to_string(image.height) + " with " + std::to_string(image.channels) +
-                        " channels and " + std::to_string(image.pixels.size()) + " values");
+        throw Error(ErrorCode::bad_argument, "layer " + layer + " for " + path + " is " + std::to_string(image.width) +
+                                                 "x" + std::to_string(image.height) + " with " +
+                                                 std::to_string(image.channels) + " channels and " +
+                                                 std::to_string(image.pixels.size()) + " values");
     }
 }
 
@@ -102,8 +101,7 @@ std::vector<std::string> channel_names(const std::string& layer, int channels)
 
 using NamedLayers = std::vector<std::pair<std::string, const Image*>>;
 
-NamedLayers chosen_layers(const std::string& path, const LayeredImage& image,
-                          const std::vector<std::string>& wanted)
+NamedLayers chosen_layers(const std::string& path, const LayeredImage& image, const std::vector<std::string>& wanted)
 {
     const auto beauty = image.layers.find("beauty");
     if (beauty == image.layers.end()) {
@@ -116,16 +114,14 @@ NamedLayers chosen_layers(const std::string& path, const LayeredImage& image,
     }
     NamedLayers chosen{{"beauty", &beauty->second}};
     for (const auto& [name, layer] : image.layers) {
-        if (name != "beauty" &&
-            (wanted.empty() || std::find(wanted.begin(), wanted.end(), name) != wanted.end())) {
+        if (name != "beauty" && (wanted.empty() || std::find(wanted.begin(), wanted.end(), name) != wanted.end())) {
             chosen.emplace_back(name, &layer);
         }
     }
     for (const auto& [name, layer] : chosen) {
         check_pixels(path, name, *layer);
         if (layer->width != beauty->second.width || layer->height != beauty->second.height) {
-            throw Error(ErrorCode::bad_argument,
-                        "layer " + name + " for " + path + " differs in size from beauty");
+            throw Error(ErrorCode::bad_argument, "layer " + name + " for " + path + " differs in size from beauty");
         }
     }
     return chosen;
@@ -230,8 +226,7 @@ void check_output_path(const std::string& path, const ImageFileOptions& options)
 void write_exr(const std::string& path, const LayeredImage& image, const ImageFileOptions& options)
 {
     if (kind_of(path) != FileKind::exr) {
-        throw Error(ErrorCode::bad_argument,
-                    "output file " + path + " holds layers, expected the ending .exr");
+        throw Error(ErrorCode::bad_argument, "output file " + path + " holds layers, expected the ending .exr");
     }
     check_options(path, FileKind::exr, options);
     std::vector<StoredLayer> stored;
@@ -262,8 +257,7 @@ void write_display_image(const std::string& path, const Image& display, const Im
 {
     const FileKind kind = kind_of(path);
     if (kind == FileKind::exr) {
-        throw Error(ErrorCode::bad_argument,
-                    "output file " + path + " holds display values, expected .png or .jpg");
+        throw Error(ErrorCode::bad_argument, "output file " + path + " holds display values, expected .png or .jpg");
     }
     check_options(path, kind, options);
     check_pixels(path, "display", display);

@@ -25,7 +25,7 @@ constexpr const char* kMetadataPrefix = "rcs:";
 }
 
 struct ChannelPlace {
-    int rank = 0;  ///< order within the layer
+    int rank = 0;     ///< order within the layer
     int channel = 0;  ///< in the file
 };
 
@@ -107,8 +107,7 @@ LayeredImage read_image(const std::string& path)
         fail_read(path, OIIO::geterror());
     }
     const OIIO::ImageSpec spec = input->spec();
-    std::vector<float> pixels(static_cast<std::size_t>(spec.image_pixels()) *
-                              static_cast<std::size_t>(spec.nchannels));
+    std::vector<float> pixels(static_cast<std::size_t>(spec.image_pixels()) * static_cast<std::size_t>(spec.nchannels));
     if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeFloat, pixels.data())) {
         fail_read(path, input->geterror());
     }

@@ -119,13 +119,14 @@ std::string working_space(const ocio::ConstConfigRcPtr& config, const std::strin
     }
     if (const ocio::ConstColorSpaceRcPtr space = config->getColorSpace(ocio::ROLE_SCENE_LINEAR)) {
         if (log) {
-            log(LogLevel::warning, where + " names no linear Rec.709 colour space; colours are taken to be in "
-                                           "its scene_linear role, \"" + space->getName() + "\"");
+            log(LogLevel::warning, where +
+                                       " names no linear Rec.709 colour space; colours are taken to be in "
+                                       "its scene_linear role, \"" +
+                                       space->getName() + "\"");
         }
         return space->getName();
     }
-    throw Error(ErrorCode::bad_file,
-                where + " has neither a linear Rec.709 colour space nor a scene_linear role");
+    throw Error(ErrorCode::bad_file, where + " has neither a linear Rec.709 colour space nor a scene_linear role");
 }
 
 /// OpenColorIO itself: which processor turns working-space pixels into display values.
@@ -172,8 +173,8 @@ ToneMapper::ToneMapper(const ToneMapOptions& options, const LogFunction& log) : 
     impl_->exposure = options.exposure;
     const OcioLog forwarded(log);
     const NamedConfig named = open_config(options.ocio_config);
-    const std::string where = named.name == "built-in" ? "the built-in OpenColorIO configuration"
-                                                       : "OpenColorIO configuration " + named.name;
+    const std::string where =
+        named.name == "built-in" ? "the built-in OpenColorIO configuration" : "OpenColorIO configuration " + named.name;
     impl_->config_name = named.name;
     std::vector<std::string> displays, views;
     for (int i = 0; i < named.config->getNumDisplays(); ++i) {
@@ -213,20 +214,20 @@ Image ToneMapper::apply(const Image& beauty, ThreadPool& pool) const
     const float scale = std::exp2(exposure(beauty));
     Image result(beauty.width, beauty.height, 3);
     const auto width = static_cast<std::size_t>(beauty.width);
-    pool.parallel_for(static_cast<std::size_t>(beauty.height), kRowsPerChunk,
-                      [&](std::size_t begin, std::size_t end, int) {
-        const float* from = beauty.at(0, static_cast<int>(begin));
-        float* const rows = result.at(0, static_cast<int>(begin));
-        const std::size_t count = (end - begin) * width;
-        for (std::size_t i = 0; i < count; ++i, from += beauty.channels) {
-            for (std::size_t c = 0; c < 3; ++c) {
-                rows[3 * i + c] = scaled(from[c], scale);
+    pool.parallel_for(
+        static_cast<std::size_t>(beauty.height), kRowsPerChunk, [&](std::size_t begin, std::size_t end, int) {
+            const float* from = beauty.at(0, static_cast<int>(begin));
+            float* const rows = result.at(0, static_cast<int>(begin));
+            const std::size_t count = (end - begin) * width;
+            for (std::size_t i = 0; i < count; ++i, from += beauty.channels) {
+                for (std::size_t c = 0; c < 3; ++c) {
+                    rows[3 * i + c] = scaled(from[c], scale);
+                }
             }
-        }
-        ocio::PackedImageDesc pixels(rows, static_cast<long>(width), static_cast<long>(end - begin), 3);
-        impl_->processor->apply(pixels);
-        std::transform(rows, rows + 3 * count, rows, to_unit);
-    });
+            ocio::PackedImageDesc pixels(rows, static_cast<long>(width), static_cast<long>(end - begin), 3);
+            impl_->processor->apply(pixels);
+            std::transform(rows, rows + 3 * count, rows, to_unit);
+        });
     return result;
 }
 

@@ -6,10 +6,13 @@ namespace rcs {
 
 EffectTally::EffectTally(GlContext& gl) : before_(total_counts()) { gl.impl().used.clear(); }
 
-void EffectTally::finish(GlContext& gl, const std::vector<Record>& records, const LayeredImage& image, EffectCounts& counts) const
+void EffectTally::finish(GlContext& gl, const std::vector<Record>& records, const LayeredImage& image,
+                         EffectCounts& counts) const
 {
     const std::array<std::uint64_t, kCounts> now = total_counts();
-    const auto since = [&](Count what) { return now[static_cast<std::size_t>(what)] - before_[static_cast<std::size_t>(what)]; };
+    const auto since = [&](Count what) {
+        return now[static_cast<std::size_t>(what)] - before_[static_cast<std::size_t>(what)];
+    };
     counts.camera_rays = since(Count::camera_rays);
     counts.punctual_rays = since(Count::punctual_rays);
     counts.area_rays = since(Count::area_rays);
@@ -25,8 +28,7 @@ void EffectTally::finish(GlContext& gl, const std::vector<Record>& records, cons
         counts.record_bytes += sizeof(Record) + record.radiance.size() * sizeof(float);
         counts.radiance_bytes += record.radiance.size() * sizeof(float);
     }
-    for (const auto& [name, layer] : image.layers)
-        counts.layer_bytes += layer.pixels.size() * sizeof(float);
+    for (const auto& [name, layer] : image.layers) counts.layer_bytes += layer.pixels.size() * sizeof(float);
     counts.shaders.assign(gl.impl().used.begin(), gl.impl().used.end());
 }
 

@@ -10,7 +10,8 @@ namespace rcs {
 class EffectTally {
 public:
     explicit EffectTally(GlContext& gl);
-    void finish(GlContext& gl, const std::vector<Record>& records, const LayeredImage& image, EffectCounts& counts) const;
+    void finish(GlContext& gl, const std::vector<Record>& records, const LayeredImage& image,
+                EffectCounts& counts) const;
 
 private:
     std::array<std::uint64_t, kCounts> before_;

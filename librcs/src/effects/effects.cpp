@@ -6,13 +6,22 @@
 namespace rcs {
 namespace {
 
-constexpr std::array<std::string_view, kEffects> kNames = {
-    "emission",       "punctual-light", "area-light",     "environment",     "environment-peaks", "highlights",
-    "indirect-diffuse", "more-bounces", "glossy-records", "traced-lobes",    "transmission",      "alpha-mask",
-    "alpha-blend",    "peeling",        "normal-maps",    "hit-textures",    "anti-aliasing",     "deformation",
-    "instancing",     "motion",         "auto-exposure",  "error-estimate",  "layer-emission",    "layer-direct",
-    "layer-indirect", "layer-indirect_error", "layer-irradiance", "layer-albedo", "layer-normal", "layer-depth",
-    "layer-records"};
+constexpr std::array<std::string_view, kEffects> kNames = {"emission",          "punctual-light",
+                                                           "area-light",        "environment",
+                                                           "environment-peaks", "highlights",
+                                                           "indirect-diffuse",  "more-bounces",
+                                                           "glossy-records",    "traced-lobes",
+                                                           "transmission",      "alpha-mask",
+                                                           "alpha-blend",       "peeling",
+                                                           "normal-maps",       "hit-textures",
+                                                           "anti-aliasing",     "deformation",
+                                                           "instancing",        "motion",
+                                                           "auto-exposure",     "error-estimate",
+                                                           "layer-emission",    "layer-direct",
+                                                           "layer-indirect",    "layer-indirect_error",
+                                                           "layer-irradiance",  "layer-albedo",
+                                                           "layer-normal",      "layer-depth",
+                                                           "layer-records"};
 
 }  // namespace
 
@@ -22,8 +31,7 @@ Effect find_effect(std::string_view name)
 {
     std::string names;
     for (std::size_t i = 0; i < kEffects; ++i) {
-        if (kNames[i] == name)
-            return static_cast<Effect>(i);
+        if (kNames[i] == name) return static_cast<Effect>(i);
         names.append(names.empty() ? "" : ", ").append(kNames[i]);
     }
     throw Error(ErrorCode::not_found, std::string(name) + " is not an effect; there are " + names);
@@ -40,8 +48,7 @@ EffectSet EffectSet::all()
 EffectChoice parse_effects(std::string_view text)
 {
     EffectChoice choice;
-    if (text == "auto")
-        return choice;
+    if (text == "auto") return choice;
     if (text == "all") {
         choice.with = EffectSet::all();
         return choice;
@@ -62,8 +69,7 @@ EffectChoice parse_effects(std::string_view text)
 EffectSet EffectPlan::set() const
 {
     EffectSet set;
-    for (const PlannedEffect& e : effects)
-        set.set(e.effect, e.needed);
+    for (const PlannedEffect& e : effects) set.set(e.effect, e.needed);
     return set;
 }
 

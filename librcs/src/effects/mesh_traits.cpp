@@ -77,7 +77,8 @@ bool turns_normals(const Material& m, TextureRanges& ranges)
     if (!m.normal_texture.used() || m.normal_scale == 0.0f) return false;
     const auto turns = [&](std::size_t channel) {
         const Range r = ranges(m.normal_texture, channel);
-        return std::max(std::abs(2.0f * r.least - 1.0f), std::abs(2.0f * r.most - 1.0f)) * std::abs(m.normal_scale) > 1e-4f;
+        return std::max(std::abs(2.0f * r.least - 1.0f), std::abs(2.0f * r.most - 1.0f)) * std::abs(m.normal_scale) >
+               1e-4f;
     };
     return turns(0) || turns(1);
 }
@@ -141,8 +142,9 @@ MeshTraits traits_of(const Scene& scene, const Mesh& mesh, TextureRanges& ranges
     add_lobes(m, ranges, t);
     if (t.most_albedo > 0.0f || t.is(kTransmits)) t.bits |= kReflects;
     if (turns_normals(m, ranges)) t.bits |= kBumpy;
-    for (const TextureSlot* slot : {&m.base_color_texture, &m.metallic_roughness_texture, &m.specular_texture, &m.specular_color_texture,
-                                    &m.transmission_texture, &m.clearcoat_texture, &m.clearcoat_roughness_texture})
+    for (const TextureSlot* slot :
+         {&m.base_color_texture, &m.metallic_roughness_texture, &m.specular_texture, &m.specular_color_texture,
+          &m.transmission_texture, &m.clearcoat_texture, &m.clearcoat_roughness_texture})
         if (slot->used() && t.is(kReflects) && varies(scene.textures[static_cast<std::size_t>(slot->texture)]))
             t.bits |= kTextured;
     return t;

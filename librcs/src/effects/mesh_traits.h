@@ -9,8 +9,8 @@
 
 namespace rcs {
 
-/// What a surface can be somewhere on a mesh, material, textures and vertex colours taken together. Each bit errs on the
-/// side of being set.
+/// What a surface can be somewhere on a mesh, material, textures and vertex colours taken together. Each bit errs on
+/// the side of being set.
 enum Trait : std::uint32_t {
     kReflects = 1u << 0,    ///< anything at all
     kHasLobe = 1u << 1,     ///< specular lobe or coat, which reflects lamps
@@ -20,8 +20,8 @@ enum Trait : std::uint32_t {
     kMasked = 1u << 5,      ///< has texels below its cutoff
     kBlended = 1u << 6,     ///< alpha is less than 1
     kTransmits = 1u << 7,
-    kBumpy = 1u << 8,       ///< a normal texture that turns normals
-    kTextured = 1u << 9,    ///< reflects by textures that vary
+    kBumpy = 1u << 8,     ///< a normal texture that turns normals
+    kTextured = 1u << 9,  ///< reflects by textures that vary
 };
 /// How many there are; bit numbers are below.
 inline constexpr int kTraits = 10;
@@ -31,7 +31,7 @@ inline constexpr std::uint32_t kSeeThrough = kMasked | kBlended | kTransmits;
 struct MeshTraits {
     std::uint32_t bits = 0;
     float least_roughness = 1.0f, most_roughness = 0.0f;  ///< perceptual, of lobe and coat; least > most: there is none
-    float most_albedo = 0.0f;  ///< bound of what part of the light it reflects, in [0, 1]
+    float most_albedo = 0.0f;                             ///< bound of what part of the light it reflects, in [0, 1]
 
     bool is(std::uint32_t traits) const { return (bits & traits) != 0u; }
 };
@@ -39,8 +39,8 @@ struct MeshTraits {
 /// One for each mesh; textures are looked through as far as it takes.
 std::vector<MeshTraits> find_traits(const Scene& scene);
 
-/// What a mesh's material says it may be, textures and vertex colours not looked at: kMasked, kBlended, kTransmits, kBumpy
-/// and kTextured.
+/// What a mesh's material says it may be, textures and vertex colours not looked at: kMasked, kBlended, kTransmits,
+/// kBumpy and kTextured.
 std::uint32_t declared_traits(const Material& material);
 
 /// Which of kMasked, kBlended, kTransmits and kBumpy rays and pixels ask this mesh for: what it has, or what its

@@ -28,14 +28,16 @@ std::string plural(std::size_t n, const char* one, const char* many) { return te
 class Planner {
 public:
     Planner(const RayScene& rays, const Camera& camera, const RenderOptions& options)
-        : options_(options), built_(rays.impl().choice), facts_(scene_facts(rays)), view_(survey(rays, make_views(camera, options))),
+        : options_(options),
+          built_(rays.impl().choice),
+          facts_(scene_facts(rays)),
+          view_(survey(rays, make_views(camera, options))),
           has_sky_image_(rays.impl().environment.has_image()),
           pixels_(static_cast<double>(options.width) * options.height)
     {
         plan_.effects.resize(kEffects);
         plan_.pilot_rays = view_.rays;
-        for (std::size_t i = 0; i < kEffects; ++i)
-            plan_.effects[i].effect = static_cast<Effect>(i);
+        for (std::size_t i = 0; i < kEffects; ++i) plan_.effects[i].effect = static_cast<Effect>(i);
     }
 
     EffectPlan plan()
@@ -53,7 +55,8 @@ private:
     {
         return decide(effect, called_for, has_material, std::move(reason), options_.effects);
     }
-    PlannedEffect& decide(Effect effect, bool called_for, bool has_material, std::string reason, const EffectChoice& choice);
+    PlannedEffect& decide(Effect effect, bool called_for, bool has_material, std::string reason,
+                          const EffectChoice& choice);
     void measured(PlannedEffect& e, const Sighting& s) const;
     /// Light may reach all that reflects, and nothing else.
     void bounded(PlannedEffect& e) const;
@@ -75,7 +78,8 @@ private:
     EffectPlan plan_;
 };
 
-PlannedEffect& Planner::decide(Effect effect, bool called_for, bool has_material, std::string reason, const EffectChoice& choice)
+PlannedEffect& Planner::decide(Effect effect, bool called_for, bool has_material, std::string reason,
+                               const EffectChoice& choice)
 {
     PlannedEffect& e = plan_.effects[static_cast<std::size_t>(effect)];
     e.has_material = has_material;
@@ -101,8 +105,7 @@ void Planner::bounded(PlannedEffect& e) const
 void Planner::measured(PlannedEffect& e, const Sighting& s) const
 {
     e.of = "pixels";
-    if (s.how != Sighting::How::seen && s.how != Sighting::How::unsettled)
-        return;
+    if (s.how != Sighting::How::seen && s.how != Sighting::How::unsettled) return;
     e.basis = PlannedEffect::Basis::measured;
     e.share = s.share;
     e.low = s.low;
@@ -113,17 +116,19 @@ void Planner::plan_light()
 {
     const double samples = pixels_ * options_.aa;
     const Sighting& glow = view_[kEmits];
-    PlannedEffect& emission = decide(Effect::emission, glow.possible() || facts_.sky, facts_.with(kEmits) > 0 || facts_.sky,
-                                     facts_.sky && !glow.possible() ? "the background is a sky that is not black"
-                                                                    : words(glow, "surface that shines"));
+    PlannedEffect& emission =
+        decide(Effect::emission, glow.possible() || facts_.sky, facts_.with(kEmits) > 0 || facts_.sky,
+               facts_.sky && !glow.possible() ? "the background is a sky that is not black"
+                                              : words(glow, "surface that shines"));
     measured(emission, glow);
     emission.cost = "3 floats a pixel";
     emission.bytes = 12.0 * pixels_;
 
-    PlannedEffect& punctual = decide(Effect::punctual_light, reflects_ && facts_.punctual > 0, facts_.punctual > 0,
-                                     facts_.punctual == 0 ? "no lamp without size shines"
-                                     : reflects_          ? plural(facts_.punctual, "lamp without size shines", "lamps without size shine")
-                                                          : dark());
+    PlannedEffect& punctual =
+        decide(Effect::punctual_light, reflects_ && facts_.punctual > 0, facts_.punctual > 0,
+               facts_.punctual == 0 ? "no lamp without size shines"
+               : reflects_          ? plural(facts_.punctual, "lamp without size shines", "lamps without size shine")
+                                    : dark());
     bounded(punctual);
     punctual.cost = "a shadow ray a sample and lamp, and one for each gather hit";
     punctual.rays = samples * view_[kReflects].share * static_cast<double>(facts_.punctual);
@@ -137,19 +142,26 @@ void Planner::plan_light()
     area.rays = pixels_ * view_[kReflects].share * options_.direct.area_samples;
 
     const std::string no_sky = "the sky's radiance is 0";
-    PlannedEffect& sky = decide(Effect::environment, reflects_ && facts_.sky, facts_.sky,
-                                !facts_.sky ? no_sky : !reflects_ ? dark() : text("the sky is not black; %.3g %% of the picture shows it", 100.0 * view_.sky_share));
+    PlannedEffect& sky =
+        decide(Effect::environment, reflects_ && facts_.sky, facts_.sky,
+               !facts_.sky  ? no_sky
+               : !reflects_ ? dark()
+                            : text("the sky is not black; %.3g %% of the picture shows it", 100.0 * view_.sky_share));
     bounded(sky);
     sky.cost = "a shadow ray for each gather hit";
     PlannedEffect& peaks = decide(Effect::environment_peaks, reflects_ && facts_.peaks, facts_.peaks,
-                                  !facts_.sky ? no_sky : !facts_.peaks ? "no part of the sky is brighter than 8 times its mean" : !reflects_ ? dark() : "parts of the sky are brighter than 8 times its mean");
+                                  !facts_.sky     ? no_sky
+                                  : !facts_.peaks ? "no part of the sky is brighter than 8 times its mean"
+                                  : !reflects_    ? dark()
+                                                  : "parts of the sky are brighter than 8 times its mean");
     bounded(peaks);
     peaks.cost = "shadow rays as for area light";
     peaks.rays = pixels_ * view_[kReflects].share * options_.direct.area_samples;
 
     const Sighting& lobe = view_[kHasLobe];
-    PlannedEffect& highlights = decide(Effect::highlights, lobe.possible() && facts_.lamps, facts_.with(kHasLobe) > 0,
-                                       lobe.possible() && !facts_.lamps ? "no lamp shines" : words(lobe, "surface with a specular lobe"));
+    PlannedEffect& highlights =
+        decide(Effect::highlights, lobe.possible() && facts_.lamps, facts_.with(kHasLobe) > 0,
+               lobe.possible() && !facts_.lamps ? "no lamp shines" : words(lobe, "surface with a specular lobe"));
     measured(highlights, lobe);
     highlights.cost = "the BSDF of each pixel, and rays along lobes narrower than lamps";
     highlights.bytes = pixels_ * static_cast<double>(sizeof(Bsdf) + 12);
@@ -159,11 +171,13 @@ void Planner::plan_bounces(bool called_for)
 {
     const double albedo = facts_.most_albedo;
     const double share = options_.target_error > 0.0 ? kBounceShareOfTarget * options_.target_error : kBounceShare;
-    // Each bounce has at most `albedo` of the power of the one before: after n of them albedo^n / (1 - albedo) is missing.
-    const auto missing = [&](int n) { return albedo < 1.0 ? std::pow(albedo, n) / (1.0 - albedo) : std::numeric_limits<double>::infinity(); };
+    // Each bounce has at most `albedo` of the power of the one before: after n of them albedo^n / (1 - albedo) is
+    // missing.
+    const auto missing = [&](int n) {
+        return albedo < 1.0 ? std::pow(albedo, n) / (1.0 - albedo) : std::numeric_limits<double>::infinity();
+    };
     int enough = 1;
-    while (enough < options_.bounces && missing(enough) > share)
-        ++enough;
+    while (enough < options_.bounces && missing(enough) > share) ++enough;
     const int wanted = called_for ? std::min(options_.bounces, enough) : 0;
     std::string reason;
     if (!called_for)
@@ -171,14 +185,17 @@ void Planner::plan_bounces(bool called_for)
     else if (options_.bounces <= 1)
         reason = text("%d asked for", options_.bounces);
     else if (wanted < options_.bounces)
-        reason = text("surfaces reflect at most %.3g of the light: beyond %d of the %d bounces asked for less than %.2g of the first one's power comes", albedo, wanted, options_.bounces, share);
+        reason = text(
+            "surfaces reflect at most %.3g of the light: beyond %d of the %d bounces asked for less than %.2g of the "
+            "first one's power comes",
+            albedo, wanted, options_.bounces, share);
     else
         reason = text("%d bounces asked for; surfaces reflect up to %.3g of the light", options_.bounces, albedo);
     PlannedEffect& e = options_.bounces > 1 ? decide(Effect::more_bounces, wanted > 1, true, std::move(reason))
                                             : decide(Effect::more_bounces, false, false, std::move(reason), {});
     plan_.bounces = options_.bounces > 1 && options_.effects.with.has(Effect::more_bounces) ? options_.bounces
-                    : e.needed                                                               ? wanted
-                                                                                             : std::min(wanted, 1);
+                    : e.needed                                                              ? wanted
+                                                                                            : std::min(wanted, 1);
     e.of = "the first bounce's power";
     e.basis = PlannedEffect::Basis::bound;
     e.share = e.high = e.needed ? std::min(1e3, missing(1)) : 0.0;
@@ -193,18 +210,20 @@ void Planner::plan_indirect()
     const bool reflected = options_.bounces > 0 && (facts_.lamps || facts_.sky) && facts_.most_albedo > 0.0;
     const bool any = reflects_ && (reflected || facts_.sky);
     PlannedEffect& indirect = decide(Effect::indirect_diffuse, any, facts_.with(kReflects) > 0,
-                                     !reflects_                             ? dark()
+                                     !reflects_                      ? dark()
                                      : !(facts_.lamps || facts_.sky) ? "nothing shines"
                                      : !any ? "no bounce is asked for and the sky's radiance is 0"
                                             : dark());
     measured(indirect, view_[kReflects]);
-    indirect.cost = text("records of about 250 bytes with %d rays and more, splatted in each pass", options_.records.rays);
+    indirect.cost =
+        text("records of about 250 bytes with %d rays and more, splatted in each pass", options_.records.rays);
     indirect.bytes = 100.0 * pixels_;
 
-    const std::string roughness = facts_.least_roughness > facts_.most_roughness
-                                      ? ""
-                                      : text("; lobes of the scene have roughness %.2g to %.2g", static_cast<double>(facts_.least_roughness),
-                                             static_cast<double>(facts_.most_roughness));
+    const std::string roughness =
+        facts_.least_roughness > facts_.most_roughness
+            ? ""
+            : text("; lobes of the scene have roughness %.2g to %.2g", static_cast<double>(facts_.least_roughness),
+                   static_cast<double>(facts_.most_roughness));
     const auto lobes = [&](Effect effect, Trait trait, const char* what) -> PlannedEffect& {
         const Sighting& s = view_[trait];
         PlannedEffect& e = decide(effect, s.possible() && any, facts_.with(trait) > 0,
@@ -217,10 +236,12 @@ void Planner::plan_indirect()
         wide.needed = false;
         wide.reason = "left out with indirect-diffuse, though " + wide.reason;
     }
-    wide.cost = text("%d floats more a record, a wider splat target and %d floats a pixel", 3 * kHarmonics, kHarmonics + 4);
+    wide.cost =
+        text("%d floats more a record, a wider splat target and %d floats a pixel", 3 * kHarmonics, kHarmonics + 4);
     wide.bytes = pixels_ * 4.0 * (kHarmonics + 4);
     PlannedEffect& narrow = lobes(Effect::traced_lobes, kNarrowLobe, "coat, or a lobe of roughness below 0.55");
-    narrow.cost = text("%d rays for each pixel of such a surface, and the shadow rays of what they hit", options_.lobe_rays);
+    narrow.cost =
+        text("%d rays for each pixel of such a surface, and the shadow rays of what they hit", options_.lobe_rays);
     narrow.rays = pixels_ * view_[kNarrowLobe].share * options_.lobe_rays;
     narrow.bytes = 16.0 * pixels_;
 
@@ -248,12 +269,14 @@ void Planner::plan_surfaces()
     in_rays(Effect::alpha_blend, kBlended, "blended", "has alpha below 1");
 
     const std::uint32_t asked = facts_.simulated & kSeeThrough;
-    const Sighting *through = &view_[kMasked];
+    const Sighting* through = &view_[kMasked];
     for (const Trait trait : {kBlended, kTransmits})
-        if (view_[trait].how > through->how || (view_[trait].how == through->how && view_[trait].share > through->share))
+        if (view_[trait].how > through->how ||
+            (view_[trait].how == through->how && view_[trait].share > through->share))
             through = &view_[trait];
-    PlannedEffect& peeling = decide(Effect::peeling, asked != 0u && through->possible(), (facts_.declared & kSeeThrough) != 0u,
-                                    asked == 0u ? "no surface lets light through" : words(*through, "surface that lets light through"));
+    PlannedEffect& peeling =
+        decide(Effect::peeling, asked != 0u && through->possible(), (facts_.declared & kSeeThrough) != 0u,
+               asked == 0u ? "no surface lets light through" : words(*through, "surface that lets light through"));
     measured(peeling, *through);
     peeling.cost = "16 bytes a pixel, and for each further layer a G-buffer, its light and a splat";
     peeling.bytes = 28.0 * pixels_;
@@ -261,30 +284,35 @@ void Planner::plan_surfaces()
     const bool hits = (on(Effect::indirect_diffuse) && plan_.bounces > 0) || on(Effect::traced_lobes);
     const Sighting& bumps = view_[kBumpy];
     const bool maps = bumps.possible() || (hits && facts_.with(kBumpy) > 0);
-    PlannedEffect& normals = decide(Effect::normal_maps, maps, (facts_.declared & kBumpy) != 0u,
-                                    facts_.with(kBumpy) == 0 && (facts_.declared & kBumpy) != 0u ? "no normal texture turns a normal"
-                                    : maps && !bumps.possible() ? words(bumps, "surface with a normal map") + ", but rays meet them"
-                                                                : words(bumps, "surface with a normal map"),
-                                    built_);
+    PlannedEffect& normals =
+        decide(Effect::normal_maps, maps, (facts_.declared & kBumpy) != 0u,
+               facts_.with(kBumpy) == 0 && (facts_.declared & kBumpy) != 0u ? "no normal texture turns a normal"
+               : maps && !bumps.possible() ? words(bumps, "surface with a normal map") + ", but rays meet them"
+                                           : words(bumps, "surface with a normal map"),
+               built_);
     normals.needed = normals.needed && (facts_.simulated & kBumpy) != 0u;
     measured(normals, bumps);
     normals.cost = "a texture fetch for each pixel and each hit on such a surface";
 
     const std::size_t textured = facts_.with(kTextured);
-    PlannedEffect& textures = decide(Effect::hit_textures, hits && textured > 0, (facts_.declared & kTextured) != 0u,
-                                     !hits          ? "no ray's hit is lit"
-                                     : textured > 0 ? text("%s reflect%s by textures that vary", plural(textured, "mesh", "meshes").c_str(), textured == 1 ? "s" : "")
-                                                    : "no mesh reflects by a texture that varies");
+    PlannedEffect& textures =
+        decide(Effect::hit_textures, hits && textured > 0, (facts_.declared & kTextured) != 0u,
+               !hits          ? "no ray's hit is lit"
+               : textured > 0 ? text("%s reflect%s by textures that vary", plural(textured, "mesh", "meshes").c_str(),
+                                     textured == 1 ? "s" : "")
+                              : "no mesh reflects by a texture that varies");
     textures.of = "meshes";
     textures.share = static_cast<double>(textured) / std::max<double>(1.0, static_cast<double>(facts_.used_meshes));
     textures.cost = "a fetch for each hit that counts; else the texture's mean";
 
     PlannedEffect& deformation = decide(Effect::deformation, false, false, "the scene was posed when it was loaded");
     deformation.needed = deformation.chosen = false;
-    PlannedEffect& instancing = decide(Effect::instancing, facts_.instanced > 0, facts_.shared_meshes > 0,
-                                       facts_.shared_meshes == 0 ? "no mesh is used twice"
-                                                                 : text("%s used more than once", plural(facts_.shared_meshes, "mesh is", "meshes are").c_str()),
-                                       built_);
+    PlannedEffect& instancing =
+        decide(Effect::instancing, facts_.instanced > 0, facts_.shared_meshes > 0,
+               facts_.shared_meshes == 0
+                   ? "no mesh is used twice"
+                   : text("%s used more than once", plural(facts_.shared_meshes, "mesh is", "meshes are").c_str()),
+               built_);
     instancing.needed = facts_.instanced > 0;  // as the rays' scene was built
     instancing.cost = "a transformation for each ray that enters an instance";
     PlannedEffect& motion = plan_.effects[static_cast<std::size_t>(Effect::motion)];
@@ -303,24 +331,31 @@ void Planner::plan_picture()
     plan_.passes = aa.needed ? options_.aa : 1;
     aa.cost = "all that is done for each pass";
     const bool goal = options_.target_error > 0.0 || options_.budget_seconds > 0.0;
-    // Rays along lobes may meet what is smaller than a pixel; goals weigh passes before it is known how much they share.
-    plan_.shares_samples = plan_.passes > 1 && !options_.effects.with.has(Effect::anti_aliasing) && !goal && !on(Effect::peeling) &&
-                           !on(Effect::traced_lobes);
+    // Rays along lobes may meet what is smaller than a pixel; goals weigh passes before it is known how much they
+    // share.
+    plan_.shares_samples = plan_.passes > 1 && !options_.effects.with.has(Effect::anti_aliasing) && !goal &&
+                           !on(Effect::peeling) && !on(Effect::traced_lobes);
     if (plan_.shares_samples) {
-        aa.reason += text("; where light strays from even growth by less than %.2g %%, samples on the first one's triangle share its light", 100.0 * kSmooth);
+        aa.reason += text(
+            "; where light strays from even growth by less than %.2g %%, samples on the first one's triangle share its "
+            "light",
+            100.0 * kSmooth);
         aa.of = "a pixel's light";
         aa.basis = PlannedEffect::Basis::bound;
         aa.share = aa.high = 1.0;
         aa.loss = kSmooth;
     }
 
-    PlannedEffect& exposure = decide(Effect::auto_exposure, options_.auto_exposure, options_.auto_exposure,
-                                     options_.auto_exposure ? "a display picture without an exposure of its own" : "no display picture asks for it");
+    PlannedEffect& exposure = decide(
+        Effect::auto_exposure, options_.auto_exposure, options_.auto_exposure,
+        options_.auto_exposure ? "a display picture without an exposure of its own" : "no display picture asks for it");
     exposure.cost = "one look at the picture";
 
     const bool indirect = on(Effect::indirect_diffuse) || on(Effect::traced_lobes);
     PlannedEffect& error = decide(Effect::error_estimate, indirect, indirect,
-                                  !indirect ? "there is no indirect light" : goal ? "a target or budget steers by it" : "every picture states the error of its indirect light");
+                                  !indirect ? "there is no indirect light"
+                                  : goal    ? "a target or budget steers by it"
+                                            : "every picture states the error of its indirect light");
     if (goal && indirect) {
         error.needed = true;
         error.reason = "a target or budget steers by it";
@@ -330,12 +365,13 @@ void Planner::plan_picture()
     error.bytes = 20.0 * pixels_;
 
     const std::pair<Effect, double> layers[] = {
-        {Effect::layer_emission, 12.0}, {Effect::layer_direct, 12.0},  {Effect::layer_indirect, 12.0},
+        {Effect::layer_emission, 12.0},      {Effect::layer_direct, 12.0},     {Effect::layer_indirect, 12.0},
         {Effect::layer_indirect_error, 4.0}, {Effect::layer_irradiance, 12.0}, {Effect::layer_albedo, 12.0},
-        {Effect::layer_normal, 12.0},   {Effect::layer_depth, 4.0},    {Effect::layer_records, 4.0}};
+        {Effect::layer_normal, 12.0},        {Effect::layer_depth, 4.0},       {Effect::layer_records, 4.0}};
     for (const auto& [effect, bytes] : layers) {
         const std::string layer(name_of(effect).substr(std::string_view("layer-").size()));
-        const bool kept = !options_.layers || std::find(options_.layers->begin(), options_.layers->end(), layer) != options_.layers->end();
+        const bool kept = !options_.layers ||
+                          std::find(options_.layers->begin(), options_.layers->end(), layer) != options_.layers->end();
         PlannedEffect& e = decide(effect, kept, kept, kept ? "the picture keeps it" : "no output keeps it");
         e.of = "pixels";
         e.cost = text("%g bytes a pixel", bytes);

@@ -33,12 +33,11 @@ struct Rectangle {
     }
 };
 
-/// Part of the image that an instance's bounds can cover; empty outside the view. Corners behind the camera's plane make
-/// it the whole image.
+/// Part of the image that an instance's bounds can cover; empty outside the view. Corners behind the camera's plane
+/// make it the whole image.
 Rectangle covered_part(const View& view, const glm::dmat4& view_from_object, const Bounds& bounds)
 {
-    if (!(bounds.min.x <= bounds.max.x))
-        return {};
+    if (!(bounds.min.x <= bounds.max.x)) return {};
     const bool perspective = view.camera.projection == Projection::perspective;
     const ImagePlane plane = image_plane(view);
     Rectangle part;
@@ -54,11 +53,9 @@ Rectangle covered_part(const View& view, const glm::dmat4& view_from_object, con
         const double pixel = perspective ? plane.pixel * -p.z : plane.pixel;
         part.add(plane.axis.x + p.x / pixel, plane.axis.y - p.y / pixel);
     }
-    if (behind == 8)
-        return {};
+    if (behind == 8) return {};
     const double width = view.width, height = view.height;
-    if (behind > 0)
-        return {0.0, 0.0, width, height};
+    if (behind > 0) return {0.0, 0.0, width, height};
     // A pixel's breadth covers all samples of its passes, and the rounding of corners.
     part = {std::max(0.0, std::floor(part.x0) - 1.0), std::max(0.0, std::floor(part.y0) - 1.0),
             std::min(width, std::ceil(part.x1) + 1.0), std::min(height, std::ceil(part.y1) + 1.0)};
@@ -73,7 +70,8 @@ public:
         const std::vector<Instance>& instances = rays.scene().instances;
         for (std::size_t i = 0; i < instances.size(); ++i) {
             const std::size_t mesh = static_cast<std::size_t>(instances[i].mesh);
-            parts_.push_back(covered_part(views[0], view_from_world * instances[i].world_from_object, rays.impl().bounds[mesh]));
+            parts_.push_back(
+                covered_part(views[0], view_from_world * instances[i].world_from_object, rays.impl().bounds[mesh]));
         }
     }
 
@@ -103,12 +101,10 @@ std::uint32_t Surveyor::look(const CameraRay& ray, bool& sky)
         ++ray_count_;
         const std::optional<Hit> hit = find_visible(rays_, ray, after);
         sky = !hit;
-        if (!hit)
-            return bits;
+        if (!hit) return bits;
         const std::uint32_t here = bits_of(hit->instance);
         bits |= here;
-        if ((here & kSeeThrough) == 0u)
-            return bits;
+        if ((here & kSeeThrough) == 0u) return bits;
         after = hit->t;
     }
     return bits;
@@ -127,15 +123,13 @@ void Surveyor::run_pilot(Survey& result)
         bool sky = false;
         const std::uint32_t bits = look(camera_ray(view, x * view.width, y * view.height), sky);
         skies += sky ? 1 : 0;
-        for (std::size_t bit = 0; bit < kTraits; ++bit)
-            met[bit] += (bits >> bit & 1u) != 0u ? 1 : 0;
+        for (std::size_t bit = 0; bit < kTraits; ++bit) met[bit] += (bits >> bit & 1u) != 0u ? 1 : 0;
     }
     constexpr double n = kPilotSide * kPilotSide;
     result.sky_share = skies / n;
     for (std::size_t bit = 0; bit < kTraits; ++bit) {
         Sighting& s = result.of[bit];
-        if (!s.possible())
-            continue;
+        if (!s.possible()) continue;
         // Wilson's interval: right also near 0 and 1.
         constexpr double z2 = 1.96 * 1.96;
         const double share = met[bit] / n, centre = (share + 0.5 * z2 / n) / (1.0 + z2 / n);
@@ -144,8 +138,7 @@ void Surveyor::run_pilot(Survey& result)
         s.low = std::max(0.0, centre - half);
         s.high = std::min(1.0, centre + half);
         s.samples = static_cast<std::uint64_t>(n);
-        if (met[bit] > 0)
-            s.how = Sighting::How::seen;
+        if (met[bit] > 0) s.how = Sighting::How::seen;
     }
 }
 
@@ -156,26 +149,22 @@ void Surveyor::settle(Survey& result)
     const std::uint64_t most = ray_count_ + static_cast<std::uint64_t>(kLeastRays + kRaysPerSample * samples);
     std::uint32_t wanted = 0;
     for (std::size_t bit = 0; bit < kTraits; ++bit)
-        if (result.of[bit].how == Sighting::How::unsettled)
-            wanted |= 1u << bit;
+        if (result.of[bit].how == Sighting::How::unsettled) wanted |= 1u << bit;
     std::array<std::uint64_t, kTraits> looked{};
     const auto note = [&](std::uint32_t bits) {
         for (std::size_t bit = 0; bit < kTraits; ++bit)
-            if ((bits & wanted) >> bit & 1u)
-                result.of[bit].how = Sighting::How::seen;
+            if ((bits & wanted) >> bit & 1u) result.of[bit].how = Sighting::How::seen;
         wanted &= ~bits;
     };
     bool complete = true;
     for (std::size_t i = 0; i < parts_.size() && wanted != 0u; ++i) {
-        if (parts_[i].empty() || (bits_of(i) & wanted) == 0u)
-            continue;
+        if (parts_[i].empty() || (bits_of(i) & wanted) == 0u) continue;
         const int x0 = static_cast<int>(parts_[i].x0), y0 = static_cast<int>(parts_[i].y0);
         const int width = static_cast<int>(parts_[i].x1) - x0, height = static_cast<int>(parts_[i].y1) - y0;
         const std::uint64_t count = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
         // A stride that shares no factor with the number of pixels: all of them, early ones spread over the rectangle.
         std::uint64_t stride = static_cast<std::uint64_t>(0.6180339887498949 * static_cast<double>(count)) | 1u;
-        while (std::gcd(stride, count) != 1u)
-            stride += 2;
+        while (std::gcd(stride, count) != 1u) stride += 2;
         for (const View& view : views_) {
             std::uint64_t at = 0;
             for (std::uint64_t n = 0; n < count && (bits_of(i) & wanted) != 0u; ++n, at = (at + stride) % count) {
@@ -185,8 +174,7 @@ void Surveyor::settle(Survey& result)
                 }
                 const double x = x0 + static_cast<double>(at % static_cast<std::uint64_t>(width)) + view.pixel_offset.x;
                 const double y = y0 + static_cast<double>(at / static_cast<std::uint64_t>(width)) + view.pixel_offset.y;
-                for (std::size_t bit = 0; bit < kTraits; ++bit)
-                    looked[bit] += (bits_of(i) & wanted) >> bit & 1u;
+                for (std::size_t bit = 0; bit < kTraits; ++bit) looked[bit] += (bits_of(i) & wanted) >> bit & 1u;
                 bool sky = false;
                 note(look(camera_ray(view, x, y), sky));
             }
@@ -194,8 +182,7 @@ void Surveyor::settle(Survey& result)
     }
     for (std::size_t bit = 0; bit < kTraits; ++bit) {
         Sighting& s = result.of[bit];
-        if ((wanted >> bit & 1u) == 0u)
-            continue;
+        if ((wanted >> bit & 1u) == 0u) continue;
         s.samples += looked[bit];
         if (complete) {
             s.how = Sighting::How::hidden;
@@ -212,8 +199,7 @@ Survey Surveyor::run()
         result.any_in_view = result.any_in_view || in_view;
         for (std::size_t bit = 0; bit < kTraits; ++bit) {
             Sighting& s = result.of[bit];
-            if ((bits_of(i) >> bit & 1u) == 0u)
-                continue;
+            if ((bits_of(i) >> bit & 1u) == 0u) continue;
             s.how = std::max(s.how, in_view ? Sighting::How::unsettled : Sighting::How::outside);
         }
     }
@@ -228,14 +214,20 @@ Survey Surveyor::run()
 std::string words(const Sighting& s, const char* what)
 {
     switch (s.how) {
-    case Sighting::How::nowhere: return text("the scene has no %s", what);
-    case Sighting::How::outside: return text("no %s lies in the view", what);
-    case Sighting::How::hidden: return text("none of the picture's samples meets a %s (%llu looked)", what, static_cast<unsigned long long>(s.samples));
-    case Sighting::How::unsettled: return text("a %s may be seen: %llu samples did not meet it and do not rule it out", what, static_cast<unsigned long long>(s.samples));
-    case Sighting::How::seen: break;
+        case Sighting::How::nowhere:
+            return text("the scene has no %s", what);
+        case Sighting::How::outside:
+            return text("no %s lies in the view", what);
+        case Sighting::How::hidden:
+            return text("none of the picture's samples meets a %s (%llu looked)", what,
+                        static_cast<unsigned long long>(s.samples));
+        case Sighting::How::unsettled:
+            return text("a %s may be seen: %llu samples did not meet it and do not rule it out", what,
+                        static_cast<unsigned long long>(s.samples));
+        case Sighting::How::seen:
+            break;
     }
-    if (s.share == 0.0)
-        return text("a sample of the picture meets a %s", what);
+    if (s.share == 0.0) return text("a sample of the picture meets a %s", what);
     return text("%.3g %% of the picture shows a %s", 100.0 * s.share, what);
 }
 

@@ -14,15 +14,15 @@ namespace rcs {
 /// What the camera may see of surfaces with a trait.
 struct Sighting {
     enum class How {
-        nowhere,     ///< no instance of the scene has it
-        outside,     ///< those that have it lie outside the view
-        hidden,      ///< none of the picture's samples meets it
-        unsettled,   ///< the rays ran out before it was found or ruled out
-        seen,        ///< a sample meets it
+        nowhere,    ///< no instance of the scene has it
+        outside,    ///< those that have it lie outside the view
+        hidden,     ///< none of the picture's samples meets it
+        unsettled,  ///< the rays ran out before it was found or ruled out
+        seen,       ///< a sample meets it
     };
     How how = How::nowhere;
     double share = 0.0, low = 0.0, high = 0.0;  ///< of the picture's samples, measured; 95 % confidence
-    std::uint64_t samples = 0;  ///< that were looked along for it
+    std::uint64_t samples = 0;                  ///< that were looked along for it
 
     bool possible() const { return how == How::seen || how == How::unsettled; }
 };

@@ -57,8 +57,7 @@ void store(Shading& s, std::size_t i, const VisiblePoint& point, glm::vec3 outgo
             bsdf.transmission = glm::vec3(0.0f);
         }
     }
-    if (!s.bsdf.empty())
-        s.bsdf[i] = bsdf;
+    if (!s.bsdf.empty()) s.bsdf[i] = bsdf;
 }
 
 void store(GBuffer& g, std::size_t i, const VisiblePoint& point)
@@ -100,17 +99,15 @@ bool is_doubtful(const RayScene& rays, const View& view, const Visibility& v, in
     for (int py = std::max(y - 1, 0); py <= std::min(y + 1, view.height - 1); ++py) {
         for (int px = std::max(x - 1, 0); px <= std::min(x + 1, view.width - 1); ++px) {
             const std::size_t i = index(px, py);
-            const bool known = std::any_of(looked_at, looked_at + count, [&](std::size_t j) { return same_triangle(v, i, j); });
-            if (!known)
-                looked_at[count++] = i;
+            const bool known =
+                std::any_of(looked_at, looked_at + count, [&](std::size_t j) { return same_triangle(v, i, j); });
+            if (!known) looked_at[count++] = i;
         }
     }
-    if (count == 1)
-        return false;
+    if (count == 1) return false;
     const CameraRay ray = camera_ray(view, x + view.pixel_offset.x, y + view.pixel_offset.y);
     return std::any_of(looked_at, looked_at + count, [&](std::size_t i) {
-        if (v.instance[i] == GBuffer::kNone)
-            return false;
+        if (v.instance[i] == GBuffer::kNone) return false;
         const double inside = pixels_inside(rays, v.instance[i], v.primitive[i], ray);
         return i == here || same_triangle(v, i, here) ? inside < kSnap : std::abs(inside) < kSnap;
     });
@@ -119,8 +116,7 @@ bool is_doubtful(const RayScene& rays, const View& view, const Visibility& v, in
 /// Whether the triangle that was drawn has holes that the rasteriser knows nothing of.
 bool is_masked(const RayScene& rays, std::uint32_t instance)
 {
-    return instance != GBuffer::kNone &&
-           (rays.impl().instances[instance].simulated & kMasked) != 0u;
+    return instance != GBuffer::kNone && (rays.impl().instances[instance].simulated & kMasked) != 0u;
 }
 
 /// Settles doubtful pixels by a ray: what a pixel sees is then exact, the same as for every other ray.
@@ -130,9 +126,9 @@ void settle_edges(const RayScene& rays, const View& view, ThreadPool& pool, Visi
     pool.parallel_for(static_cast<std::size_t>(view.height), 8, [&](std::size_t begin, std::size_t end, int) {
         for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
             for (int x = 0; x < view.width; ++x) {
-                const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.width) + static_cast<std::size_t>(x);
-                if (!is_masked(rays, drawn.instance[i]) && !is_doubtful(rays, view, drawn, x, y))
-                    continue;
+                const std::size_t i =
+                    static_cast<std::size_t>(y) * static_cast<std::size_t>(view.width) + static_cast<std::size_t>(x);
+                if (!is_masked(rays, drawn.instance[i]) && !is_doubtful(rays, view, drawn, x, y)) continue;
                 tally(Count::camera_rays);
                 const auto hit = find_visible(rays, camera_ray(view, x + view.pixel_offset.x, y + view.pixel_offset.y));
                 v.instance[i] = hit ? hit->instance : GBuffer::kNone;
@@ -147,7 +143,8 @@ void leave_known(KnownSamples& known, Visibility& v)
 {
     known.met.assign(v.instance.size(), 0);
     for (std::size_t i = 0; i < v.instance.size(); ++i) {
-        if (v.instance[i] == GBuffer::kNone || v.instance[i] != known.instance[i] || v.primitive[i] != known.primitive[i])
+        if (v.instance[i] == GBuffer::kNone || v.instance[i] != known.instance[i] ||
+            v.primitive[i] != known.primitive[i])
             continue;
         known.met[i] = 1;
         v.instance[i] = v.primitive[i] = GBuffer::kNone;
@@ -175,8 +172,7 @@ GBuffer render_gbuffer(GlContext& gl, const RayScene& rays, const View& view, fl
 {
     Visibility visibility = render_visibility(gl, rays.scene(), view);
     settle_edges(rays, view, pool, visibility);
-    if (known)
-        leave_known(*known, visibility);
+    if (known) leave_known(*known, visibility);
     GBuffer g = allocate(view, std::move(visibility));
     shading = allocate_shading(effects, g.size());
     for_each_camera_ray(view, pool, [&](std::size_t i, const CameraRay& ray) {
@@ -185,7 +181,8 @@ GBuffer render_gbuffer(GlContext& gl, const RayScene& rays, const View& view, fl
                 g.emission[i] = environment_of(rays).radiance(glm::vec3(glm::normalize(ray.direction)));
             return;
         }
-        const VisiblePoint point = visible_point(rays, g.instance[i], g.primitive[i], ray, g.camera_position, texture_scale);
+        const VisiblePoint point =
+            visible_point(rays, g.instance[i], g.primitive[i], ray, g.camera_position, texture_scale);
         store(g, i, point);
         store(shading, i, point, -glm::vec3(glm::normalize(ray.direction)));
     });
@@ -205,22 +202,22 @@ void peel_gbuffer(const RayScene& rays, const View& view, float texture_scale, T
         const std::uint32_t instance = g.instance[i], primitive = g.primitive[i];
         g.instance[i] = g.primitive[i] = GBuffer::kNone;
         g.emission[i] = glm::vec3(0.0f);
-        if (instance == GBuffer::kNone || weight[i] == glm::vec3(0.0f))
-            return;
-        float after = static_cast<float>(glm::dot(glm::dvec3(g.position(i)) + g.camera_position - ray.origin, ray.direction) /
-                                         glm::dot(ray.direction, ray.direction));
+        if (instance == GBuffer::kNone || weight[i] == glm::vec3(0.0f)) return;
+        float after =
+            static_cast<float>(glm::dot(glm::dvec3(g.position(i)) + g.camera_position - ray.origin, ray.direction) /
+                               glm::dot(ray.direction, ray.direction));
         tally(Count::camera_rays);
         std::optional<Hit> hit = find_visible(rays, ray, after);
         // The surface just left may be met again by a rounding.
-        while (hit && hit->instance == instance && hit->primitive == primitive)
-            hit = find_visible(rays, ray, hit->t);
+        while (hit && hit->instance == instance && hit->primitive == primitive) hit = find_visible(rays, ray, hit->t);
         if (!hit) {
             g.emission[i] = environment_of(rays).radiance(glm::vec3(glm::normalize(ray.direction)));
             return;
         }
         g.instance[i] = hit->instance;
         g.primitive[i] = hit->primitive;
-        const VisiblePoint point = visible_point(rays, hit->instance, hit->primitive, ray, g.camera_position, texture_scale);
+        const VisiblePoint point =
+            visible_point(rays, hit->instance, hit->primitive, ray, g.camera_position, texture_scale);
         store(g, i, point);
         store(shading, i, point, -glm::vec3(glm::normalize(ray.direction)));
     });

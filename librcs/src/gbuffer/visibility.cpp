@@ -39,10 +39,7 @@ DepthRange depth_range(const Bounds& bounds, const glm::dmat4& view_from_world)
 /// Reversed depth without a far plane: near / depth, whose float keeps the same relative precision at
 /// any distance. With depth clamping the near plane cuts nothing off; its distance only has to be
 /// smaller than any that matters, and the depth at `far` has to stay a normal float.
-glm::dvec4 perspective_depth_row(const DepthRange& range)
-{
-    return {0.0, 0.0, 0.0, range.far * 0x1p-40};
-}
+glm::dvec4 perspective_depth_row(const DepthRange& range) { return {0.0, 0.0, 0.0, range.far * 0x1p-40}; }
 
 /// Reversed linear depth, 1 at the near plane to 0 at the far one, which enclose the scene with a margin;
 /// but no nearer than the camera's plane, where its view begins.
@@ -98,8 +95,7 @@ Geometry upload_geometry(const Scene& scene)
         const Geometry::Range& range = geometry.meshes[m];
         const std::size_t first_byte = static_cast<std::size_t>(range.first_vertex) * sizeof(glm::vec3);
         glNamedBufferSubData(geometry.vertices.id(), static_cast<GLintptr>(first_byte),
-                             static_cast<GLsizeiptr>(mesh.positions.size() * sizeof(glm::vec3)),
-                             mesh.positions.data());
+                             static_cast<GLsizeiptr>(mesh.positions.size() * sizeof(glm::vec3)), mesh.positions.data());
         glNamedBufferSubData(geometry.indices.id(), static_cast<GLintptr>(range.first_index * sizeof(GLuint)),
                              static_cast<GLsizeiptr>(mesh.triangles.size() * sizeof(glm::uvec3)),
                              mesh.triangles.data());
@@ -115,8 +111,7 @@ Geometry upload_geometry(const Scene& scene)
     return geometry;
 }
 
-void set_state(GlContext::Impl& gl, const Geometry& geometry, const GlFramebuffer& framebuffer,
-               bool perspective)
+void set_state(GlContext::Impl& gl, const Geometry& geometry, const GlFramebuffer& framebuffer, bool perspective)
 {
     glUseProgram(gl.program("gbuffer.vert", "gbuffer.frag"));
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.id());
@@ -147,12 +142,11 @@ void draw_instances(const Scene& scene, const Geometry& geometry, const glm::dma
         const bool mirrored = glm::determinant(glm::dmat3(instance.world_from_object)) < 0.0;
         glFrontFace(mirrored ? GL_CCW : GL_CW);
         const glm::mat4 clip_from_object(clip_from_world * instance.world_from_object);
-        glUniformMatrix4fv(RCS_GBUFFER_UNIFORM_CLIP_FROM_OBJECT, 1, GL_FALSE,
-                           glm::value_ptr(clip_from_object));
+        glUniformMatrix4fv(RCS_GBUFFER_UNIFORM_CLIP_FROM_OBJECT, 1, GL_FALSE, glm::value_ptr(clip_from_object));
         glUniform1ui(RCS_GBUFFER_UNIFORM_INSTANCE, static_cast<GLuint>(i));
         const void* first_index = reinterpret_cast<const void*>(range.first_index * sizeof(GLuint));
-        glDrawElementsBaseVertex(GL_TRIANGLES, static_cast<GLsizei>(mesh.triangles.size() * 3),
-                                 GL_UNSIGNED_INT, first_index, range.first_vertex);
+        glDrawElementsBaseVertex(GL_TRIANGLES, static_cast<GLsizei>(mesh.triangles.size() * 3), GL_UNSIGNED_INT,
+                                 first_index, range.first_vertex);
     }
 }
 

@@ -25,8 +25,7 @@ int measured_blend_bits(GlContext& gl)
 {
     GBuffer g;
     g.width = g.height = 1;
-    for (auto* plane : {&g.position_x, &g.position_y, &g.normal_x, &g.normal_y})
-        plane->assign(1, 0.0f);
+    for (auto* plane : {&g.position_x, &g.position_y, &g.normal_x, &g.normal_y}) plane->assign(1, 0.0f);
     g.position_z.assign(1, -1.0f);
     g.normal_z.assign(1, 1.0f);
     g.instance.assign(1, 0);
@@ -42,8 +41,7 @@ int measured_blend_bits(GlContext& gl)
     for (int k = 1; k <= 24; ++k) {
         faint.irradiance = glm::vec3(std::ldexp(1.0f, -k));
         SplatStats stats;
-        if (splat_quads(gl, {record, faint}, g, view, {}, stats).weighted_r[0] != 1.0f + faint.irradiance.r)
-            break;
+        if (splat_quads(gl, {record, faint}, g, view, {}, stats).weighted_r[0] != 1.0f + faint.irradiance.r) break;
         bits = k + 1;
     }
     return std::min(bits, 24);
@@ -62,7 +60,8 @@ std::vector<MachineFact> describe_gl(GlContext& gl)
             {"largest texture", limit_of(GL_MAX_TEXTURE_SIZE) + " px"},
             {"storage block", limit_of(GL_MAX_SHADER_STORAGE_BLOCK_SIZE) + " bytes"},
             {"colour attachments", limit_of(GL_MAX_COLOR_ATTACHMENTS)},
-            {"float blending", std::to_string(bits) + " bits" + (bits == 24 ? " (single precision)" : ": too few for quads")}};
+            {"float blending",
+             std::to_string(bits) + " bits" + (bits == 24 ? " (single precision)" : ": too few for quads")}};
 }
 
 }  // namespace rcs

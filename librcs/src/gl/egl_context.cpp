@@ -15,16 +15,26 @@ namespace {
 std::string egl_error_name()
 {
     switch (const EGLint error = eglGetError()) {
-        case EGL_SUCCESS: return "no reason given";
-        case EGL_NOT_INITIALIZED: return "EGL_NOT_INITIALIZED";
-        case EGL_BAD_ACCESS: return "EGL_BAD_ACCESS";
-        case EGL_BAD_ALLOC: return "EGL_BAD_ALLOC";
-        case EGL_BAD_ATTRIBUTE: return "EGL_BAD_ATTRIBUTE";
-        case EGL_BAD_CONFIG: return "EGL_BAD_CONFIG";
-        case EGL_BAD_CONTEXT: return "EGL_BAD_CONTEXT";
-        case EGL_BAD_DISPLAY: return "EGL_BAD_DISPLAY";
-        case EGL_BAD_MATCH: return "EGL_BAD_MATCH";
-        case EGL_BAD_PARAMETER: return "EGL_BAD_PARAMETER";
+        case EGL_SUCCESS:
+            return "no reason given";
+        case EGL_NOT_INITIALIZED:
+            return "EGL_NOT_INITIALIZED";
+        case EGL_BAD_ACCESS:
+            return "EGL_BAD_ACCESS";
+        case EGL_BAD_ALLOC:
+            return "EGL_BAD_ALLOC";
+        case EGL_BAD_ATTRIBUTE:
+            return "EGL_BAD_ATTRIBUTE";
+        case EGL_BAD_CONFIG:
+            return "EGL_BAD_CONFIG";
+        case EGL_BAD_CONTEXT:
+            return "EGL_BAD_CONTEXT";
+        case EGL_BAD_DISPLAY:
+            return "EGL_BAD_DISPLAY";
+        case EGL_BAD_MATCH:
+            return "EGL_BAD_MATCH";
+        case EGL_BAD_PARAMETER:
+            return "EGL_BAD_PARAMETER";
         default: {
             std::array<char, 32> text{};
             std::snprintf(text.data(), text.size(), "EGL error 0x%x", static_cast<unsigned>(error));
@@ -60,12 +70,11 @@ struct Candidate {
     void* native;
 };
 
-std::string describe_device(PFNEGLQUERYDEVICESTRINGEXTPROC query_string, EGLDeviceEXT device,
-                            const char* extensions, int index)
+std::string describe_device(PFNEGLQUERYDEVICESTRINGEXTPROC query_string, EGLDeviceEXT device, const char* extensions,
+                            int index)
 {
-    const char* file = has_extension(extensions, "EGL_EXT_device_drm")
-                           ? query_string(device, EGL_DRM_DEVICE_FILE_EXT)
-                           : nullptr;
+    const char* file =
+        has_extension(extensions, "EGL_EXT_device_drm") ? query_string(device, EGL_DRM_DEVICE_FILE_EXT) : nullptr;
     return "EGL device " + std::to_string(index) + (file != nullptr ? std::string(" (") + file + ")" : "");
 }
 
@@ -74,12 +83,11 @@ std::vector<Candidate> list_candidates(std::vector<std::string>& failures)
 {
     const char* client = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
     std::vector<Candidate> hardware, software;
-    const auto query_devices =
-        reinterpret_cast<PFNEGLQUERYDEVICESEXTPROC>(eglGetProcAddress("eglQueryDevicesEXT"));
+    const auto query_devices = reinterpret_cast<PFNEGLQUERYDEVICESEXTPROC>(eglGetProcAddress("eglQueryDevicesEXT"));
     const auto query_string =
         reinterpret_cast<PFNEGLQUERYDEVICESTRINGEXTPROC>(eglGetProcAddress("eglQueryDeviceStringEXT"));
-    const bool can_list = query_devices != nullptr && query_string != nullptr &&
-                          has_extension(client, "EGL_EXT_platform_device");
+    const bool can_list =
+        query_devices != nullptr && query_string != nullptr && has_extension(client, "EGL_EXT_platform_device");
     std::array<EGLDeviceEXT, 64> devices{};
     EGLint count = 0;
     if (!can_list)
@@ -92,13 +100,13 @@ std::vector<Candidate> list_candidates(std::vector<std::string>& failures)
         const EGLDeviceEXT device = devices[static_cast<std::size_t>(i)];
         const char* extensions = query_string(device, EGL_EXTENSIONS);
         auto& list = has_extension(extensions, "EGL_MESA_device_software") ? software : hardware;
-        list.push_back({"device", describe_device(query_string, device, extensions, i),
-                        EGL_PLATFORM_DEVICE_EXT, device});
+        list.push_back(
+            {"device", describe_device(query_string, device, extensions, i), EGL_PLATFORM_DEVICE_EXT, device});
     }
     std::vector<Candidate> candidates = std::move(hardware);
     if (has_extension(client, "EGL_MESA_platform_surfaceless"))
-        candidates.push_back({"surfaceless", "Mesa's surfaceless platform", EGL_PLATFORM_SURFACELESS_MESA,
-                              EGL_DEFAULT_DISPLAY});
+        candidates.push_back(
+            {"surfaceless", "Mesa's surfaceless platform", EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY});
     else
         failures.push_back("Mesa's surfaceless platform: EGL has no such platform");
     candidates.insert(candidates.end(), software.begin(), software.end());
@@ -117,14 +125,17 @@ std::string try_candidate(const Candidate& candidate, GlContext::Impl& impl)
     impl.display = display;
 
     const char* extensions = eglQueryString(display, EGL_EXTENSIONS);
-    for (const char* needed : {"EGL_KHR_surfaceless_context", "EGL_KHR_no_config_context",
-                               "EGL_KHR_create_context"})
+    for (const char* needed : {"EGL_KHR_surfaceless_context", "EGL_KHR_no_config_context", "EGL_KHR_create_context"})
         if (!has_extension(extensions, needed)) return std::string("the driver lacks ") + needed;
     if (eglBindAPI(EGL_OPENGL_API) != EGL_TRUE) return "eglBindAPI: " + egl_error_name();
 
-    const std::array<EGLint, 7> attributes = {
-        EGL_CONTEXT_MAJOR_VERSION_KHR, 4, EGL_CONTEXT_MINOR_VERSION_KHR, 5,
-        EGL_CONTEXT_OPENGL_PROFILE_MASK_KHR, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT_KHR, EGL_NONE};
+    const std::array<EGLint, 7> attributes = {EGL_CONTEXT_MAJOR_VERSION_KHR,
+                                              4,
+                                              EGL_CONTEXT_MINOR_VERSION_KHR,
+                                              5,
+                                              EGL_CONTEXT_OPENGL_PROFILE_MASK_KHR,
+                                              EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT_KHR,
+                                              EGL_NONE};
     impl.context = eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes.data());
     if (impl.context == EGL_NO_CONTEXT) return "no OpenGL 4.5 core context: " + egl_error_name();
     if (eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, impl.context) != EGL_TRUE)
@@ -148,8 +159,7 @@ GlContext::Impl::~Impl()
     if (context == EGL_NO_CONTEXT) return;
     // The programs go with the context, whichever thread or context is current now.
     for (auto& [variant, program] : programs) program.release();
-    if (eglGetCurrentContext() == context)
-        eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+    if (eglGetCurrentContext() == context) eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
     eglDestroyContext(display, context);
 }
 
@@ -157,8 +167,7 @@ void GlContext::Impl::make_current()
 {
     if (eglGetCurrentContext() == context) return;
     if (eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context) != EGL_TRUE)
-        throw Error(ErrorCode::gl_unavailable,
-                    "the OpenGL context cannot be used in this thread: " + egl_error_name());
+        throw Error(ErrorCode::gl_unavailable, "the OpenGL context cannot be used in this thread: " + egl_error_name());
 }
 
 GLuint GlContext::Impl::program(const std::string& vertex, const std::string& fragment, const ShaderDefines& defines)
@@ -185,8 +194,7 @@ GlContext::GlContext(const LogFunction& log)
     }
     std::string reasons;
     for (const std::string& failure : failures) reasons += (reasons.empty() ? "" : "; ") + failure;
-    if (!impl_)
-        throw Error(ErrorCode::gl_unavailable, "no OpenGL 4.5 through EGL; tried " + reasons);
+    if (!impl_) throw Error(ErrorCode::gl_unavailable, "no OpenGL 4.5 through EGL; tried " + reasons);
     if (!log) return;
     if (!reasons.empty()) log(LogLevel::debug, "EGL: " + reasons);
     log(LogLevel::debug, "OpenGL " + version() + " on " + renderer() + ", " + platform() + " platform");

@@ -19,7 +19,7 @@ struct GlContext::Impl {
     std::string platform, renderer, version;
     bool software = false;
     std::map<std::string, GlProgram> programs;  ///< by vertex and fragment shader and defines
-    std::set<std::string> used;  ///< of these, since a render began
+    std::set<std::string> used;                 ///< of these, since a render began
 
     Impl() = default;
     ~Impl();

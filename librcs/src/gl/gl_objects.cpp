@@ -12,24 +12,35 @@ namespace {
 const char* gl_error_name(GLenum error)
 {
     switch (error) {
-        case GL_INVALID_ENUM: return "GL_INVALID_ENUM";
-        case GL_INVALID_VALUE: return "GL_INVALID_VALUE";
-        case GL_INVALID_OPERATION: return "GL_INVALID_OPERATION";
-        case GL_INVALID_FRAMEBUFFER_OPERATION: return "GL_INVALID_FRAMEBUFFER_OPERATION";
-        case GL_OUT_OF_MEMORY: return "GL_OUT_OF_MEMORY";
-        case GL_CONTEXT_LOST: return "GL_CONTEXT_LOST";
-        default: return "an unknown GL error";
+        case GL_INVALID_ENUM:
+            return "GL_INVALID_ENUM";
+        case GL_INVALID_VALUE:
+            return "GL_INVALID_VALUE";
+        case GL_INVALID_OPERATION:
+            return "GL_INVALID_OPERATION";
+        case GL_INVALID_FRAMEBUFFER_OPERATION:
+            return "GL_INVALID_FRAMEBUFFER_OPERATION";
+        case GL_OUT_OF_MEMORY:
+            return "GL_OUT_OF_MEMORY";
+        case GL_CONTEXT_LOST:
+            return "GL_CONTEXT_LOST";
+        default:
+            return "an unknown GL error";
     }
 }
 
 std::uint64_t texel_bytes(GLenum internal_format)
 {
     switch (internal_format) {
-        case GL_RGBA32F: return 16;
-        case GL_RG32UI: return 8;
+        case GL_RGBA32F:
+            return 16;
+        case GL_RG32UI:
+            return 8;
         case GL_R32F:
-        case GL_DEPTH_COMPONENT32F: return 4;
-        default: throw Error(ErrorCode::internal, "a texture format of unknown size");
+        case GL_DEPTH_COMPONENT32F:
+            return 4;
+        default:
+            throw Error(ErrorCode::internal, "a texture format of unknown size");
     }
 }
 
@@ -54,7 +65,8 @@ GlTexture make_texture(GLenum internal_format, int width, int height)
     GLuint id = 0;
     glCreateTextures(GL_TEXTURE_2D, 1, &id);
     GlTexture texture(id);
-    tally(Count::gl_bytes, texel_bytes(internal_format) * static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height));
+    tally(Count::gl_bytes,
+          texel_bytes(internal_format) * static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height));
     glTextureStorage2D(id, 1, internal_format, width, height);
     glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
     glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
@@ -106,10 +118,9 @@ int band_rows(int width, int height)
     const int max_width = std::min(texture_limit, viewport_limit[0]);
     const int max_height = viewport_limit[1];
     if (width > max_width || height > max_height)
-        throw Error(ErrorCode::unsupported,
-                    "the image is " + std::to_string(width) + " x " + std::to_string(height) +
-                        " pixels, this OpenGL draws at most " + std::to_string(max_width) + " x " +
-                        std::to_string(max_height));
+        throw Error(ErrorCode::unsupported, "the image is " + std::to_string(width) + " x " + std::to_string(height) +
+                                                " pixels, this OpenGL draws at most " + std::to_string(max_width) +
+                                                " x " + std::to_string(max_height));
     return std::clamp(kBandPixels / width, 1, std::min(height, texture_limit));
 }
 

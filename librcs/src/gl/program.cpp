@@ -34,8 +34,7 @@ void append_file(const ShaderFiles& sources, const std::string& name, ResolvedSh
     }
 }
 
-[[noreturn]] void fail_with_log(const std::string& what, const std::string& log,
-                                const std::vector<std::string>& files)
+[[noreturn]] void fail_with_log(const std::string& what, const std::string& log, const std::vector<std::string>& files)
 {
     std::string message = what + ": " + log;
     for (std::size_t i = 0; i < files.size(); ++i)

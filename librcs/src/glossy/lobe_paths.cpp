@@ -38,13 +38,12 @@ void LobePaths::begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) cons
     for (std::size_t n = 0; n < ring.count(); ++n) {
         const glm::vec3 point = lattice_point(static_cast<int>(n), shift);
         const BsdfSample sample = sample_glossy(part, outgoing, point.x, {point.y, point.z});
-        if (!(sample.density > 0.0f) || sample.weight == glm::vec3(0.0f))
-            continue;
+        if (!(sample.density > 0.0f) || sample.weight == glm::vec3(0.0f)) continue;
         own[n].density = sample.density;
         const bool outwards = glm::dot(sample.incoming, g_.geometric_normal[pixel]) >= 0.0f;
         LobePath path;
-        path.ray.origin = g_.scene_position(pixel) +
-                          (outwards ? g_.position_error[pixel] : -g_.position_error[pixel]) * g_.geometric_normal[pixel];
+        path.ray.origin = g_.scene_position(pixel) + (outwards ? g_.position_error[pixel] : -g_.position_error[pixel]) *
+                                                         g_.geometric_normal[pixel];
         path.ray.direction = sample.incoming;
         path.first = &own[n];
         path.pixel = pixel;
@@ -58,12 +57,11 @@ void LobePaths::begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) cons
     }
 }
 
-void LobePaths::add_emission(const LobePath& path, int lane, const HitSurface& hit, glm::vec3 throughput, float cone_width,
-                             const Workspace& w) const
+void LobePaths::add_emission(const LobePath& path, int lane, const HitSurface& hit, glm::vec3 throughput,
+                             float cone_width, const Workspace& w) const
 {
     const glm::vec3 emission = light_.emission(w.packet, lane, hit, cone_width);
-    if (emission == glm::vec3(0.0f))
-        return;
+    if (emission == glm::vec3(0.0f)) return;
     const float others = path.met > 0 ? light_.density_of_lamp(path.from, w.packet, lane) : 0.0f;
     path.first->radiance += throughput * emission * power_heuristic(path.density, others);
 }
@@ -84,14 +82,11 @@ void LobePaths::shade(const LobePath& path, int lane, const HitSurface& hit, glm
     const glm::vec3 outgoing = -ray_direction(p, lane);
     const float length = path.length + p.t_max[lane];
     const float cone_width = path.spread * length;
-    if (path.density > 0.0f)
-        add_emission(path, lane, hit, throughput, cone_width, w);
-    if (path.met == bounces_)
-        return;
+    if (path.density > 0.0f) add_emission(path, lane, hit, throughput, cone_width, w);
+    if (path.met == bounces_) return;
     RandomStream random(path.key);
     const auto add = [&](const Ray& shadow_ray, glm::vec3 radiance) {
-        if (radiance == glm::vec3(0.0f))
-            return;
+        if (radiance == glm::vec3(0.0f)) return;
         w.shadow.add(shadow_ray);
         w.lights.push_back({path.first, throughput * radiance});
     };
@@ -102,7 +97,8 @@ void LobePaths::shade(const LobePath& path, int lane, const HitSurface& hit, glm
     if (light_.is_plain(w.packet.instance(lane))) {
         const HitRadiance::PlainHit plain{hit.point.material, hit.point.uv, hit.uv_per_length, cone_width};
         light_.direct(hit.point, random, [&](const Ray& shadow_ray, glm::vec3 white) {
-            add(shadow_ray, white * light_.reflectance(plain, hit.point.shading_normal, outgoing, shadow_ray.direction));
+            add(shadow_ray,
+                white * light_.reflectance(plain, hit.point.shading_normal, outgoing, shadow_ray.direction));
         });
         add_cached(light_.albedo(plain, glm::dot(hit.point.shading_normal, outgoing)));
         return;
@@ -118,12 +114,11 @@ void LobePaths::shade(const LobePath& path, int lane, const HitSurface& hit, glm
     go_on(path, bent, lobes, throughput, length, random, w);
 }
 
-void LobePaths::go_on(const LobePath& path, const SurfacePoint& point, const HitLobes& lobes, glm::vec3 throughput, float length,
-                      RandomStream& random, Workspace& w) const
+void LobePaths::go_on(const LobePath& path, const SurfacePoint& point, const HitLobes& lobes, glm::vec3 throughput,
+                      float length, RandomStream& random, Workspace& w) const
 {
     const HitLobes::Onward onward = lobes.sample(throughput, random);
-    if (onward.weight == glm::vec3(0.0f))
-        return;
+    if (onward.weight == glm::vec3(0.0f)) return;
     LobePath next = path;
     next.ray = ray_from(point, onward.direction);
     next.throughput = throughput * onward.weight;
@@ -133,14 +128,12 @@ void LobePaths::go_on(const LobePath& path, const SurfacePoint& point, const Hit
     next.from = point;
     next.density = onward.density;
     next.key = mix64(path.key);
-    if (next.met < bounces_ || light_.may_find_light(next.ray.origin, onward.direction))
-        w.next.push_back(next);
+    if (next.met < bounces_ || light_.may_find_light(next.ray.origin, onward.direction)) w.next.push_back(next);
 }
 
 void LobePaths::trace_packet(const LobePath* paths, int count, Workspace& w) const
 {
-    for (int lane = 0; lane < count; ++lane)
-        set_lane(w.packet.ray, static_cast<std::size_t>(lane), paths[lane].ray);
+    for (int lane = 0; lane < count; ++lane) set_lane(w.packet.ray, static_cast<std::size_t>(lane), paths[lane].ray);
     LaneWeights passed;
     intersect(rays_, (1u << count) - 1u, w.packet, passed);
     w.rays += static_cast<std::uint64_t>(count);
@@ -171,8 +164,7 @@ void LobePaths::trace(std::size_t begin, std::size_t end, RayRing& ring, Workspa
     w.lights.clear();
     w.paths.clear();
     for (std::size_t i = begin; i < end; ++i)
-        if (g_.covered(i) && has_traced_part(shading_.bsdf[i]))
-            begin_paths(i, ring, w);
+        if (g_.covered(i) && has_traced_part(shading_.bsdf[i])) begin_paths(i, ring, w);
     while (!w.paths.empty()) {
         w.next.clear();
         for (std::size_t i = 0; i < w.paths.size(); i += kWidth)
@@ -182,8 +174,7 @@ void LobePaths::trace(std::size_t begin, std::size_t end, RayRing& ring, Workspa
     w.shadow.trace(rays_);
     w.shadow_rays += w.shadow.size();
     for (std::size_t i = 0; i < w.shadow.size(); ++i)
-        if (w.shadow.is_free(i))
-            w.lights[i].ray->radiance += w.lights[i].radiance * w.shadow.transmittance(i);
+        if (w.shadow.is_free(i)) w.lights[i].ray->radiance += w.lights[i].radiance * w.shadow.transmittance(i);
 }
 
 }  // namespace rcs

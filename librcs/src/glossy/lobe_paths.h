@@ -19,21 +19,22 @@ namespace rcs {
 struct LobePath {
     Ray ray;
     std::size_t pixel = 0;
-    LobeRay* first = nullptr;   ///< the pixel's ray that it began with, and that its light is for
+    LobeRay* first = nullptr;    ///< the pixel's ray that it began with, and that its light is for
     glm::vec3 throughput{1.0f};  ///< since then
-    float width = 0.0f;         ///< GGX width of the lobes so far, together
-    float spread = 0.0f;        ///< width of the cone of directions that the path stands for, per length
-    float length = 0.0f;        ///< up to this ray's origin [m]
-    int met = 0;                ///< surfaces since the visible point
-    SurfacePoint from;          ///< where this ray starts, if met > 0
-    float density = 0.0f;       ///< of its direction [1/sr]: shares what shines with the sampling of lamps at `from`; 0: what
-                                ///< shines has been counted; +inf: it has not
+    float width = 0.0f;          ///< GGX width of the lobes so far, together
+    float spread = 0.0f;         ///< width of the cone of directions that the path stands for, per length
+    float length = 0.0f;         ///< up to this ray's origin [m]
+    int met = 0;                 ///< surfaces since the visible point
+    SurfacePoint from;           ///< where this ray starts, if met > 0
+    float density = 0.0f;  ///< of its direction [1/sr]: shares what shines with the sampling of lamps at `from`; 0:
+                           ///< what shines has been counted; +inf: it has not
     std::uint64_t key = 0;
 };
 
-/// Shoots rays along the lobes of visible points and lights what they meet: by lamps and sky, beyond one bounce by the light
-/// cache, and where that surface has a narrow lobe of its own (HitLobes) by a ray that goes on, a packet of them for each
-/// further surface. The last ray still finds lamps and sky: with N bounces, N surfaces after the visible point reflect.
+/// Shoots rays along the lobes of visible points and lights what they meet: by lamps and sky, beyond one bounce by the
+/// light cache, and where that surface has a narrow lobe of its own (HitLobes) by a ray that goes on, a packet of them
+/// for each further surface. The last ray still finds lamps and sky: with N bounces, N surfaces after the visible point
+/// reflect.
 class LobePaths {
 public:
     struct Workspace {
@@ -50,8 +51,8 @@ public:
         Workspace() { reset(packet.ray); }
     };
 
-    LobePaths(const RayScene& rays, const HitRadiance& light, const GBuffer& g, const View& view, const Shading& shading,
-              int bounces, std::uint64_t seed)
+    LobePaths(const RayScene& rays, const HitRadiance& light, const GBuffer& g, const View& view,
+              const Shading& shading, int bounces, std::uint64_t seed)
         : rays_(rays), light_(light), g_(g), camera_(view.camera), shading_(shading), bounces_(bounces), seed_(seed)
     {
     }
@@ -66,8 +67,8 @@ private:
     void add_emission(const LobePath& path, int lane, const HitSurface& hit, glm::vec3 throughput, float cone_width,
                       const Workspace& w) const;
     void add_sky(const LobePath& path, glm::vec3 throughput) const;
-    void go_on(const LobePath& path, const SurfacePoint& point, const HitLobes& lobes, glm::vec3 throughput, float length,
-               RandomStream& random, Workspace& w) const;
+    void go_on(const LobePath& path, const SurfacePoint& point, const HitLobes& lobes, glm::vec3 throughput,
+               float length, RandomStream& random, Workspace& w) const;
 
     const RayScene& rays_;
     const HitRadiance& light_;

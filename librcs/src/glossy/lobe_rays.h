@@ -12,9 +12,9 @@ namespace rcs {
 
 /// One ray along a pixel's lobe, and what came back.
 struct LobeRay {
-    glm::vec3 target{0.0f};    ///< where it hit, relative to the camera; or its direction if it hit nothing
-    float distance = 0.0f;     ///< [m]; +inf: nothing
-    float density = 0.0f;      ///< [1/sr]; 0: no ray
+    glm::vec3 target{0.0f};  ///< where it hit, relative to the camera; or its direction if it hit nothing
+    float distance = 0.0f;   ///< [m]; +inf: nothing
+    float density = 0.0f;    ///< [1/sr]; 0: no ray
     glm::vec3 radiance{0.0f};
 };
 static_assert(sizeof(LobeRay) == 32);
@@ -27,7 +27,9 @@ public:
     static constexpr int kKeptRows = kBand + 2 * kMostReach;
 
     RayRing(int width, int rays)
-        : width_(static_cast<std::size_t>(width)), rays_(static_cast<std::size_t>(rays)), ring_(width_ * kKeptRows * rays_)
+        : width_(static_cast<std::size_t>(width)),
+          rays_(static_cast<std::size_t>(rays)),
+          ring_(width_ * kKeptRows * rays_)
     {
     }
     std::size_t count() const { return rays_; }

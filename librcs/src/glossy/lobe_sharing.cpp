@@ -16,7 +16,7 @@ constexpr int kNeighbours = 16;
 
 /// Rays' light weighted by a lobe: the weighted mean, and how uncertain that is.
 struct WeightedLight {
-    glm::vec3 sum{0.0f}, total{0.0f};  // of weight times radiance, and of weights
+    glm::vec3 sum{0.0f}, total{0.0f};                              // of weight times radiance, and of weights
     float squares = 0.0f, products = 0.0f, square_weights = 0.0f;  // on luminance: (w L)^2, w L w, w^2
 
     void add(glm::vec3 weight, glm::vec3 radiance)
@@ -32,8 +32,7 @@ struct WeightedLight {
     float error_of_ratio() const
     {
         const float w = luminance(total);
-        if (!(w > 0.0f))
-            return 0.0f;
+        if (!(w > 0.0f)) return 0.0f;
         const float ratio = luminance(sum) / w;
         return std::sqrt(std::max(0.0f, squares - 2.0f * ratio * products + ratio * ratio * square_weights)) / w;
     }
@@ -52,8 +51,7 @@ float LobeSharing::mean_distance(std::size_t pixel, const RayRing& ring) const
     float inverse = 0.0f, count = 0.0f;
     const LobeRay* const own = ring.of(pixel);
     for (std::size_t n = 0; n < ring.count(); ++n) {
-        if (!(own[n].density > 0.0f))
-            continue;
+        if (!(own[n].density > 0.0f)) continue;
         inverse += 1.0f / own[n].distance;
         count += 1.0f;
     }
@@ -63,8 +61,7 @@ float LobeSharing::mean_distance(std::size_t pixel, const RayRing& ring) const
 /// Whether a neighbour lies on the same, about equally glossy surface: within the plane by the pixel's footprint.
 bool LobeSharing::may_share(std::size_t pixel, std::size_t neighbour) const
 {
-    if (!g_.covered(neighbour) || !has_traced_part(shading_.bsdf[neighbour]))
-        return false;
+    if (!g_.covered(neighbour) || !has_traced_part(shading_.bsdf[neighbour])) return false;
     const Bsdf &here = shading_.bsdf[pixel], &there = shading_.bsdf[neighbour];
     const glm::vec3 offset = g_.position(neighbour) - g_.position(pixel);
     return glm::dot(g_.geometric_normal[pixel], g_.geometric_normal[neighbour]) > 0.9f &&
@@ -82,8 +79,7 @@ LobeLight LobeSharing::share(std::size_t pixel, const RayRing& ring) const
         const LobeRay* const rays = ring.of(from);
         for (std::size_t n = 0; n < ring.count(); ++n) {
             const LobeRay& ray = rays[n];
-            if (!(ray.density > 0.0f))
-                continue;
+            if (!(ray.density > 0.0f)) continue;
             glm::vec3 incoming = ray.target;
             float density = ray.density;
             if (std::isfinite(ray.distance)) {
@@ -105,7 +101,7 @@ LobeLight LobeSharing::share(std::size_t pixel, const RayRing& ring) const
     if (reach >= 1.0f && !part.transmits()) {
         const int x = static_cast<int>(pixel % static_cast<std::size_t>(g_.width));
         const int y = static_cast<int>(pixel / static_cast<std::size_t>(g_.width));
-        const float turn = 2.0f * std::numbers::pi_v<float> * 
+        const float turn = 2.0f * std::numbers::pi_v<float> *
                            to_unit_float(static_cast<std::uint32_t>(mix64(lobe_key(seed_, pixel) + 77)));
         for (int n = 0; n < kNeighbours; ++n) {
             // Vogel's spiral: even over the disc.
@@ -113,12 +109,10 @@ LobeLight LobeSharing::share(std::size_t pixel, const RayRing& ring) const
             const float angle = turn + 2.3999632f * static_cast<float>(n);
             const int nx = x + static_cast<int>(std::lround(radius * std::cos(angle)));
             const int ny = y + static_cast<int>(std::lround(radius * std::sin(angle)));
-            if (nx < 0 || ny < 0 || nx >= g_.width || ny >= g_.height || (nx == x && ny == y))
-                continue;
+            if (nx < 0 || ny < 0 || nx >= g_.width || ny >= g_.height || (nx == x && ny == y)) continue;
             const std::size_t neighbour =
                 static_cast<std::size_t>(ny) * static_cast<std::size_t>(g_.width) + static_cast<std::size_t>(nx);
-            if (may_share(pixel, neighbour))
-                add(neighbour);
+            if (may_share(pixel, neighbour)) add(neighbour);
         }
     }
     if (part.transmits()) {

@@ -27,8 +27,11 @@ TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GB
     const LobeSharing sharing(gbuffer, view, shading, options.seed);
     RayRing ring(gbuffer.width, options.rays_per_pixel);
     std::vector<LobePaths::Workspace> workspaces(static_cast<std::size_t>(pool.size()));
-    TracedLight traced{std::vector<glm::vec3>(gbuffer.size(), glm::vec3(0.0f)), std::vector<float>(gbuffer.size(), 0.0f)};
-    const auto first_pixel = [&](int row) { return static_cast<std::size_t>(row) * static_cast<std::size_t>(gbuffer.width); };
+    TracedLight traced{std::vector<glm::vec3>(gbuffer.size(), glm::vec3(0.0f)),
+                       std::vector<float>(gbuffer.size(), 0.0f)};
+    const auto first_pixel = [&](int row) {
+        return static_cast<std::size_t>(row) * static_cast<std::size_t>(gbuffer.width);
+    };
     int rows_done = 0;
     for (int row = 0; row < gbuffer.height; row += RayRing::kBand) {
         const int last = std::min(row + RayRing::kBand, gbuffer.height);
@@ -41,8 +44,7 @@ TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GB
         const std::size_t start = first_pixel(row);
         pool.parallel_for(first_pixel(last) - start, 256, [&](std::size_t begin, std::size_t end, int) {
             for (std::size_t i = start + begin; i < start + end; ++i) {
-                if (!is_traced(i))
-                    continue;
+                if (!is_traced(i)) continue;
                 const LobeLight light_here = sharing.share(i, ring);
                 traced.radiance[i] = light_here.radiance;
                 traced.error[i] = light_here.error;

@@ -32,8 +32,9 @@ struct LobeOptions {
     std::uint64_t seed = 1;
 };
 
-/// Indirect light that narrow lobes reflect at every visible point: a few rays a pixel along the lobe (LobePaths), shared
-/// between neighbours (LobeSharing). Emission of what these rays meet first does not count: the direct light has it.
+/// Indirect light that narrow lobes reflect at every visible point: a few rays a pixel along the lobe (LobePaths),
+/// shared between neighbours (LobeSharing). Emission of what these rays meet first does not count: the direct light has
+/// it.
 TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GBuffer& gbuffer, const View& view,
                         const Shading& shading, const LobeOptions& options, ThreadPool& pool, GlossyStats& stats);
 

@@ -15,8 +15,8 @@ namespace rcs {
 struct DirectLightResult {
     std::vector<glm::vec3> irradiance;  ///< for diffuse reflection [W m^-2]
     std::vector<glm::vec3> glossy;      ///< radiance towards the viewer by specular lobe and coat; empty without BSDFs
-    std::vector<std::uint8_t> in_part;  ///< 1 where neighbours see a lamp with area or a peak in part, or lamps are drawn: an average
-                                        ///< over few rays; empty where all lamps are without size
+    std::vector<std::uint8_t> in_part;  ///< 1 where neighbours see a lamp with area or a peak in part, or lamps are
+                                        ///< drawn: an average over few rays; empty where all lamps are without size
 };
 
 /// @param view  of `gbuffer`: says where each point is seen from

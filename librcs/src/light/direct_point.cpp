@@ -21,10 +21,7 @@ constexpr float kSmallShare = 0.02f;
 // A highlight makes a lamp at most so many times more important than diffuse reflection by a white surface.
 constexpr float kMostHighlight = 4.0f;
 
-constexpr std::uint64_t bit_of_lamp(std::uint32_t number)
-{
-    return 1ull << number % 63u;
-}
+constexpr std::uint64_t bit_of_lamp(std::uint32_t number) { return 1ull << number % 63u; }
 constexpr std::uint64_t kBitOfPeaks = 1ull << 63;
 
 /// Point n of the rank-1 lattice of the plastic number (Roberts 2018), shifted.
@@ -42,9 +39,13 @@ DirectLight::DirectLight(const RayScene& rays, const DirectOptions& options)
 }
 
 DirectLight::DirectLight(const RayScene& rays, const DirectOptions& options, const EffectSet& effects)
-    : rays_(rays), options_(options), lights_(collect_lights(rays, effects)),
+    : rays_(rays),
+      options_(options),
+      lights_(collect_lights(rays, effects)),
       sky_(effects.has(Effect::environment_peaks) ? environment_of(rays) : black_environment()),
-      candidates_(lights_, lights_.triangles.size() <= kTriangleCandidates ? kTriangleCandidates : kTriangleCandidates / 2, false)
+      candidates_(lights_,
+                  lights_.triangles.size() <= kTriangleCandidates ? kTriangleCandidates : kTriangleCandidates / 2,
+                  false)
 {
 }
 
@@ -55,7 +56,8 @@ DirectLight::Lobes DirectLight::make_lobes(const Viewer& viewer) const
         return lobes;
     lobes.any = true;
     lobes.bsdf = *viewer.bsdf;
-    // What comes through from behind is found by rays, straight ones or those along the lobe; but punctual lamps by none.
+    // What comes through from behind is found by rays, straight ones or those along the lobe; but punctual lamps by
+    // none.
     lobes.transmission = viewer.bsdf->transmission;
     lobes.bsdf.transmission = glm::vec3(0.0f);
     lobes.outgoing = viewer.outgoing;
@@ -66,29 +68,25 @@ DirectLight::Lobes DirectLight::make_lobes(const Viewer& viewer) const
 glm::vec3 DirectLight::glossy(const Lobes& lobes, glm::vec3 to_light) const
 {
     const float cosine = glm::dot(lobes.bsdf.normal, to_light);
-    if (!(cosine > 0.0f) || !(glm::dot(lobes.bsdf.geometric_normal, to_light) > 0.0f))
-        return glm::vec3(0.0f);
+    if (!(cosine > 0.0f) || !(glm::dot(lobes.bsdf.geometric_normal, to_light) > 0.0f)) return glm::vec3(0.0f);
     return cosine * evaluate_glossy(lobes.bsdf, lobes.outgoing, to_light);
 }
 
-Lit DirectLight::at(const SurfacePoint& point, const Viewer& viewer, std::uint64_t key, Workspace& w, std::uint64_t mixed) const
+Lit DirectLight::at(const SurfacePoint& point, const Viewer& viewer, std::uint64_t key, Workspace& w,
+                    std::uint64_t mixed) const
 {
     Lit lit;
     Lobes lobes = make_lobes(viewer);
     w.sight = {};
     add_punctual(point, lobes, w, lit);
-    if (lights_.triangles.empty() && !sky_.has_peaks())
-        return lit;
+    if (lights_.triangles.empty() && !sky_.has_peaks()) return lit;
     RandomStream random(key);
     w.lamps.clear();
-    if (!lights_.triangles.empty())
-        find_lamps(point, lobes, random, w);
+    if (!lights_.triangles.empty()) find_lamps(point, lobes, random, w);
     choose_samples(point, w, lobes);
     add_triangles(point, lobes, random, key, mixed, w, lit);
-    if (sky_.has_peaks())
-        add_peaks(point, lobes, key, mixed, w, lit);
-    if (lobes.samples > 0)
-        add_lobe_rays(point, lobes, key, w, lit);
+    if (sky_.has_peaks()) add_peaks(point, lobes, key, mixed, w, lit);
+    if (lobes.samples > 0) add_lobe_rays(point, lobes, key, w, lit);
     return lit;
 }
 
@@ -98,13 +96,11 @@ void DirectLight::add_punctual(const SurfacePoint& point, const Lobes& lobes, Wo
         const PunctualSample s = sample_punctual(light, point.position);
         const float cosine = glm::dot(point.shading_normal, s.to_light);
         const bool is_behind = cosine <= 0.0f || glm::dot(point.geometric_normal, s.to_light) <= 0.0f;
-        if ((is_behind && lobes.transmission == glm::vec3(0.0f)) || luminance(s.irradiance) <= 0.0f)
-            continue;
+        if ((is_behind && lobes.transmission == glm::vec3(0.0f)) || luminance(s.irradiance) <= 0.0f) continue;
         ++w.rays;
         tally(Count::punctual_rays);
         const Ray ray = shadow_ray_from(point, s.to_light, s.distance);
-        if (!rays_.has_transparency() && occluded(rays_, ray))
-            continue;
+        if (!rays_.has_transparency() && occluded(rays_, ray)) continue;
         const glm::vec3 arriving = rays_.has_transparency() ? s.irradiance * transmittance(rays_, ray) : s.irradiance;
         if (is_behind) {
             Bsdf pane = lobes.bsdf;
@@ -113,8 +109,7 @@ void DirectLight::add_punctual(const SurfacePoint& point, const Lobes& lobes, Wo
             continue;
         }
         lit.irradiance += cosine * arriving;
-        if (lobes.any)
-            lit.glossy += arriving * glossy(lobes, s.to_light);
+        if (lobes.any) lit.glossy += arriving * glossy(lobes, s.to_light);
     }
 }
 
@@ -126,12 +121,10 @@ void DirectLight::find_lamps(const SurfacePoint& point, const Lobes& lobes, Rand
         const std::uint32_t t = candidate.lamp - static_cast<std::uint32_t>(lights_.punctual.size());
         const EmissiveTriangle& triangle = lights_.triangles[t];
         std::array<glm::vec3, 3> corner;
-        for (std::size_t i = 0; i < 3; ++i)
-            corner[i] = triangle.corner[i] - point.position;
+        for (std::size_t i = 0; i < 3; ++i) corner[i] = triangle.corner[i] - point.position;
         const float behind = glm::dot(triangle.normal, corner[0]);
         // A point on the lamp, or on its plane: by rounding it would seem to lie just below all of it.
-        if (std::abs(behind) <= 2.0f * point.position_error || (behind > 0.0f && !triangle.double_sided))
-            continue;
+        if (std::abs(behind) <= 2.0f * point.position_error || (behind > 0.0f && !triangle.double_sided)) continue;
         // Only the part above the horizon: sampling the rest would be in vain.
         glm::vec3 polygon[4];
         const int corners = clip_to_horizon(corner.data(), 3, point.shading_normal, polygon);
@@ -144,13 +137,13 @@ void DirectLight::find_lamps(const SurfacePoint& point, const Lobes& lobes, Rand
             const float factor = polygon_irradiance_factor(lamp.corner.data(), 3, point.shading_normal);
             lamp.irradiance = candidate.multiplicity * factor * triangle.radiance;
             lamp.importance = luminance(lamp.irradiance);
-            if (!(factor > 0.0f && lamp.importance > 0.0f))
-                continue;
+            if (!(factor > 0.0f && lamp.importance > 0.0f)) continue;
             // Highlights of all lamps take as long as the rays that a few picks save.
             if (lobes.any && options_.lamp_picks == 0) {
                 const glm::vec3 centre = lamp.corner[0] + lamp.corner[1] + lamp.corner[2];
                 const float cosine = glm::dot(lobes.bsdf.normal, glm::normalize(centre));
-                const float highlight = cosine > 0.0f ? luminance(glossy(lobes, glm::normalize(centre))) / cosine : 0.0f;
+                const float highlight =
+                    cosine > 0.0f ? luminance(glossy(lobes, glm::normalize(centre))) / cosine : 0.0f;
                 lamp.importance *= lobes.diffuse + std::min(highlight, kMostHighlight * kInversePi) + 0.01f;
             }
             w.lamps.push_back(lamp);
@@ -177,22 +170,18 @@ void DirectLight::shoot(const SurfacePoint& point, const Lobes& lobes, LampView&
         const glm::vec2 u = lattice(lamp.samples + i, shift1, shift2);
         const TriangleSample s = sample(spherical, u.x, u.y);
         const float distance = glm::length(s.position);
-        if (!(distance > 0.0f))
-            continue;
+        if (!(distance > 0.0f)) continue;
         const glm::vec3 to_light = s.position / distance;
         const float weight = s.inverse_density * std::max(0.0f, glm::dot(point.shading_normal, to_light));
-        if (!(weight > 0.0f))
-            continue;
+        if (!(weight > 0.0f)) continue;
         lamp.possible += weight;
-        if (glm::dot(point.geometric_normal, to_light) <= 0.0f)
-            continue;
+        if (glm::dot(point.geometric_normal, to_light) <= 0.0f) continue;
         w.shadow.add(shadow_ray_from(point, to_light, distance));
         w.weight.push_back(weight);
-        const glm::vec3 radiance = triangle.varied ? radiance_at(rays_, triangle, point.position + s.position) : triangle.radiance;
-        if (triangle.varied)
-            w.radiance.push_back(radiance);
-        if (!lobes.any)
-            continue;
+        const glm::vec3 radiance =
+            triangle.varied ? radiance_at(rays_, triangle, point.position + s.position) : triangle.radiance;
+        if (triangle.varied) w.radiance.push_back(radiance);
+        if (!lobes.any) continue;
         glm::vec3 g = lamp.scale * s.inverse_density * radiance * glossy(lobes, to_light);
         if (lobes.samples > 0)
             g *= power_heuristic(towards, lobes.counted * glossy_density(lobes.bsdf, lobes.outgoing, to_light));
@@ -202,13 +191,11 @@ void DirectLight::shoot(const SurfacePoint& point, const Lobes& lobes, LampView&
     w.rays += w.shadow.size();
     tally(Count::area_rays, w.shadow.size());
     for (std::size_t i = 0; i < w.shadow.size(); ++i) {
-        if (!w.shadow.is_free(i))
-            continue;
+        if (!w.shadow.is_free(i)) continue;
         const glm::vec3 arrives = w.shadow.transmittance(i);
         lamp.free += w.weight[i];
         lamp.seen += static_cast<double>(w.weight[i]) * glm::dvec3(triangle.varied ? arrives * w.radiance[i] : arrives);
-        if (lobes.any)
-            lamp.glossy += glm::dvec3(arrives * w.glossy[i]);
+        if (lobes.any) lamp.glossy += glm::dvec3(arrives * w.glossy[i]);
     }
     lamp.samples += samples;
 }
@@ -219,8 +206,7 @@ namespace {
 void pick(std::size_t first, int picks, RandomStream& random, std::vector<DirectLight::LampView>& lamps)
 {
     float rest = 0.0f;
-    for (std::size_t k = first; k < lamps.size(); ++k)
-        rest += lamps[k].importance;
+    for (std::size_t k = first; k < lamps.size(); ++k) rest += lamps[k].importance;
     const float step = rest / static_cast<float>(picks);
     float target = random.next() * step;  // from the lamp looked at
     std::size_t kept = first;
@@ -246,10 +232,8 @@ void pick_of_dim_lamps(float total, RandomStream& random, std::vector<DirectLigh
 {
     std::size_t own = lamps.size();
     float rest = 0.0f;
-    while (own > 0 && rest + lamps[own - 1].importance < kSmallShare * total)
-        rest += lamps[--own].importance;
-    if (own < lamps.size())
-        pick(own, 1, random, lamps);
+    while (own > 0 && rest + lamps[own - 1].importance < kSmallShare * total) rest += lamps[--own].importance;
+    if (own < lamps.size()) pick(own, 1, random, lamps);
 }
 
 }  // namespace
@@ -259,24 +243,22 @@ void DirectLight::pick_lamps(float total, RandomStream& random, std::vector<Lamp
 {
     int picks = options_.lamp_picks;
     std::size_t own = 0;
-    for (float rest = total; own < lamps.size() && picks > 1 && lamps[own].importance * static_cast<float>(picks) >= rest; ++own) {
+    for (float rest = total;
+         own < lamps.size() && picks > 1 && lamps[own].importance * static_cast<float>(picks) >= rest; ++own) {
         rest -= lamps[own].importance;
         --picks;
     }
-    if (own < lamps.size())
-        pick(own, picks, random, lamps);
+    if (own < lamps.size()) pick(own, picks, random, lamps);
 }
 
-/// No noise where a lamp is wholly seen or wholly hidden; more rays where it may be neither. Were that for the point's own
-/// few rays to decide, a lamp of which a tenth is seen would often count as hidden.
+/// No noise where a lamp is wholly seen or wholly hidden; more rays where it may be neither. Were that for the point's
+/// own few rays to decide, a lamp of which a tenth is seen would often count as hidden.
 void DirectLight::add_triangles(const SurfacePoint& point, const Lobes& lobes, RandomStream& random, std::uint64_t key,
                                 std::uint64_t mixed, Workspace& w, Lit& lit) const
 {
     float total = 0.0f;
-    for (const LampView& lamp : w.lamps)
-        total += lamp.importance;
-    if (!(total > 0.0f))
-        return;
+    for (const LampView& lamp : w.lamps) total += lamp.importance;
+    if (!(total > 0.0f)) return;
 
     // Bright lamps first; the dim rest shares one sample, picked in proportion to what it would send.
     std::stable_sort(w.lamps.begin(), w.lamps.end(),
@@ -290,7 +272,8 @@ void DirectLight::add_triangles(const SurfacePoint& point, const Lobes& lobes, R
         const float share = lamp.importance / total;
         const int picks = options_.lamp_picks;
         const auto count = [&](int samples) {
-            return picks > 0 ? (samples + picks - 1) / picks : static_cast<int>(std::ceil(static_cast<float>(samples) * share));
+            return picks > 0 ? (samples + picks - 1) / picks
+                             : static_cast<int>(std::ceil(static_cast<float>(samples) * share));
         };
         shoot(point, lobes, lamp, count(options_.area_samples), key, w);
         const bool has_free = lamp.free > 0.0, has_hidden = lamp.free < lamp.possible * (1.0 - 1e-6);
@@ -311,8 +294,7 @@ void DirectLight::add_triangles(const SurfacePoint& point, const Lobes& lobes, R
 void DirectLight::add_peaks(const SurfacePoint& point, const Lobes& lobes, std::uint64_t key, std::uint64_t mixed,
                             Workspace& w, Lit& lit) const
 {
-    if (!(sky_.peak_estimate(point.shading_normal) > 0.0f))
-        return;
+    if (!(sky_.peak_estimate(point.shading_normal) > 0.0f)) return;
     RandomStream random(mix64(key ^ 0xffffffffull << 32));
     const float shift1 = random.next();
     const float shift2 = random.next();
@@ -329,8 +311,7 @@ void DirectLight::add_peaks(const SurfacePoint& point, const Lobes& lobes, std::
                 continue;
             w.shadow.add(ray_from(point, s.direction));
             w.radiance.push_back(cosine / s.density * s.radiance);
-            if (!lobes.any)
-                continue;
+            if (!lobes.any) continue;
             glm::vec3 g = s.radiance * glossy(lobes, s.direction) / s.density;
             if (lobes.samples > 0) {
                 const float towards = static_cast<float>(options_.area_samples) * s.density;
@@ -344,19 +325,16 @@ void DirectLight::add_peaks(const SurfacePoint& point, const Lobes& lobes, std::
         tally(Count::peak_rays, w.shadow.size());
         std::size_t free = 0;
         for (std::size_t i = 0; i < w.shadow.size(); ++i) {
-            if (!w.shadow.is_free(i))
-                continue;
+            if (!w.shadow.is_free(i)) continue;
             ++free;
             irradiance += glm::dvec3(w.shadow.transmittance(i) * w.radiance[i]);
-            if (lobes.any)
-                highlight += glm::dvec3(w.shadow.transmittance(i) * w.glossy[i]);
+            if (lobes.any) highlight += glm::dvec3(w.shadow.transmittance(i) * w.glossy[i]);
         }
         w.sight.free |= free > 0 ? kBitOfPeaks : 0u;
         w.sight.hidden |= free < w.shadow.size() ? kBitOfPeaks : 0u;
     };
     shoot_peaks(options_.area_samples);
-    if ((mixed & kBitOfPeaks) != 0u)
-        shoot_peaks(options_.penumbra_samples);
+    if ((mixed & kBitOfPeaks) != 0u) shoot_peaks(options_.penumbra_samples);
     lit.irradiance += glm::vec3(irradiance / static_cast<double>(samples));
     lit.glossy += glm::vec3(highlight / static_cast<double>(samples));
 }

@@ -24,8 +24,8 @@ struct Lit {
     glm::vec3 glossy{0.0f};
 };
 
-/// Which lamps a point finds free and which hidden, in part or wholly, by the shadow rays that it has shot; of many lamps
-/// several share a bit.
+/// Which lamps a point finds free and which hidden, in part or wholly, by the shadow rays that it has shot; of many
+/// lamps several share a bit.
 struct LampSight {
     std::uint64_t free = 0, hidden = 0;
 
@@ -52,9 +52,9 @@ public:
         std::array<glm::vec3, 3> corner;  // relative to the point
         std::uint32_t triangle;           // index into Lights::triangles
         std::uint32_t number;             // of its random stream
-        glm::vec3 irradiance;  // if nothing stood between, exact (Lambert's formula)
+        glm::vec3 irradiance;             // if nothing stood between, exact (Lambert's formula)
         float importance;
-        float scale;           // how many lamps it stands for
+        float scale;  // how many lamps it stands for
         int samples = 0;
         double free = 0.0, possible = 0.0;  // sums of cosine-weighted samples: that arrive at all, and all there are
         glm::dvec3 seen{0.0};               // what arrives of them, each channel; times the radiance if that varies
@@ -65,7 +65,7 @@ public:
         std::array<LampCandidate, kTriangleCandidates> candidates;
         std::vector<LampView> lamps;
         ShadowBatch shadow;
-        std::vector<float> weight;               // of each shadow ray
+        std::vector<float> weight;                // of each shadow ray
         std::vector<glm::vec3> radiance, glossy;  // it brings: if radiance varies, and by the glossy lobes
         HitPacket packet;
         LampSight sight;  // of the last point
@@ -77,13 +77,14 @@ public:
     DirectLight(const RayScene& rays, const DirectOptions& options);
 
     /// @param mixed  lamps (bits as of LampSight) that may be hidden in part, and get more shadow rays
-    Lit at(const SurfacePoint& point, const Viewer& viewer, std::uint64_t key, Workspace& w, std::uint64_t mixed = ~0ull) const;
+    Lit at(const SurfacePoint& point, const Viewer& viewer, std::uint64_t key, Workspace& w,
+           std::uint64_t mixed = ~0ull) const;
 
     /// Whether rays stand for more than themselves: only lamps without size need no average.
     bool averages() const { return !lights_.triangles.empty() || sky_.has_peaks(); }
 
-    /// Whether `mixed` counts for anything. Of many lamps few are drawn, others at each point: of these it is told by their own
-    /// rays. Where lamps are picked there is no time for it.
+    /// Whether `mixed` counts for anything. Of many lamps few are drawn, others at each point: of these it is told by
+    /// their own rays. Where lamps are picked there is no time for it.
     bool takes_mixed() const
     {
         return options_.lamp_picks == 0 && ((!lights_.triangles.empty() && !candidates_.draws()) || sky_.has_peaks());
@@ -97,9 +98,9 @@ private:
         Bsdf bsdf;  // without transmission
         glm::vec3 transmission{0.0f};
         glm::vec3 outgoing{0.0f};
-        float diffuse = 0.0f;       // luminance of the diffuse albedo over pi
-        int samples = 0;            // rays along the lobes
-        float counted = 0.0f;       // as how many the heuristic counts them
+        float diffuse = 0.0f;         // luminance of the diffuse albedo over pi
+        int samples = 0;              // rays along the lobes
+        float counted = 0.0f;         // as how many the heuristic counts them
         float total_estimate = 0.0f;  // of all triangles; set where there are samples
         bool any = false;
     };
@@ -117,8 +118,10 @@ private:
 
     void pick_lamps(float total, RandomStream& random, std::vector<LampView>& lamps) const;
     void find_lamps(const SurfacePoint& point, const Lobes& lobes, RandomStream& random, Workspace& w) const;
-    void shoot(const SurfacePoint& point, const Lobes& lobes, LampView& lamp, int samples, std::uint64_t key, Workspace& w) const;
-    glm::vec3 light_along(const SurfacePoint& point, const Lobes& lobes, const HitPacket& packet, int lane, float& lamp_density) const;
+    void shoot(const SurfacePoint& point, const Lobes& lobes, LampView& lamp, int samples, std::uint64_t key,
+               Workspace& w) const;
+    glm::vec3 light_along(const SurfacePoint& point, const Lobes& lobes, const HitPacket& packet, int lane,
+                          float& lamp_density) const;
     bool may_meet_lamp(const SurfacePoint& point, glm::vec3 direction) const;
 
     // Shadow rays per steradian in a direction, as the heuristic counts them: a function of point and lamp

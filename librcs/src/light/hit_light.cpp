@@ -38,13 +38,13 @@ float cosine_if_lit(const SurfacePoint& point, glm::vec3 to_light)
 
 HitLights::HitLights(const Lights& lights)
     : lights_(lights),
-      candidates_(lights_, lights_.punctual.size() + lights_.triangles.size() <= kCandidates ? kCandidates : kTreeCandidates, true),
+      candidates_(lights_,
+                  lights_.punctual.size() + lights_.triangles.size() <= kCandidates ? kCandidates : kTreeCandidates,
+                  true),
       any_(!lights_.punctual.empty() || !lights_.triangles.empty() || lights_.has_peaks())
 {
-    for (const PunctualLamp& lamp : lights_.punctual)
-        add(lamp);
-    for (const EmissiveTriangle& triangle : lights_.triangles)
-        add(triangle);
+    for (const PunctualLamp& lamp : lights_.punctual) add(lamp);
+    for (const EmissiveTriangle& triangle : lights_.triangles) add(triangle);
     if (lights_.punctual.size() == 1 && lights_.triangles.empty() && !lights_.has_peaks() &&
         lights_.punctual[0].kind == LightKind::directional)
         only_direction_ = glm::vec3(-lights_.punctual[0].direction);
@@ -65,7 +65,8 @@ void HitLights::add(const PunctualLamp& lamp)
     punctual_.inverse_range.push_back(sun ? 0.0f : 1.0f / lamp.range);
     // A little wider than the cone: rounding must not make impossible what can happen.
     punctual_.cos_outer.push_back(spot ? static_cast<float>(lamp.cos_outer - 1e-5) : -2.0f);
-    punctual_.inverse_cone.push_back(spot ? static_cast<float>(1.0 / std::max(0.001, lamp.cos_inner - lamp.cos_outer)) : 1.0f);
+    punctual_.inverse_cone.push_back(spot ? static_cast<float>(1.0 / std::max(0.001, lamp.cos_inner - lamp.cos_outer))
+                                          : 1.0f);
     punctual_.is_sun.push_back(sun ? 1.0f : 0.0f);
 }
 
@@ -73,8 +74,7 @@ void HitLights::add(const EmissiveTriangle& triangle)
 {
     const glm::vec3 centre = (triangle.corner[0] + triangle.corner[1] + triangle.corner[2]) / 3.0f;
     float radius = 0.0f;
-    for (const glm::vec3& corner : triangle.corner)
-        radius = std::max(radius, glm::distance(centre, corner));
+    for (const glm::vec3& corner : triangle.corner) radius = std::max(radius, glm::distance(centre, corner));
     triangles_.power.push_back(luminance(triangle.radiance) * triangle.area);
     triangles_.x.push_back(centre.x);
     triangles_.y.push_back(centre.y);
@@ -133,18 +133,15 @@ void HitLights::estimate_all(const SurfacePoint& point, float* estimates) const
 {
     const glm::vec3 p = point.position, n = point.shading_normal;
     const std::size_t punctual = lights_.punctual.size(), triangles = lights_.triangles.size();
-    for (std::size_t i = 0; i < punctual; ++i)
-        estimates[i] = estimate_punctual(i, p, n);
-    for (std::size_t i = 0; i < triangles; ++i)
-        estimates[punctual + i] = estimate_triangle(i, p, n);
+    for (std::size_t i = 0; i < punctual; ++i) estimates[i] = estimate_punctual(i, p, n);
+    for (std::size_t i = 0; i < triangles; ++i) estimates[punctual + i] = estimate_triangle(i, p, n);
 }
 
 HitLights::Sample HitLights::sample_triangle(const EmissiveTriangle& triangle, const SurfacePoint& point,
                                              RandomStream& random) const
 {
     glm::vec3 corners[3];
-    for (int i = 0; i < 3; ++i)
-        corners[i] = triangle.corner[i] - point.position;
+    for (int i = 0; i < 3; ++i) corners[i] = triangle.corner[i] - point.position;
     const float u1 = random.next();
     const float u2 = random.next();
     if (std::abs(glm::dot(triangle.normal, corners[0])) <= 2.0f * point.position_error)
@@ -161,8 +158,7 @@ HitLights::Sample HitLights::sample_triangle(const EmissiveTriangle& triangle, c
     }
     Sample result;
     result.distance = glm::length(s.position);
-    if (!(result.distance > 0.0f))
-        return result;
+    if (!(result.distance > 0.0f)) return result;
     result.to_light = s.position / result.distance;
     const bool front = glm::dot(triangle.normal, result.to_light) < 0.0f;
     if (front || triangle.double_sided)
@@ -175,8 +171,7 @@ HitLights::Sample HitLights::sample_peaks(const SurfacePoint& point, RandomStrea
 {
     const float u = random.next();
     const Environment::Sample s = lights_.sky->sample_peak({u, random.next()});
-    if (!(s.density > 0.0f))
-        return {};
+    if (!(s.density > 0.0f)) return {};
     return {s.radiance * (cosine_if_lit(point, s.direction) / s.density), s.direction,
             std::numeric_limits<float>::infinity(), peaks_lamp()};
 }
@@ -195,16 +190,16 @@ HitLights::Sample HitLights::sample_lamp(std::uint32_t lamp, const SurfacePoint&
 float HitLights::density(const SurfacePoint& point, std::uint32_t lamp, glm::vec3 direction) const
 {
     const std::size_t punctual = lights_.punctual.size();
-    if (lamp < punctual)
-        return 0.0f;
-    if (lamp == peaks_lamp())
-        return lights_.sky->peak_density(direction);
+    if (lamp < punctual) return 0.0f;
+    if (lamp == peaks_lamp()) return lights_.sky->peak_density(direction);
     const std::uint32_t index = lamp - static_cast<std::uint32_t>(punctual);
     const float total = lights_.tree->estimate(point.position, point.shading_normal, LightTree::kMostParts);
     const float estimate = lights_.tree->estimate(index, point.position, point.shading_normal);
     const EmissiveTriangle& t = lights_.triangles[index];
-    const glm::vec3 corners[3] = {t.corner[0] - point.position, t.corner[1] - point.position, t.corner[2] - point.position};
-    const float solid_angle = std::max(static_cast<float>(make_spherical_triangle(corners).solid_angle), kLeastSolidAngle);
+    const glm::vec3 corners[3] = {t.corner[0] - point.position, t.corner[1] - point.position,
+                                  t.corner[2] - point.position};
+    const float solid_angle =
+        std::max(static_cast<float>(make_spherical_triangle(corners).solid_angle), kLeastSolidAngle);
     return total > 0.0f ? std::min(estimate / total, 1.0f) / solid_angle : 0.0f;
 }
 
@@ -212,14 +207,13 @@ HitLights::Sample HitLights::sample(const SurfacePoint& point, RandomStream& ran
 {
     const bool has_peaks = lights_.has_peaks();
     const std::size_t lamps = lights_.punctual.size() + lights_.triangles.size();
-    if (lamps == 0)
-        return has_peaks ? sample_peaks(point, random) : Sample{};
-    if (lamps == 1 && !has_peaks)
-        return sample_lamp(0, point, random);
+    if (lamps == 0) return has_peaks ? sample_peaks(point, random) : Sample{};
+    if (lamps == 1 && !has_peaks) return sample_lamp(0, point, random);
     std::array<LampCandidate, kCandidates + 1> candidates;
     std::array<float, kCandidates + 1> estimates;
-    std::size_t count = candidates_.draw(point.position, point.shading_normal, candidates_.draws() ? random.next() : 0.0f,
-                                         std::span(candidates).first(kCandidates));
+    std::size_t count =
+        candidates_.draw(point.position, point.shading_normal, candidates_.draws() ? random.next() : 0.0f,
+                         std::span(candidates).first(kCandidates));
     if (candidates_.draws()) {
         for (std::size_t i = 0; i < count; ++i)
             estimates[i] = candidates[i].multiplicity * estimate(candidates[i].lamp, point);
@@ -232,21 +226,18 @@ HitLights::Sample HitLights::sample(const SurfacePoint& point, RandomStream& ran
         candidates[count++] = {peaks, 1.0f};
     }
     float sum = 0.0f;
-    for (std::size_t i = 0; i < count; ++i)
-        sum += estimates[i];
-    if (!(sum > 0.0f))
-        return {};
+    for (std::size_t i = 0; i < count; ++i) sum += estimates[i];
+    if (!(sum > 0.0f)) return {};
     std::size_t chosen = 0;
     float rest = random.next() * sum;
     for (std::size_t i = 0; i < count; ++i) {
-        if (estimates[i] <= 0.0f)
-            continue;
+        if (estimates[i] <= 0.0f) continue;
         chosen = i;
         rest -= estimates[i];
-        if (rest < 0.0f)
-            break;
+        if (rest < 0.0f) break;
     }
-    Sample result = candidates[chosen].lamp == peaks ? sample_peaks(point, random) : sample_lamp(candidates[chosen].lamp, point, random);
+    Sample result = candidates[chosen].lamp == peaks ? sample_peaks(point, random)
+                                                     : sample_lamp(candidates[chosen].lamp, point, random);
     result.irradiance *= candidates[chosen].multiplicity * sum / estimates[chosen];
     return result;
 }

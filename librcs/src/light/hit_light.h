@@ -30,10 +30,13 @@ public:
     };
     Sample sample(const SurfacePoint& point, RandomStream& random) const;
 
-    /// About how often sample() finds light of this lamp from a direction, if it is not the only way to find it [1/sr]; 0:
-    /// a punctual lamp, which no ray can find. Not exact, but the same wherever it is asked for the same.
+    /// About how often sample() finds light of this lamp from a direction, if it is not the only way to find it [1/sr];
+    /// 0: a punctual lamp, which no ray can find. Not exact, but the same wherever it is asked for the same.
     float density(const SurfacePoint& point, std::uint32_t lamp, glm::vec3 direction) const;
-    std::uint32_t triangle_lamp(std::uint32_t triangle) const { return static_cast<std::uint32_t>(lights_.punctual.size()) + triangle; }
+    std::uint32_t triangle_lamp(std::uint32_t triangle) const
+    {
+        return static_cast<std::uint32_t>(lights_.punctual.size()) + triangle;
+    }
     std::uint32_t peaks_lamp() const { return triangle_lamp(static_cast<std::uint32_t>(lights_.triangles.size())); }
 
     /// False only if no lamp reaches the side of a surface that this unit normal looks to: quick.
@@ -45,10 +48,10 @@ public:
 private:
     /// Punctual lamps, component by component, so that looking at all of them vectorises.
     struct PunctualEstimates {
-        std::vector<float> luminance, x, y, z;       // position [m], or the direction to a sun
-        std::vector<float> axis_x, axis_y, axis_z;   // unit, the way a spot points
+        std::vector<float> luminance, x, y, z;                      // position [m], or the direction to a sun
+        std::vector<float> axis_x, axis_y, axis_z;                  // unit, the way a spot points
         std::vector<float> inverse_range, cos_outer, inverse_cone;  // 0, -2, 1: no limit
-        std::vector<float> is_sun;                   // 1 or 0
+        std::vector<float> is_sun;                                  // 1 or 0
     };
     /// Emissive triangles by their bounding spheres.
     struct TriangleEstimates {

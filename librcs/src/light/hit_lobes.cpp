@@ -68,11 +68,9 @@ glm::vec3 HitLobes::evaluate(glm::vec3 incoming, float density) const
 {
     glm::vec3 sum = std::numbers::inv_pi_v<float> * diffuse_;
     for (const Part* part : {&specular_, &coat_}) {
-        if (!part->present)
-            continue;
+        if (!part->present) continue;
         const float share = density > 0.0f ? part->share : 0.0f;
-        if (share < 1.0f)
-            sum += (1.0f - share) * part->left * evaluate_glossy(part->wide, outgoing_, incoming);
+        if (share < 1.0f) sum += (1.0f - share) * part->left * evaluate_glossy(part->wide, outgoing_, incoming);
         if (share > 0.0f)
             sum += share * power_heuristic(density, glossy_density(part->exact, outgoing_, incoming)) * part->left *
                    evaluate_glossy(part->exact, outgoing_, incoming);
@@ -92,18 +90,18 @@ glm::vec3 HitLobes::albedo() const
 /// What its rays bring of a light that is the same from everywhere.
 glm::vec3 HitLobes::ray_albedo(const Part& part) const
 {
-    return part.present && part.share > 0.0f ? part.share * part.left * specular_albedo(part.exact, cosine_) : glm::vec3(0.0f);
+    return part.present && part.share > 0.0f ? part.share * part.left * specular_albedo(part.exact, cosine_)
+                                             : glm::vec3(0.0f);
 }
 
 HitLobes::Onward HitLobes::sample(glm::vec3 throughput, RandomStream& random) const
 {
-    const float by_specular = luminance(throughput * ray_albedo(specular_)), by_coat = luminance(throughput * ray_albedo(coat_));
+    const float by_specular = luminance(throughput * ray_albedo(specular_)),
+                by_coat = luminance(throughput * ray_albedo(coat_));
     const float sum = by_specular + by_coat;
-    if (!(sum > 0.0f))
-        return {};
+    if (!(sum > 0.0f)) return {};
     const float choice = random.next() * sum, goes_on = std::min(sum / kSurelyOn, 1.0f);
-    if (random.next() >= goes_on)
-        return {};
+    if (random.next() >= goes_on) return {};
     const bool is_specular = choice < by_specular;
     const Part& part = is_specular ? specular_ : coat_;
     const float u = random.next();
@@ -116,7 +114,8 @@ bool has_narrow_lobes(const Scene& scene)
 {
     return std::any_of(scene.materials.begin(), scene.materials.end(), [](const Material& m) {
         // Textures can only make a surface smoother than its factor says.
-        return !is_lambertian(m) && (m.clearcoat > 0.0f || m.metallic_roughness_texture.used() || m.roughness * m.roughness < kNoRays);
+        return !is_lambertian(m) &&
+               (m.clearcoat > 0.0f || m.metallic_roughness_texture.used() || m.roughness * m.roughness < kNoRays);
     });
 }
 

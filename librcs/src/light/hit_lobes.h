@@ -8,11 +8,11 @@
 
 namespace rcs {
 
-/// How a surface that was met along narrow lobes reflects. Its own narrow lobes go on as rays, which find by themselves what
-/// shines and what else there is. The wider the lobes are through which the surface is seen, the more of its light comes by
-/// evaluating them, widened, for lamps and sky, and from the light cache as if they were diffuse: a few rays through wide lobes
-/// would see small lamps in mirrors as single bright dots (path space regularisation: Kaplanyan and Dachsbacher 2013).
-/// Both ways give the same light, so one can give way to the other by degrees.
+/// How a surface that was met along narrow lobes reflects. Its own narrow lobes go on as rays, which find by themselves
+/// what shines and what else there is. The wider the lobes are through which the surface is seen, the more of its light
+/// comes by evaluating them, widened, for lamps and sky, and from the light cache as if they were diffuse: a few rays
+/// through wide lobes would see small lamps in mirrors as single bright dots (path space regularisation: Kaplanyan and
+/// Dachsbacher 2013). Both ways give the same light, so one can give way to the other by degrees.
 class HitLobes {
 public:
     /// @param bsdf  of the surface; what it transmits is left to rays that go straight on
@@ -39,9 +39,9 @@ private:
     /// The specular lobe or the coat, alone.
     struct Part {
         Bsdf exact, wide;
-        float share = 0.0f;      // of its light that rays bring
-        glm::vec3 left{1.0f};    // of the light by the layers above
-        float width = 0.0f;      // with the lobes so far
+        float share = 0.0f;    // of its light that rays bring
+        glm::vec3 left{1.0f};  // of the light by the layers above
+        float width = 0.0f;    // with the lobes so far
         bool present = false;
     };
     Part make_part(const Bsdf& alone, float width) const;

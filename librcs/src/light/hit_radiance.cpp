@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "material/surface_material.h"
-#include "records/hemisphere.h"
 #include "rays/ray_scene_impl.h"
+#include "records/hemisphere.h"
 #include "scene/texture.h"
 #include "util/color.h"
 
@@ -53,13 +53,18 @@ Bsdf plain_lobe(const Material& m)
 }  // namespace
 
 HitRadiance::HitRadiance(const RayScene& rays, const LightCache* cache, const EffectSet& effects)
-    : rays_(rays), scene_(rays.scene()), cache_(cache), lights_(collect_lights(rays, effects)),
+    : rays_(rays),
+      scene_(rays.scene()),
+      cache_(cache),
+      lights_(collect_lights(rays, effects)),
       sky_(effects.has(Effect::environment) ? scene_.sky_radiance : glm::vec3(0.0f)),
       environment_(effects.has(Effect::environment) ? environment_of(rays) : black_environment()),
-      has_sky_(effects.has(Effect::environment)), has_textures_(effects.has(Effect::hit_textures))
+      has_sky_(effects.has(Effect::environment)),
+      has_textures_(effects.has(Effect::hit_textures))
 {
     for (const RayInstance& instance : rays.impl().instances)
-        plain_.push_back(rcs::is_plain(scene_.materials[static_cast<std::size_t>(instance.material)], *instance.mesh, instance.simulated));
+        plain_.push_back(rcs::is_plain(scene_.materials[static_cast<std::size_t>(instance.material)], *instance.mesh,
+                                       instance.simulated));
     for (const Material& material : scene_.materials) {
         lobe_.push_back(plain_lobe(material));
         glm::vec3& color = mean_color_.emplace_back(material.base_color);
@@ -74,9 +79,9 @@ MaterialValues HitRadiance::values(const HitPacket& packet, int lane, const HitS
 {
     const Hit at{packet.ray.t_max[lane], packet.u[lane], packet.v[lane], packet.instance(lane), packet.primitive[lane]};
     const float width = hit.uv_per_length * cone_width;
-    if (has_textures_)
-        tally(Count::hit_textures);
-    return material_at(rays_, at, hit.point, -ray_direction(packet.ray, lane), {{width, 0.0f}, {0.0f, width}, !has_textures_});
+    if (has_textures_) tally(Count::hit_textures);
+    return material_at(rays_, at, hit.point, -ray_direction(packet.ray, lane),
+                       {{width, 0.0f}, {0.0f, width}, !has_textures_});
 }
 
 bool HitRadiance::may_find_light(glm::vec3 origin, glm::vec3 unit_direction) const
@@ -96,7 +101,9 @@ glm::vec3 HitRadiance::emission(const HitPacket& packet, int lane, const HitSurf
 float HitRadiance::density_of_lamp(const SurfacePoint& origin, const HitPacket& packet, int lane) const
 {
     const std::uint32_t triangle = lights_.lights().emissive_triangle(packet.instance(lane), packet.primitive[lane]);
-    return triangle != Lights::kNone ? lights_.density(origin, lights_.triangle_lamp(triangle), ray_direction(packet.ray, lane)) : 0.0f;
+    return triangle != Lights::kNone
+               ? lights_.density(origin, lights_.triangle_lamp(triangle), ray_direction(packet.ray, lane))
+               : 0.0f;
 }
 
 Bsdf HitRadiance::exact_bsdf(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const
@@ -127,8 +134,7 @@ glm::vec3 HitRadiance::albedo(const PlainHit& hit, float cosine) const
 {
     const Bsdf& lobe = lobe_[static_cast<std::size_t>(hit.material)];
     const glm::vec3 color = base_color(hit);
-    if (!lobe.has_specular())
-        return color;
+    if (!lobe.has_specular()) return color;
     const glm::vec3 specular = specular_albedo(lobe, cosine);
     return color * (1.0f - specular) + specular;
 }
@@ -137,8 +143,7 @@ glm::vec3 HitRadiance::reflectance(const PlainHit& hit, glm::vec3 normal, glm::v
 {
     Bsdf lobe = lobe_[static_cast<std::size_t>(hit.material)];
     const glm::vec3 color = base_color(hit);
-    if (!lobe.has_specular())
-        return color;
+    if (!lobe.has_specular()) return color;
     lobe.normal = lobe.geometric_normal = normal;
     return color * (1.0f - specular_albedo(lobe, glm::dot(normal, outgoing))) +
            std::numbers::pi_v<float> * evaluate_glossy(lobe, outgoing, incoming);

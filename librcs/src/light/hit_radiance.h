@@ -30,7 +30,8 @@ int mip_level(const Texture& texture, float uv_per_length, float cone_width);
 class HitRadiance {
 public:
     /// Specular lobes of perfect reflectance are at least so wide at hits (GGX alpha): what narrower ones do with small
-    /// lamps, a few hundred rays would see as single bright dots (path space regularisation: Kaplanyan and Dachsbacher 2013).
+    /// lamps, a few hundred rays would see as single bright dots (path space regularisation: Kaplanyan and Dachsbacher
+    /// 2013).
     static constexpr float kLeastAlpha = 0.3f;
     /// Of a lobe with this reflectance at normal incidence: a lobe's peak grows as that over its width squared, and no
     /// peak is to be higher. So a dielectric's lobe stays as it is down to a roughness of 0.25.
@@ -58,7 +59,8 @@ public:
     /// @param fewer  bounces to leave out of those that the cache has
     glm::vec3 indirect_irradiance(const SurfacePoint& point, RandomStream& random, int fewer = 0) const
     {
-        return cache_ ? cached_irradiance(*cache_, point.position, point.shading_normal, random, fewer) : glm::vec3(0.0f);
+        return cache_ ? cached_irradiance(*cache_, point.position, point.shading_normal, random, fewer)
+                      : glm::vec3(0.0f);
     }
 
     /// Whether a ray may find light of lamps or sky: false only if it does not.
@@ -76,7 +78,8 @@ public:
         return environment_.has_peaks() ? lights_.density(origin, lights_.peaks_lamp(), direction) : 0.0f;
     }
 
-    /// A surface with a GGX lobe at least so wide, of a dielectric, is lit by all that is not a lamp as if it were diffuse.
+    /// A surface with a GGX lobe at least so wide, of a dielectric, is lit by all that is not a lamp as if it were
+    /// diffuse.
     static constexpr float kWideAlpha = 0.4f;
 
     /// Whether this instance's surface is its base colour below at most a wide dielectric lobe: then albedo() and
@@ -89,20 +92,21 @@ public:
         float uv_per_length;
         float cone_width;
     };
-    /// Albedo of a plain surface, that of its lobe included, for light from everywhere. @param cosine  of the ray to the
-    /// shading normal
+    /// Albedo of a plain surface, that of its lobe included, for light from everywhere. @param cosine  of the ray to
+    /// the shading normal
     glm::vec3 albedo(const PlainHit& hit, float cosine) const;
-    /// The same for light from one direction: pi times the BSDF. The lobe has a twentieth of the light or less, but a sun
-    /// over walls sends that all one way: taken for diffuse, Sponza's floor came out a tenth too dark.
+    /// The same for light from one direction: pi times the BSDF. The lobe has a twentieth of the light or less, but a
+    /// sun over walls sends that all one way: taken for diffuse, Sponza's floor came out a tenth too dark.
     glm::vec3 reflectance(const PlainHit& hit, glm::vec3 normal, glm::vec3 outgoing, glm::vec3 incoming) const;
 
-    /// How any other surface reflects towards the origin of a packet's ray, as it is, and with lobes at least least_alpha()
-    /// wide. @param hit  complete
+    /// How any other surface reflects towards the origin of a packet's ray, as it is, and with lobes at least
+    /// least_alpha() wide. @param hit  complete
     Bsdf exact_bsdf(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;
     Bsdf bsdf(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;
     /// The direct part for it. @param outgoing  unit, towards the ray's origin
     template <typename Add>
-    void direct(const SurfacePoint& point, const Bsdf& bsdf, glm::vec3 outgoing, RandomStream& random, const Add& add) const;
+    void direct(const SurfacePoint& point, const Bsdf& bsdf, glm::vec3 outgoing, RandomStream& random,
+                const Add& add) const;
 
 private:
     MaterialValues values(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;
@@ -115,8 +119,8 @@ private:
     glm::vec3 sky_;
     const Environment& environment_;
     bool has_sky_, has_textures_;
-    std::vector<std::uint8_t> plain_;  // per instance, 0 or 1
-    std::vector<Bsdf> lobe_;           // per material: the lobe of plain surfaces
+    std::vector<std::uint8_t> plain_;    // per instance, 0 or 1
+    std::vector<Bsdf> lobe_;             // per material: the lobe of plain surfaces
     std::vector<glm::vec3> mean_color_;  // per material: of its base
 };
 
@@ -150,8 +154,8 @@ void HitRadiance::each_light(const SurfacePoint& point, RandomStream& random, co
         const glm::vec3 direction = cosine_direction(point, environment_.is_black() ? of_black : random);
         if (glm::dot(direction, point.geometric_normal) > 0.0f) {
             tally(Count::hit_sky_rays);
-            add(shadow_ray_from(point, direction, std::numeric_limits<float>::infinity()), environment_.soft_blurred(direction),
-                [&] { return density_of_sky(point, direction); });
+            add(shadow_ray_from(point, direction, std::numeric_limits<float>::infinity()),
+                environment_.soft_blurred(direction), [&] { return density_of_sky(point, direction); });
         }
     }
 }

@@ -102,8 +102,7 @@ std::uint32_t LightTree::build(std::span<std::uint32_t> order, const std::vector
     double best_cost = std::numeric_limits<double>::infinity();
     for (int split = 1; split < kBins; ++split) {
         Bin left, right;
-        for (int b = 0; b < kBins; ++b)
-            (b < split ? left : right).add(bins[static_cast<std::size_t>(b)]);
+        for (int b = 0; b < kBins; ++b) (b < split ? left : right).add(bins[static_cast<std::size_t>(b)]);
         if (left.count == 0 || right.count == 0) continue;
         if (left.cost() + right.cost() < best_cost) {
             best_cost = left.cost() + right.cost();
@@ -128,7 +127,8 @@ std::uint32_t LightTree::build(std::span<std::uint32_t> order, const std::vector
     if (a.cos_cone > -1.0f && b.cos_cone > -1.0f && glm::dot(sum, sum) > 1e-6f) {
         node.axis = glm::normalize(sum);
         const auto reach = [&](const Node& n) {
-            return std::acos(std::clamp(glm::dot(node.axis, n.axis), -1.0f, 1.0f)) + std::acos(std::clamp(n.cos_cone, -1.0f, 1.0f));
+            return std::acos(std::clamp(glm::dot(node.axis, n.axis), -1.0f, 1.0f)) +
+                   std::acos(std::clamp(n.cos_cone, -1.0f, 1.0f));
         };
         const float angle = std::max(reach(a), reach(b)) + 1e-3f;
         node.cos_cone = angle < 3.1f ? std::cos(angle) : -1.0f;
@@ -206,7 +206,9 @@ std::size_t LightTree::open(glm::vec3 point, glm::vec3 normal, std::span<Part> p
         add(node + 1);
         add(nodes_[node].child);
     }
-    return static_cast<std::size_t>(std::copy(parts.begin() + static_cast<std::ptrdiff_t>(end), parts.end(), parts.begin() + static_cast<std::ptrdiff_t>(inner)) - parts.begin());
+    return static_cast<std::size_t>(std::copy(parts.begin() + static_cast<std::ptrdiff_t>(end), parts.end(),
+                                              parts.begin() + static_cast<std::ptrdiff_t>(inner)) -
+                                    parts.begin());
 }
 
 float LightTree::estimate(glm::vec3 point, glm::vec3 normal, std::size_t parts) const
@@ -214,8 +216,7 @@ float LightTree::estimate(glm::vec3 point, glm::vec3 normal, std::size_t parts) 
     std::array<Part, kMostParts> opened;
     const std::size_t count = open(point, normal, std::span(opened).first(std::min(parts, kMostParts)));
     float sum = 0.0f;
-    for (std::size_t i = 0; i < count; ++i)
-        sum += opened[i].estimate;
+    for (std::size_t i = 0; i < count; ++i) sum += opened[i].estimate;
     return sum;
 }
 
@@ -245,8 +246,7 @@ std::size_t LightTree::draw(glm::vec3 point, glm::vec3 normal, float offset, std
                 chance *= 1.0 - share;
             }
         }
-        if (nodes_[node].child == 0)
-            candidates[drawn++] = {nodes_[node].triangle, static_cast<float>(1.0 / chance)};
+        if (nodes_[node].child == 0) candidates[drawn++] = {nodes_[node].triangle, static_cast<float>(1.0 / chance)};
     }
     return drawn;
 }

@@ -14,7 +14,8 @@ namespace rcs {
 namespace {
 
 /// What leaves a triangle's emitting side at a point, its coverage counted in.
-glm::vec3 emission_at(const RayScene& rays, const EmissiveTriangle& triangle, float u, float v, const TextureFilter& filter)
+glm::vec3 emission_at(const RayScene& rays, const EmissiveTriangle& triangle, float u, float v,
+                      const TextureFilter& filter)
 {
     const SurfacePoint point = surface_at(rays, triangle.instance, triangle.primitive, u, v, -triangle.normal);
     const Hit hit{0.0f, u, v, triangle.instance, triangle.primitive};
@@ -30,7 +31,8 @@ glm::vec3 mean_radiance(const RayScene& rays, const EmissiveTriangle& triangle)
     glm::vec3 sum(0.0f);
     for (int i = 0; i < 4; ++i) {
         for (int j = 0; i + j < 4; ++j) {
-            const float u = (static_cast<float>(i) + 1.0f / 3.0f) / 4.0f, v = (static_cast<float>(j) + 1.0f / 3.0f) / 4.0f;
+            const float u = (static_cast<float>(i) + 1.0f / 3.0f) / 4.0f,
+                        v = (static_cast<float>(j) + 1.0f / 3.0f) / 4.0f;
             sum += emission_at(rays, triangle, u, v, filter);
             if (i + j < 3)  // the part that stands on its head
                 sum += emission_at(rays, triangle, u + 1.0f / 12.0f, v + 1.0f / 12.0f, filter);
@@ -41,8 +43,8 @@ glm::vec3 mean_radiance(const RayScene& rays, const EmissiveTriangle& triangle)
 
 /// Appends the mesh's triangles that have area. Which side is the front is asked of surface_at(), so
 /// that lamps and rays agree also on mirrored instances.
-void append_emissive_triangles(const RayScene& rays, std::uint32_t instance, const Mesh& mesh,
-                               const Material& material, Lights& lights)
+void append_emissive_triangles(const RayScene& rays, std::uint32_t instance, const Mesh& mesh, const Material& material,
+                               Lights& lights)
 {
     lights.first_of_instance[instance] = static_cast<std::uint32_t>(lights.triangle_of_primitive.size());
     lights.triangle_of_primitive.resize(lights.triangle_of_primitive.size() + mesh.triangles.size(), Lights::kNone);
@@ -67,7 +69,8 @@ void append_emissive_triangles(const RayScene& rays, std::uint32_t instance, con
         triangle.varied = material.emission_texture.used() || material.alpha_mode != AlphaMode::opaque;
         if (triangle.varied) triangle.radiance = mean_radiance(rays, triangle);
         if (triangle.radiance == glm::vec3(0.0f)) continue;
-        lights.triangle_of_primitive[lights.first_of_instance[instance] + primitive] = static_cast<std::uint32_t>(lights.triangles.size());
+        lights.triangle_of_primitive[lights.first_of_instance[instance] + primitive] =
+            static_cast<std::uint32_t>(lights.triangles.size());
         lights.triangles.push_back(triangle);
     }
 }
@@ -119,22 +122,17 @@ Lights collect_lights(const RayScene& rays)
 Lights collect_lights(const RayScene& rays, const EffectSet& effects)
 {
     Lights lights = collect_lights(rays);
-    if (!effects.has(Effect::punctual_light))
-        lights.punctual.clear();
+    if (!effects.has(Effect::punctual_light)) lights.punctual.clear();
     if (!effects.has(Effect::area_light) && !lights.triangles.empty()) {
         lights.triangles.clear();
         lights.first_of_instance.assign(lights.first_of_instance.size(), Lights::kNone);
         lights.tree = std::make_shared<const LightTree>(lights.triangles);
     }
-    if (!effects.has(Effect::environment_peaks))
-        lights.sky = nullptr;
+    if (!effects.has(Effect::environment_peaks)) lights.sky = nullptr;
     return lights;
 }
 
-bool Lights::has_peaks() const
-{
-    return sky && sky->has_peaks();
-}
+bool Lights::has_peaks() const { return sky && sky->has_peaks(); }
 
 glm::vec3 radiance_at(const RayScene& rays, const EmissiveTriangle& triangle, glm::vec3 position)
 {
@@ -148,7 +146,8 @@ glm::vec3 radiance_at(const RayScene& rays, const EmissiveTriangle& triangle, gl
 }
 
 PunctualLamp::PunctualLamp(const PunctualLight& light)
-    : PunctualLight(light), cos_inner(std::cos(static_cast<double>(light.inner_cone))),
+    : PunctualLight(light),
+      cos_inner(std::cos(static_cast<double>(light.inner_cone))),
       cos_outer(std::cos(static_cast<double>(light.outer_cone)))
 {
 }
@@ -165,8 +164,7 @@ PunctualSample sample_punctual(const PunctualLamp& light, glm::vec3 point)
     const glm::dvec3 to_light = offset / distance;
     const double range = static_cast<double>(light.range);
     double strength = range_attenuation(distance, range) / (distance * distance);
-    if (light.kind == LightKind::spot)
-        strength *= cone_attenuation(light, -glm::dot(to_light, light.direction));
+    if (light.kind == LightKind::spot) strength *= cone_attenuation(light, -glm::dot(to_light, light.direction));
     // A lamp on the surface itself must not overflow what is summed later.
     constexpr double kMaxIrradiance = 1e30;
     const glm::dvec3 irradiance = glm::min(glm::dvec3(light.intensity) * strength, kMaxIrradiance);

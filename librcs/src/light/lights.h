@@ -38,9 +38,9 @@ struct Lights {
     std::vector<PunctualLamp> punctual;
     std::vector<EmissiveTriangle> triangles;
     glm::vec3 sky_radiance{0.0f};
-    const RayScene* rays = nullptr;              ///< whose lights they are
-    const Environment* sky = nullptr;            ///< its peaks are a lamp
-    std::shared_ptr<const LightTree> tree;       ///< of the triangles
+    const RayScene* rays = nullptr;                                       ///< whose lights they are
+    const Environment* sky = nullptr;                                     ///< its peaks are a lamp
+    std::shared_ptr<const LightTree> tree;                                ///< of the triangles
     std::vector<std::uint32_t> first_of_instance, triangle_of_primitive;  ///< indices; kNone: does not emit
 
     static constexpr std::uint32_t kNone = 0xffffffffu;

@@ -52,8 +52,7 @@ int clip_to_horizon(const glm::vec3* corners, int count, glm::vec3 normal, glm::
         heights[i] = glm::dot(corners[i], normal);
         any_above |= heights[i] > 0.0f;
     }
-    if (!any_above)
-        return 0;
+    if (!any_above) return 0;
     int kept = 0;
     for (int i = 0; i < count; ++i) {
         const int next = i + 1 < count ? i + 1 : 0;
@@ -71,8 +70,7 @@ float polygon_irradiance_factor(const glm::vec3* corners, int count, glm::vec3 n
     glm::vec3 clipped[2 * kMaxCorners];
     count = clip_to_horizon(corners, count, normal, clipped);
     float sum = 0.0f;
-    for (int i = 0; i < count; ++i)
-        sum += edge_term(clipped[i], clipped[i + 1 < count ? i + 1 : 0], normal);
+    for (int i = 0; i < count; ++i) sum += edge_term(clipped[i], clipped[i + 1 < count ? i + 1 : 0], normal);
     return std::min(0.5f * std::abs(sum), std::numbers::pi_v<float>);
 }
 
@@ -128,8 +126,7 @@ TriangleSample sample_area(const SphericalTriangle& t, double u1, double u2)
     const double distance2 = glm::dot(p, p);
     if (!(distance2 > 0.0)) return {glm::vec3(p), 0.0f};
     // area cos(angle at the triangle) / distance^2; |normal| is twice the area.
-    const double inverse_density =
-        0.5 * std::abs(glm::dot(t.normal, p)) / (distance2 * std::sqrt(distance2));
+    const double inverse_density = 0.5 * std::abs(glm::dot(t.normal, p)) / (distance2 * std::sqrt(distance2));
     constexpr double kWithinFloat = 1e30;
     return {glm::vec3(p), static_cast<float>(std::min(inverse_density, kWithinFloat))};
 }

@@ -22,8 +22,7 @@ void average_parents(const BounceSystem& system, std::vector<glm::vec3>& irradia
         leaves[p] += 1.0f;
     }
     for (std::size_t p = first; p < system.cells; ++p)
-        if (leaves[p] > 0.0f)
-            irradiance[p] /= leaves[p];
+        if (leaves[p] > 0.0f) irradiance[p] /= leaves[p];
 }
 
 glm::vec3 arriving(const BounceSystem& system, std::size_t leaf, const std::vector<glm::vec3>& irradiance)
@@ -49,17 +48,14 @@ void iterate_bounces(const BounceSystem& system, int bounces, ThreadPool& pool, 
     std::vector<glm::vec3> next(irradiance.size());
     for (int bounce = 2; bounce <= bounces; ++bounce) {
         const std::size_t k = static_cast<std::size_t>(bounces - bounce);
-        if (k < fewer.size())
-            fewer[k] = irradiance;
+        if (k < fewer.size()) fewer[k] = irradiance;
         pool.parallel_for(leaves, 256, [&](std::size_t begin, std::size_t end, int) {
-            for (std::size_t c = begin; c < end; ++c)
-                next[c] = arriving(system, c, irradiance);
+            for (std::size_t c = begin; c < end; ++c) next[c] = arriving(system, c, irradiance);
         });
         average_parents(system, next, counts);
         std::swap(irradiance, next);
         // The mean over all leaves is the last cell.
-        if (luminance(irradiance.back() - next.back()) <= kNothingNew * luminance(irradiance.back()))
-            break;
+        if (luminance(irradiance.back() - next.back()) <= kNothingNew * luminance(irradiance.back())) break;
     }
 }
 

@@ -14,7 +14,7 @@ namespace rcs {
 
 /// What one ray of a cell says: which cell it looks at, and how much of that cell's irradiance comes back.
 struct Link {
-    std::uint32_t cell = CellTable::kNone;  ///< kNone: nothing was hit
+    std::uint32_t cell = CellTable::kNone;     ///< kNone: nothing was hit
     std::uint16_t reflectance[3] = {0, 0, 0};  ///< fractions of 65535
 };
 inline Link make_link(bool hit, glm::vec3 reflectance)
@@ -22,8 +22,7 @@ inline Link make_link(bool hit, glm::vec3 reflectance)
     const glm::vec3 code = glm::clamp(reflectance, 0.0f, 1.0f) * 65535.0f + 0.5f;
     Link link;
     link.cell = hit ? 0u : CellTable::kNone;
-    for (int i = 0; i < 3; ++i)
-        link.reflectance[i] = static_cast<std::uint16_t>(code[i]);
+    for (int i = 0; i < 3; ++i) link.reflectance[i] = static_cast<std::uint16_t>(code[i]);
     return link;
 }
 
@@ -34,7 +33,7 @@ struct BounceSystem {
     std::vector<glm::vec3> source;  ///< per leaf: irradiance from what reflects lamps and sky directly [W m^-2]
     std::vector<Link> links;        ///< leaf c has 64 from 64 c on
     std::vector<std::pair<std::uint32_t, std::uint32_t>> parents;  ///< (leaf, a coarser cell above it)
-    std::size_t cells = 0;          ///< leaves first, the top last
+    std::size_t cells = 0;                                         ///< leaves first, the top last
 
     void resize_leaves(std::size_t count)
     {

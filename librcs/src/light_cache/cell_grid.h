@@ -18,9 +18,9 @@ namespace rcs {
 struct CellGrid {
     static constexpr int kLevels = 16;
 
-    glm::vec3 corner{0.0f};  ///< all of the scene lies above it, scene space [m]
-    glm::vec3 eye{0.0f};     ///< scene space [m]
-    float finest = 1.0f;     ///< edge at level 0 [m]
+    glm::vec3 corner{0.0f};                              ///< all of the scene lies above it, scene space [m]
+    glm::vec3 eye{0.0f};                                 ///< scene space [m]
+    float finest = 1.0f;                                 ///< edge at level 0 [m]
     float edge_at_eye = 0.0f, edge_per_distance = 0.0f;  ///< wanted edge of a cell: linear in the distance
 
     /// Edge of a cube [m].
@@ -58,7 +58,7 @@ struct CellGrid {
 
 private:
     static constexpr std::uint64_t kCubes = 0x3ffff;  // 18 bits for each coordinate of a cube
-    static constexpr int kCoarsestLeaf = 11;  // an edge of 1/64 of the scene's diagonal
+    static constexpr int kCoarsestLeaf = 11;          // an edge of 1/64 of the scene's diagonal
 
     static int major_axis(glm::vec3 n)
     {

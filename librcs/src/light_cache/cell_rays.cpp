@@ -37,8 +37,8 @@ std::uint32_t CellRays::aim(const SurfaceSample& place, int first, glm::vec2 shi
         const float sin2 = fraction(shift.x + n * kStepTheta);
         const float phi = 2.0f * kPi * fraction(shift.y + n * kStepPhi);
         const float sine = std::sqrt(sin2);
-        const glm::vec3 d = sine * std::cos(phi) * frame.x + sine * std::sin(phi) * frame.y +
-                            std::sqrt(1.0f - sin2) * frame.z;
+        const glm::vec3 d =
+            sine * std::cos(phi) * frame.x + sine * std::sin(phi) * frame.y + std::sqrt(1.0f - sin2) * frame.z;
         set_lane(ray, static_cast<std::size_t>(i), {origin, d});
         active |= static_cast<std::uint32_t>(glm::dot(d, place.geometric_normal) > 0.0f) << i;
     }
@@ -67,7 +67,8 @@ void CellRays::shade(const HitSurface& hit, int lane, std::uint64_t key, CellHit
     const Bsdf bsdf = radiance_.bsdf(packet_, lane, hit, cone_width);
     const glm::vec3 outgoing = -ray_direction(packet_.ray, lane);
     result.reflectance = weight * total_albedo(bsdf, outgoing);
-    radiance_.direct(hit.point, bsdf, outgoing, random, [&](const Ray& ray, glm::vec3 radiance) { add(ray, weight * radiance); });
+    radiance_.direct(hit.point, bsdf, outgoing, random,
+                     [&](const Ray& ray, glm::vec3 radiance) { add(ray, weight * radiance); });
 }
 
 void CellRays::trace(const std::array<SurfaceSample, kPackets>& places, std::uint64_t key, bool direct)
@@ -85,21 +86,18 @@ void CellRays::trace(const std::array<SurfaceSample, kPackets>& places, std::uin
         for (int i = 0; i < kWidth; ++i) {
             CellHit& result = hits_[static_cast<std::size_t>(p * kWidth + i)];
             result.hit = (active >> i & 1u) != 0u && packet_.geometry[i] != RayPacket::kMiss;
-            if (!result.hit)
-                continue;
+            if (!result.hit) continue;
             HitSurface hit = begin_hit(rays_, packet_, faces, i);
             complete_hit(rays_, packet_, i, hit);
             result.surface = sample_of(hit.point);
-            if (direct)
-                shade(hit, i, mix64(key + static_cast<std::uint64_t>(p * kWidth + i + 1)), result);
+            if (direct) shade(hit, i, mix64(key + static_cast<std::uint64_t>(p * kWidth + i + 1)), result);
         }
     }
     shadow_.trace(rays_);
     shadow_ray_count += shadow_.size();
     direct_irradiance_ = glm::vec3(0.0f);
     for (std::size_t i = 0; i < shadow_.size(); ++i)
-        if (shadow_.is_free(i))
-            direct_irradiance_ += shadow_.transmittance(i) * lit_[i];
+        if (shadow_.is_free(i)) direct_irradiance_ += shadow_.transmittance(i) * lit_[i];
     direct_irradiance_ *= kPi / static_cast<float>(kRays);
 }
 

@@ -23,7 +23,8 @@ struct SurfaceSample {
 struct CellHit {
     bool hit = false;
     SurfaceSample surface{};
-    glm::vec3 reflectance{0.0f};  ///< radiance that comes back times pi, per irradiance; what the ray went through included
+    glm::vec3 reflectance{
+        0.0f};  ///< radiance that comes back times pi, per irradiance; what the ray went through included
 };
 
 /// The rays that say where a cell's light comes from, and one thread's working memory for them.

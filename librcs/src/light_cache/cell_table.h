@@ -18,12 +18,10 @@ public:
     void reserve(std::size_t count)
     {
         const std::size_t size = std::bit_ceil(2 * count + 2);
-        if (size <= slots_.size())
-            return;
+        if (size <= slots_.size()) return;
         const std::vector<Slot> old = std::exchange(slots_, std::vector<Slot>(size));
         for (const Slot& slot : old)
-            if (slot.number != kNone)
-                place(slot);
+            if (slot.number != kNone) place(slot);
     }
 
     /// @param key  not in the table yet
@@ -40,8 +38,7 @@ public:
         const std::size_t mask = slots_.size() - 1;
         for (std::size_t i = mix64(key) & mask;; i = (i + 1) & mask) {
             const Slot& slot = slots_[i];
-            if (slot.number == kNone || slot.key == key)
-                return slot.number;
+            if (slot.number == kNone || slot.key == key) return slot.number;
         }
     }
 
@@ -56,8 +53,7 @@ private:
     void place(const Slot& slot)
     {
         std::size_t i = mix64(slot.key);
-        while (slots_[i & (slots_.size() - 1)].number != kNone)
-            ++i;
+        while (slots_[i & (slots_.size() - 1)].number != kNone) ++i;
         slots_[i & (slots_.size() - 1)] = slot;
     }
 

@@ -23,8 +23,8 @@ constexpr int kRays = CellRays::kRays;
 // Visible points of the first look around: one in each cell of a grid of so many rows and columns.
 constexpr int kLooks = 64;
 
-// Cells found by the visible points' rays, and by the rays of those cells. What the latter see is two reflections before
-// the camera at least: cells so many levels coarser will do, and only where no cell is near.
+// Cells found by the visible points' rays, and by the rays of those cells. What the latter see is two reflections
+// before the camera at least: cells so many levels coarser will do, and only where no cell is near.
 constexpr int kRounds = 2;
 constexpr int kCoarser = 2;
 
@@ -47,7 +47,8 @@ std::vector<SurfaceSample> visible_points(const GBuffer& g, std::uint64_t seed)
                 return std::min(static_cast<int>(at * static_cast<float>(pixels)), pixels - 1);
             };
             const int x = within(cx, columns, g.width), y = within(cy, rows, g.height);
-            const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(x);
+            const std::size_t i =
+                static_cast<std::size_t>(y) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(x);
             if (g.covered(i))
                 points.push_back({g.scene_position(i), g.position_error[i], g.geometric_normal[i], g.normal(i)});
         }
@@ -61,8 +62,7 @@ public:
         : rays_(rays), radiance_(rays, nullptr, effects_or_scene(options.effects, rays)), options_(options), pool_(pool)
     {
         cache_->grid = grid;
-        for (int i = 0; i < pool.size(); ++i)
-            workers_.push_back({CellRays(rays_, radiance_), {}});
+        for (int i = 0; i < pool.size(); ++i) workers_.push_back({CellRays(rays_, radiance_), {}});
     }
 
     void look_around(const GBuffer& gbuffer);
@@ -94,8 +94,8 @@ private:
     ThreadPool& pool_;
     std::unique_ptr<LightCache::Impl> cache_ = std::make_unique<LightCache::Impl>();
     std::vector<Worker> workers_;
-    CellTable known_;                  // all leaves so far and the coarser cells above them
-    std::vector<std::uint64_t> keys_;  // per leaf
+    CellTable known_;                                         // all leaves so far and the coarser cells above them
+    std::vector<std::uint64_t> keys_;                         // per leaf
     std::vector<std::array<SurfaceSample, kPlaces>> places_;  // per leaf
     int coarser_ = 0;                  // levels by which cells now found are coarser than their place asks for
     std::vector<std::uint64_t> ends_;  // per link: the leaf where it ends, which may not exist
@@ -107,16 +107,14 @@ void Builder::note_finds(Worker& worker, std::uint64_t key) const
 {
     for (std::size_t i = 0; i < worker.rays.hits().size(); ++i) {
         const CellHit& hit = worker.rays.hits()[i];
-        if (!hit.hit)
-            continue;
+        if (!hit.hit) continue;
         std::uint64_t cell = leaf(hit.surface);
         bool known = known_.find(cell) != CellTable::kNone;
         for (int up = 0; up < coarser_ && !known && CellGrid::level_of(cell) + 1 < CellGrid::kLevels; ++up) {
             cell = CellGrid::parent(cell);
             known = known_.find(cell) != CellTable::kNone;
         }
-        if (!known)
-            worker.finds.push_back({cell, mix64(key - 1 - i), hit.surface});
+        if (!known) worker.finds.push_back({cell, mix64(key - 1 - i), hit.surface});
     }
 }
 
@@ -144,21 +142,17 @@ std::vector<Find> Builder::take_finds()
     std::vector<std::uint64_t> cells;
     for (;;) {
         cells.clear();
-        for (const Find& find : finds)
-            cells.push_back(find.cell);
+        for (const Find& find : finds) cells.push_back(find.cell);
         std::sort(cells.begin(), cells.end());
         const auto end = std::unique(cells.begin(), cells.end());
-        if (end - cells.begin() <= options_.max_cells)
-            return finds;
+        if (end - cells.begin() <= options_.max_cells) return finds;
         bool coarser = false;
         for (Find& find : finds) {
-            if (CellGrid::level_of(find.cell) + 1 == CellGrid::kLevels)
-                continue;
+            if (CellGrid::level_of(find.cell) + 1 == CellGrid::kLevels) continue;
             find.cell = CellGrid::parent(find.cell);
             coarser = true;
         }
-        if (!coarser)
-            return finds;
+        if (!coarser) return finds;
         ++coarser_;
     }
 }
@@ -168,8 +162,7 @@ void Builder::find_cells()
 {
     const std::vector<Find> finds = take_finds();
     std::vector<std::uint32_t> order(finds.size());
-    for (std::size_t i = 0; i < order.size(); ++i)
-        order[i] = static_cast<std::uint32_t>(i);
+    for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<std::uint32_t>(i);
     std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
         return std::pair(finds[a].cell, finds[a].rank) < std::pair(finds[b].cell, finds[b].rank);
     });
@@ -179,10 +172,8 @@ void Builder::find_cells()
         std::array<SurfaceSample, kPlaces> places;
         std::size_t count = 0;
         for (; i < order.size() && finds[order[i]].cell == cell; ++i)
-            if (count < places.size())
-                places[count++] = finds[order[i]].surface;
-        for (std::size_t k = count; k < places.size(); ++k)
-            places[k] = places[k % count];
+            if (count < places.size()) places[count++] = finds[order[i]].surface;
+        for (std::size_t k = count; k < places.size(); ++k) places[k] = places[k % count];
         add_cell(cell, places);
     }
     coarser_ += kCoarser;
@@ -193,10 +184,8 @@ void Builder::add_cell(std::uint64_t cell, const std::array<SurfaceSample, kPlac
     keys_.push_back(cell);
     places_.push_back(places);
     for (;; cell = CellGrid::parent(cell)) {
-        if (known_.find(cell) == CellTable::kNone)
-            known_.insert(cell, 0);
-        if (CellGrid::level_of(cell) + 1 == CellGrid::kLevels)
-            return;
+        if (known_.find(cell) == CellTable::kNone) known_.insert(cell, 0);
+        if (CellGrid::level_of(cell) + 1 == CellGrid::kLevels) return;
     }
 }
 
@@ -228,8 +217,7 @@ void Builder::add_parents()
 {
     std::size_t count = keys_.size();
     cache_->table.reserve(known_.size());
-    for (std::size_t c = 0; c < keys_.size(); ++c)
-        cache_->table.insert(keys_[c], static_cast<std::uint32_t>(c));
+    for (std::size_t c = 0; c < keys_.size(); ++c) cache_->table.insert(keys_[c], static_cast<std::uint32_t>(c));
     for (std::size_t c = 0; c < keys_.size(); ++c) {
         std::uint64_t key = keys_[c];
         while (CellGrid::level_of(key) + 1 < CellGrid::kLevels) {
@@ -254,8 +242,7 @@ void Builder::connect()
     pool_.parallel_for(places_.size(), 64, [&](std::size_t begin, std::size_t end, int) {
         for (std::size_t c = begin; c < end; ++c) {
             for (std::size_t i = c * kRays; i < (c + 1) * kRays; ++i)
-                if (system_.links[i].cell != CellTable::kNone)
-                    system_.links[i].cell = cache_->find(ends_[i]);
+                if (system_.links[i].cell != CellTable::kNone) system_.links[i].cell = cache_->find(ends_[i]);
         }
     });
 }
@@ -270,11 +257,9 @@ std::unique_ptr<LightCache::Impl> Builder::finish(LightCacheStats& stats)
         stats.rays += worker.rays.ray_count;
         stats.shadow_rays += worker.rays.shadow_ray_count;
     }
-    for (const Link& link : system_.links)
-        stats.links += link.cell != CellTable::kNone;
+    for (const Link& link : system_.links) stats.links += link.cell != CellTable::kNone;
     stats.bytes = cache_->table.bytes() + cache_->irradiance.size() * sizeof(glm::vec3);
-    for (const std::vector<glm::vec3>& irradiance : cache_->fewer)
-        stats.bytes += irradiance.size() * sizeof(glm::vec3);
+    for (const std::vector<glm::vec3>& irradiance : cache_->fewer) stats.bytes += irradiance.size() * sizeof(glm::vec3);
     return std::move(cache_);
 }
 
@@ -299,8 +284,7 @@ LightCache build_light_cache(const RayScene& rays, const GBuffer& gbuffer, const
 {
     validate(options);
     Bounds bounds = bounds_of(rays.scene());
-    if (!(bounds.min.x <= bounds.max.x))
-        bounds = {glm::dvec3(0.0), glm::dvec3(0.0)};
+    if (!(bounds.min.x <= bounds.max.x)) bounds = {glm::dvec3(0.0), glm::dvec3(0.0)};
     Builder builder(rays, make_cell_grid(bounds, view), options, pool);
     builder.look_around(gbuffer);
     std::size_t known = 0;

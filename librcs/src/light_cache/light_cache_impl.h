@@ -17,17 +17,18 @@ namespace rcs {
 struct LightCache::Impl {
     CellGrid grid;
     CellTable table;
-    std::vector<glm::vec3> irradiance;  ///< by number [W m^-2]; the last one is the mean of all leaves
-    int bounces = 0;                    ///< reflections on the way to a cell
+    std::vector<glm::vec3> irradiance;          ///< by number [W m^-2]; the last one is the mean of all leaves
+    int bounces = 0;                            ///< reflections on the way to a cell
     std::vector<std::vector<glm::vec3>> fewer;  ///< [k]: after k + 1 bounces fewer; empty: as after all of them
 
     /// Irradiance after so many bounces fewer, or after the fewest that are kept; null: 0.
     const std::vector<glm::vec3>* after(int fewer_bounces) const
     {
-        if (fewer_bounces >= bounces)
-            return nullptr;
+        if (fewer_bounces >= bounces) return nullptr;
         const int kept = std::min(fewer_bounces, static_cast<int>(fewer.size()));
-        return kept == 0 || fewer[static_cast<std::size_t>(kept - 1)].empty() ? &irradiance : &fewer[static_cast<std::size_t>(kept - 1)];
+        return kept == 0 || fewer[static_cast<std::size_t>(kept - 1)].empty()
+                   ? &irradiance
+                   : &fewer[static_cast<std::size_t>(kept - 1)];
     }
 
     /// The number of a cell, or of the finest one around it that there is.
@@ -35,8 +36,7 @@ struct LightCache::Impl {
     {
         for (;;) {
             const std::uint32_t number = table.find(cell);
-            if (number != CellTable::kNone)
-                return number;
+            if (number != CellTable::kNone) return number;
             if (CellGrid::level_of(cell) + 1 == CellGrid::kLevels)
                 return static_cast<std::uint32_t>(irradiance.size() - 1);
             cell = CellGrid::parent(cell);
@@ -60,7 +60,8 @@ inline std::uint64_t leaf_near(const CellGrid& grid, glm::vec3 position, glm::ve
     return grid.leaf(position + u * x + v * y, normal, level);
 }
 
-/// Irradiance at a surface from light that has been reflected at other surfaces [W m^-2]; noisy by the choice of the cell.
+/// Irradiance at a surface from light that has been reflected at other surfaces [W m^-2]; noisy by the choice of the
+/// cell.
 /// @param fewer  bounces to leave out of those that the cache has
 inline glm::vec3 cached_irradiance(const LightCache& cache, glm::vec3 position, glm::vec3 normal, RandomStream& random,
                                    int fewer = 0)

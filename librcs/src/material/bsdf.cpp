@@ -18,7 +18,7 @@ struct Lobe {
     float alpha, cosine, slant;
     glm::vec3 f0{0.0f};
     float f90 = 0.0f;
-    glm::vec3 gain{1.0f};     ///< what multiple scattering adds, and what layers above leave
+    glm::vec3 gain{1.0f};        ///< what multiple scattering adds, and what layers above leave
     float inverse_total = 1.0f;  ///< 1 / E
     glm::vec3 albedo{0.0f};
 
@@ -46,7 +46,8 @@ struct Layers {
 
     Layers(const Bsdf& b, float cosine_o)
         : coat(b.coat_alpha, std::clamp(cosine_o, kLeastCosine, 1.0f)),
-          specular(b.alpha, std::clamp(cosine_o, kLeastCosine, 1.0f)), diffuse(b.diffuse),
+          specular(b.alpha, std::clamp(cosine_o, kLeastCosine, 1.0f)),
+          diffuse(b.diffuse),
           transmission(b.transmission)
     {
         if (b.has_specular() || b.transmits()) {
@@ -110,8 +111,11 @@ struct Shares {
     float coat, specular, transmission, diffuse, total;
 
     Shares(const Layers& l, Which which)
-        : coat(mean(l.coat.albedo)), specular(mean(l.specular.albedo)), transmission(mean(l.transmission)),
-          diffuse(which == Which::all ? mean(l.diffuse) : 0.0f), total(coat + specular + transmission + diffuse)
+        : coat(mean(l.coat.albedo)),
+          specular(mean(l.specular.albedo)),
+          transmission(mean(l.transmission)),
+          diffuse(which == Which::all ? mean(l.diffuse) : 0.0f),
+          total(coat + specular + transmission + diffuse)
     {
     }
     static float mean(glm::vec3 c) { return (c.r + c.g + c.b) * (1.0f / 3.0f); }
@@ -131,7 +135,8 @@ Scattering scattering(const Bsdf& b, const Layers& l, const Shares& shares, Whic
     if (pair.transmitted) {
         if (!b.transmits() || !viewer_above) return s;
         const LobeValue lobe = lobe_value(l.specular, pair);
-        return {l.transmission * (l.specular.inverse_total * lobe.value), shares.transmission * lobe.density / shares.total};
+        return {l.transmission * (l.specular.inverse_total * lobe.value),
+                shares.transmission * lobe.density / shares.total};
     }
     if (which == Which::all) {
         s.value = l.diffuse * kInversePi;
@@ -187,8 +192,7 @@ BsdfSample sample(const Bsdf& b, Which which, glm::vec3 outgoing, float choice, 
     }
     const Scattering s = scattering(b, layers, shares, which, outgoing, result.incoming);
     result.density = s.density;
-    if (s.density > 0.0f)
-        result.weight = s.value * (std::abs(glm::dot(b.normal, result.incoming)) / s.density);
+    if (s.density > 0.0f) result.weight = s.value * (std::abs(glm::dot(b.normal, result.incoming)) / s.density);
     return result;
 }
 

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kNodes = 32;   // along each axis
 constexpr int kRadii = 20;   // of the quadrature, by
-constexpr int kAngles = 10;   // over half of the facets: the other half mirrors it
+constexpr int kAngles = 10;  // over half of the facets: the other half mirrors it
 
 /// What is nearly linear between the nodes.
 struct Node {
@@ -59,8 +59,8 @@ GgxAlbedo integrate(float cosine, float alpha, const Disc& disc)
         const float cosine_i = 2.0f * cosine_h * h.z - cosine;
         if (cosine_i <= 0.0f) continue;
         const float slant_i = ggx_slant(cosine_i, alpha);
-        const float ratio = ggx_visibility(cosine, slant_o, cosine_i, slant_i) * cosine_i /
-                            ggx_density_factor(cosine, slant_o);
+        const float ratio =
+            ggx_visibility(cosine, slant_o, cosine_i, slant_i) * cosine_i / ggx_density_factor(cosine, slant_o);
         const float fresnel = schlick_weight(cosine_h);
         sum.scale += point.weight * ratio * (1.0f - fresnel);
         sum.bias += point.weight * ratio * fresnel;

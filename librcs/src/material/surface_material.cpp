@@ -49,7 +49,8 @@ public:
     glm::vec4 operator()(const TextureSlot& slot) const
     {
         if (!slot.used()) return glm::vec4(1.0f);
-        if (filter_.mean) return texel_value(scene_.textures[static_cast<std::size_t>(slot.texture)].levels.back(), 0, 0);
+        if (filter_.mean)
+            return texel_value(scene_.textures[static_cast<std::size_t>(slot.texture)].levels.back(), 0, 0);
         if (slot.uv_set == 0) return sample_slot(scene_, slot, uv_, filter_.duv_dx, filter_.duv_dy);
         if (mesh_.uvs1.empty()) return sample_slot(scene_, slot, glm::vec2(0.0f), glm::vec2(0.0f), glm::vec2(0.0f));
         const glm::vec2 uv = interpolated(mesh_.uvs1, mesh_.triangles[hit_.primitive], hit_.u, hit_.v);
@@ -68,9 +69,12 @@ private:
 float coverage(const Material& material, float alpha)
 {
     switch (material.alpha_mode) {
-    case AlphaMode::opaque: return 1.0f;
-    case AlphaMode::mask: return alpha >= material.alpha_cutoff ? 1.0f : 0.0f;
-    case AlphaMode::blend: return std::clamp(alpha, 0.0f, 1.0f);
+        case AlphaMode::opaque:
+            return 1.0f;
+        case AlphaMode::mask:
+            return alpha >= material.alpha_cutoff ? 1.0f : 0.0f;
+        case AlphaMode::blend:
+            return std::clamp(alpha, 0.0f, 1.0f);
     }
     return 1.0f;
 }
@@ -102,10 +106,7 @@ glm::vec3 normal_at(const RayScene& rays, const Hit& hit, const Mesh& mesh, cons
 }
 
 /// @param perceptual  glTF's roughness, textured
-float ggx_width(float perceptual)
-{
-    return std::clamp(perceptual * perceptual, Bsdf::kLeastAlpha, 1.0f);
-}
+float ggx_width(float perceptual) { return std::clamp(perceptual * perceptual, Bsdf::kLeastAlpha, 1.0f); }
 
 /// Sets the lobes from colour and material (glTF 2.0 appendix B and the extensions named in Material).
 void set_lobes(const Material& m, glm::vec3 base_color, const Lookup& look_up, bool transmits, Bsdf& bsdf)

@@ -20,8 +20,8 @@ namespace detail {
 
 /// Factors of the recurrences over normalised associated Legendre functions (without sin^m).
 struct HarmonicFactors {
-    float start[kBands];              // P(m, m)
-    float a[kBands][kBands];          // P(l, m) = a z P(l-1, m) - b P(l-2, m)
+    float start[kBands];      // P(m, m)
+    float a[kBands][kBands];  // P(l, m) = a z P(l-1, m) - b P(l-2, m)
     float b[kBands][kBands];
 };
 
@@ -30,8 +30,7 @@ inline HarmonicFactors make_harmonic_factors()
     HarmonicFactors f{};
     double diagonal = std::sqrt(1.0 / (4.0 * std::numbers::pi));
     for (int m = 0; m < kBands; ++m) {
-        if (m > 0)
-            diagonal *= std::sqrt((2.0 * m + 1.0) / (2.0 * m));
+        if (m > 0) diagonal *= std::sqrt((2.0 * m + 1.0) / (2.0 * m));
         // The pair of cos(m phi) and sin(m phi) shares the factor sqrt(2).
         f.start[m] = static_cast<float>(m == 0 ? diagonal : diagonal * std::numbers::sqrt2);
         for (int l = m + 1; l < kBands; ++l) {
@@ -53,7 +52,7 @@ inline const HarmonicFactors& harmonic_factors()
 
 /// All harmonics in 16 unit directions.
 RCS_ALWAYS_INLINE void evaluate_harmonics(const detail::HarmonicFactors& f, const float* x, const float* y,
-                                                 const float* z, HarmonicLanes& out)
+                                          const float* z, HarmonicLanes& out)
 {
     float c[kHarmonicLanes], s[kHarmonicLanes];  // sin(theta)^m cos(m phi), sin(theta)^m sin(m phi)
     for (int i = 0; i < kHarmonicLanes; ++i) {
@@ -74,8 +73,7 @@ RCS_ALWAYS_INLINE void evaluate_harmonics(const detail::HarmonicFactors& f, cons
                 const float p = l > m ? a * z[i] * last[i] - b * previous[i] : last[i];
                 previous[i] = l > m ? last[i] : previous[i];
                 last[i] = p;
-                if (m > 0)
-                    sine[i] = p * s[i];
+                if (m > 0) sine[i] = p * s[i];
                 cosine[i] = p * c[i];
             }
         }

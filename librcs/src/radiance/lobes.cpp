@@ -25,8 +25,8 @@ std::array<double, kBands> legendre(double x)
 {
     std::array<double, kBands> p{1.0, x};
     for (int l = 2; l < kBands; ++l)
-        p[static_cast<std::size_t>(l)] = ((2 * l - 1) * x * p[static_cast<std::size_t>(l - 1)] -
-                                          (l - 1) * p[static_cast<std::size_t>(l - 2)]) / l;
+        p[static_cast<std::size_t>(l)] =
+            ((2 * l - 1) * x * p[static_cast<std::size_t>(l - 1)] - (l - 1) * p[static_cast<std::size_t>(l - 2)]) / l;
     return p;
 }
 
@@ -50,7 +50,8 @@ Directions make_directions()
             const glm::dvec3 w(r * std::cos(phi), r * std::sin(phi), z);
             Weights basis;
             for (int j = 0; j < kAxes; ++j) {
-                const std::array<double, kBands> p = legendre(w.x * std::sin(axis_angle(j)) + w.z * std::cos(axis_angle(j)));
+                const std::array<double, kBands> p =
+                    legendre(w.x * std::sin(axis_angle(j)) + w.z * std::cos(axis_angle(j)));
                 for (int l = 0; l < kBands; ++l)
                     basis[static_cast<std::size_t>(l * kAxes + j)] =
                         (2 * l + 1) / (4.0 * std::numbers::pi) * p[static_cast<std::size_t>(l)];
@@ -72,14 +73,12 @@ NormalMatrix factorise(const Directions& d)
         for (std::size_t a = 0; a < kWeights; ++a)
             for (std::size_t b = 0; b <= a; ++b)
                 m[a][b] += d.direction[n].z * d.solid_angle * d.basis[n][a] * d.basis[n][b];
-    for (std::size_t a = 0; a < kWeights; ++a)
-        trace += m[a][a];
+    for (std::size_t a = 0; a < kWeights; ++a) trace += m[a][a];
     for (std::size_t a = 0; a < kWeights; ++a) {
         m[a][a] += 1e-3 * trace / kWeights;
         for (std::size_t b = 0; b <= a; ++b) {
             double sum = m[a][b];
-            for (std::size_t k = 0; k < b; ++k)
-                sum -= m[a][k] * m[b][k];
+            for (std::size_t k = 0; k < b; ++k) sum -= m[a][k] * m[b][k];
             m[a][b] = a == b ? std::sqrt(sum) : sum / m[b][b];
         }
     }
@@ -89,13 +88,11 @@ NormalMatrix factorise(const Directions& d)
 Weights solve(const NormalMatrix& factor, Weights x)
 {
     for (std::size_t a = 0; a < kWeights; ++a) {
-        for (std::size_t k = 0; k < a; ++k)
-            x[a] -= factor[a][k] * x[k];
+        for (std::size_t k = 0; k < a; ++k) x[a] -= factor[a][k] * x[k];
         x[a] /= factor[a][a];
     }
     for (std::size_t a = kWeights; a-- > 0;) {
-        for (std::size_t k = a + 1; k < kWeights; ++k)
-            x[a] -= factor[k][a] * x[k];
+        for (std::size_t k = a + 1; k < kWeights; ++k) x[a] -= factor[k][a] * x[k];
         x[a] /= factor[a][a];
     }
     return x;
@@ -124,8 +121,7 @@ Lobe fit_lobe(const Directions& d, const NormalMatrix& factor, float alpha, floa
         const double value = static_cast<double>(evaluate_glossy(bsdf, outgoing, glm::vec3(d.direction[n])).g);
         const double weight = value * d.direction[n].z * d.solid_angle;
         albedo += weight;
-        for (std::size_t a = 0; a < kWeights; ++a)
-            right[a] += weight * d.basis[n][a];
+        for (std::size_t a = 0; a < kWeights; ++a) right[a] += weight * d.basis[n][a];
     }
     const Weights fit = solve(factor, right);
     // A uniform sky has to be reflected exactly.
@@ -134,8 +130,7 @@ Lobe fit_lobe(const Directions& d, const NormalMatrix& factor, float alpha, floa
         for (std::size_t a = 0; a < kWeights; ++a)
             reflected += fit[a] * d.basis[n][a] * d.direction[n].z * d.solid_angle;
     Lobe lobe;
-    for (std::size_t a = 0; a < kWeights; ++a)
-        lobe.weights[a] = static_cast<float>(fit[a] * albedo / reflected);
+    for (std::size_t a = 0; a < kWeights; ++a) lobe.weights[a] = static_cast<float>(fit[a] * albedo / reflected);
     lobe.albedo = static_cast<float>(albedo);
     return lobe;
 }
@@ -182,8 +177,7 @@ void look_up(const Bsdf& bsdf, float cosine, float* weights, std::size_t stride)
     const Lobe* grey[4] = {&t.grey[i][j], &t.grey[i][j + 1], &t.grey[i + 1][j], &t.grey[i + 1][j + 1]};
     const Lobe* grazing[4] = {&t.grazing[i][j], &t.grazing[i][j + 1], &t.grazing[i + 1][j], &t.grazing[i + 1][j + 1]};
     float albedo = 0.0f;
-    for (int k = 0; k < 4; ++k)
-        albedo += share[k] * (of_grey * grey[k]->albedo + of_grazing * grazing[k]->albedo);
+    for (int k = 0; k < 4; ++k) albedo += share[k] * (of_grey * grey[k]->albedo + of_grazing * grazing[k]->albedo);
     const float scale = albedo > 0.0f ? 1.0f / albedo : 0.0f;
     for (std::size_t w = 0; w < kWeights; ++w) {
         float sum = 0.0f;
@@ -201,8 +195,7 @@ void add_axis(const detail::HarmonicFactors& factors, int axis, const float* x, 
     evaluate_harmonics(factors, x, y, z, y_lm);
     for (int l = 0; l < kBands; ++l)
         for (int m = l * l; m < (l + 1) * (l + 1); ++m)
-            for (int i = 0; i < kHarmonicLanes; ++i)
-                sum[m][i] += weights[l * kAxes + axis][i] * y_lm[m][i];
+            for (int i = 0; i < kHarmonicLanes; ++i) sum[m][i] += weights[l * kAxes + axis][i] * y_lm[m][i];
 }
 
 }  // namespace
@@ -223,8 +216,7 @@ void evaluate_lobes(const Bsdf* const* bsdf, const glm::vec3* outgoing, Harmonic
     for (int i = 0; i < kHarmonicLanes; ++i) {
         normal[i] = {0.0f, 0.0f, 1.0f};
         tangent[i] = {1.0f, 0.0f, 0.0f};
-        if (!bsdf[i] || !lit_by_records(*bsdf[i]))
-            continue;
+        if (!bsdf[i] || !lit_by_records(*bsdf[i])) continue;
         normal[i] = bsdf[i]->normal;
         const float cosine = glm::dot(normal[i], outgoing[i]);
         const glm::vec3 across = outgoing[i] - cosine * normal[i];
@@ -234,10 +226,10 @@ void evaluate_lobes(const Bsdf* const* bsdf, const glm::vec3* outgoing, Harmonic
         tangent[i] = length2 > 1e-12f ? across / std::sqrt(length2) : glm::normalize(glm::cross(normal[i], other));
         look_up(*bsdf[i], cosine, &weights[0][i], kHarmonicLanes);
     }
-    for (auto& lanes : coefficients)
-        std::fill(lanes, lanes + kHarmonicLanes, 0.0f);
+    for (auto& lanes : coefficients) std::fill(lanes, lanes + kHarmonicLanes, 0.0f);
     for (int j = 0; j < kAxes; ++j) {
-        const float sine = static_cast<float>(std::sin(axis_angle(j))), cosine = static_cast<float>(std::cos(axis_angle(j)));
+        const float sine = static_cast<float>(std::sin(axis_angle(j))),
+                    cosine = static_cast<float>(std::cos(axis_angle(j)));
         float x[kHarmonicLanes], y[kHarmonicLanes], z[kHarmonicLanes];
         for (int i = 0; i < kHarmonicLanes; ++i) {
             const glm::vec3 axis = sine * tangent[i] + cosine * normal[i];

@@ -28,8 +28,7 @@ void sum_lanes(const HarmonicLanes& lanes, float weight, float* sums)
 {
     for (int k = 0; k < kHarmonics; ++k) {
         float half[kHarmonicLanes / 2];
-        for (int i = 0; i < kHarmonicLanes / 2; ++i)
-            half[i] = lanes[k][i] + lanes[k][i + kHarmonicLanes / 2];
+        for (int i = 0; i < kHarmonicLanes / 2; ++i) half[i] = lanes[k][i] + lanes[k][i + kHarmonicLanes / 2];
         const float a = half[0] + half[4], b = half[1] + half[5], c = half[2] + half[6], d = half[3] + half[7];
         sums[k] = weight * ((a + c) + (b + d));
     }
@@ -40,8 +39,7 @@ void sum_lanes(const HarmonicLanes& lanes, float weight, float* sums)
 void RadianceSums::clear()
 {
     for (HarmonicLanes& color : lanes_)
-        for (auto& lanes : color)
-            std::fill(lanes, lanes + kHarmonicLanes, 0.0f);
+        for (auto& lanes : color) std::fill(lanes, lanes + kHarmonicLanes, 0.0f);
 }
 
 void RadianceSums::add(const RayPacket& ray, const float* red, const float* green, const float* blue)

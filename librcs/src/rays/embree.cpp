@@ -32,12 +32,10 @@ static_assert(RayPacket::kMiss == RTC_INVALID_GEOMETRY_ID);
 void throw_on_error(RTCDevice device, const char* what)
 {
     const RTCError error = rtcGetDeviceError(device);
-    if (error == RTC_ERROR_NONE)
-        return;
+    if (error == RTC_ERROR_NONE) return;
     if (error == RTC_ERROR_OUT_OF_MEMORY)
         throw Error(ErrorCode::out_of_memory, std::string("Embree ran out of memory while ") + what);
-    throw Error(ErrorCode::internal,
-                std::string("Embree reported error ") + std::to_string(error) + " while " + what);
+    throw Error(ErrorCode::internal, std::string("Embree reported error ") + std::to_string(error) + " while " + what);
 }
 
 RTCScene new_scene(RTCDevice device)
@@ -66,15 +64,15 @@ RTCOccludedArguments occluded_arguments(EmbreeContext* context)
     arguments.context = context;
     return arguments;
 }
-#define RCS_RTC_INTERSECT(function, context, rayhit, ...)                \
-    do {                                                                 \
+#define RCS_RTC_INTERSECT(function, context, rayhit, ...)               \
+    do {                                                                \
         RTCIntersectArguments arguments = intersect_arguments(context); \
-        function(__VA_ARGS__, rayhit, &arguments);                       \
+        function(__VA_ARGS__, rayhit, &arguments);                      \
     } while (false)
-#define RCS_RTC_OCCLUDED(function, context, ray, ...)                  \
-    do {                                                               \
+#define RCS_RTC_OCCLUDED(function, context, ray, ...)                 \
+    do {                                                              \
         RTCOccludedArguments arguments = occluded_arguments(context); \
-        function(__VA_ARGS__, ray, &arguments);                        \
+        function(__VA_ARGS__, ray, &arguments);                       \
     } while (false)
 #else
 using EmbreeContext = RTCIntersectContext;
@@ -100,8 +98,7 @@ void filter(const RTCFilterFunctionNArguments* arguments)
     const unsigned n = arguments->N;
     std::uint64_t asked = 0;
     for (unsigned i = 0; i < n; ++i) {
-        if (arguments->valid[i] != -1)
-            continue;
+        if (arguments->valid[i] != -1) continue;
         ++asked;
         const std::uint32_t instance = RTCHitN_instID(hit, n, i, 0);
         Meeting m;
@@ -111,8 +108,7 @@ void filter(const RTCFilterFunctionNArguments* arguments)
                  m.is_instanced ? instance : RTCHitN_geomID(hit, n, i), RTCHitN_primID(hit, n, i)};
         m.origin = {RTCRayN_org_x(ray, n, i), RTCRayN_org_y(ray, n, i), RTCRayN_org_z(ray, n, i)};
         m.direction = {RTCRayN_dir_x(ray, n, i), RTCRayN_dir_y(ray, n, i), RTCRayN_dir_z(ray, n, i)};
-        if (goes_on(passage, m))
-            arguments->valid[i] = 0;
+        if (goes_on(passage, m)) arguments->valid[i] = 0;
     }
     tally(Count::alpha_tests, asked);
 }
@@ -191,8 +187,7 @@ std::vector<HitTriangle> hit_triangles(const Mesh& mesh)
 {
     std::vector<HitTriangle> result;
     result.reserve(mesh.triangles.size());
-    for (const glm::uvec3& t : mesh.triangles)
-        result.push_back(hit_triangle(mesh, t));
+    for (const glm::uvec3& t : mesh.triangles) result.push_back(hit_triangle(mesh, t));
     return result;
 }
 
@@ -222,17 +217,14 @@ struct EmbreeScene {
     explicit EmbreeScene(int threads)
     {
         device = rtcNewDevice(("threads=" + std::to_string(threads)).c_str());
-        if (!device)
-            throw Error(ErrorCode::internal, "Embree could not create a device");
+        if (!device) throw Error(ErrorCode::internal, "Embree could not create a device");
         top = new_scene(device);
     }
     ~EmbreeScene()
     {
         for (RTCScene object : objects)
-            if (object)
-                rtcReleaseScene(object);
-        if (top)
-            rtcReleaseScene(top);
+            if (object) rtcReleaseScene(object);
+        if (top) rtcReleaseScene(top);
         rtcReleaseDevice(device);
     }
     EmbreeScene(const EmbreeScene&) = delete;
@@ -246,22 +238,16 @@ RayScene::~RayScene() = default;
 RayScene::RayScene(RayScene&&) noexcept = default;
 RayScene& RayScene::operator=(RayScene&&) noexcept = default;
 
-const Scene& RayScene::scene() const noexcept
-{
-    return *impl_->scene;
-}
+const Scene& RayScene::scene() const noexcept { return *impl_->scene; }
 
-std::size_t RayScene::triangle_count() const noexcept
-{
-    return impl_->triangle_count;
-}
+std::size_t RayScene::triangle_count() const noexcept { return impl_->triangle_count; }
 
-bool RayScene::has_transparency() const noexcept
-{
-    return impl_->has_transparency;
-}
+bool RayScene::has_transparency() const noexcept { return impl_->has_transparency; }
 
-RayScene build_ray_scene(const Scene& scene, const ThreadPool& pool) { return build_ray_scene(scene, pool, EffectChoice{}); }
+RayScene build_ray_scene(const Scene& scene, const ThreadPool& pool)
+{
+    return build_ray_scene(scene, pool, EffectChoice{});
+}
 
 RayScene build_ray_scene(const Scene& scene, const ThreadPool& pool, const EffectChoice& effects)
 {
@@ -284,8 +270,7 @@ RayScene build_ray_scene(const Scene& scene, const ThreadPool& pool, const Effec
     EmbreeScene& embree = *impl->embree;
 
     std::vector<int> uses(scene.meshes.size(), 0);
-    for (const Instance& instance : scene.instances)
-        ++uses[static_cast<std::size_t>(instance.mesh)];
+    for (const Instance& instance : scene.instances) ++uses[static_cast<std::size_t>(instance.mesh)];
     embree.objects.resize(scene.meshes.size(), nullptr);
     impl->object_positions.resize(scene.meshes.size());
     impl->hit_triangles.resize(scene.meshes.size());
@@ -299,8 +284,7 @@ RayScene build_ray_scene(const Scene& scene, const ThreadPool& pool, const Effec
         const glm::dmat3 linear(instance.world_from_object);
         target.mesh = &mesh;
         target.material = mesh.material;
-        if (impl->hit_triangles[m].empty())
-            impl->hit_triangles[m] = hit_triangles(mesh);
+        if (impl->hit_triangles[m].empty()) impl->hit_triangles[m] = hit_triangles(mesh);
         target.smooth = !mesh.normals.empty();
         target.triangles = impl->hit_triangles[m].data();
         target.inverse_scale = static_cast<float>(1.0 / std::cbrt(std::abs(glm::determinant(linear))));
@@ -310,8 +294,7 @@ RayScene build_ray_scene(const Scene& scene, const ThreadPool& pool, const Effec
         target.simulated = impl->simulated[m];
         const bool filtered = (target.simulated & kSeeThrough) != 0u;
         impl->has_transparency = impl->has_transparency || (filtered && !mesh.triangles.empty());
-        if (mesh.triangles.empty())
-            continue;
+        if (mesh.triangles.empty()) continue;
         if (uses[m] == 1 || effects.without.has(Effect::instancing)) {
             target.positions = padded(mesh.positions, &instance.world_from_object);
             attach(embree.top, new_triangles(embree.device, target.positions, mesh, filtered),
@@ -355,8 +338,7 @@ struct alignas(64) LaneMask {
     int lane[RayPacket::kWidth];
     explicit LaneMask(std::uint32_t active)
     {
-        for (int i = 0; i < RayPacket::kWidth; ++i)
-            lane[i] = (active >> i & 1u) != 0u ? -1 : 0;
+        for (int i = 0; i < RayPacket::kWidth; ++i) lane[i] = (active >> i & 1u) != 0u ? -1 : 0;
     }
 };
 
@@ -396,8 +378,7 @@ void trace(const RayScene& rays, std::uint32_t active, RayPacket& packet, Passag
 template <typename Packet>
 void trace_by_chance(const RayScene& rays, std::uint32_t active, Packet& packet)
 {
-    if (!rays.has_transparency())
-        return trace(rays, active, packet, nullptr);
+    if (!rays.has_transparency()) return trace(rays, active, packet, nullptr);
     Passage passage(rays, Passage::Rule::by_chance);
     trace(rays, active, packet, &passage);
 }
@@ -409,13 +390,11 @@ void intersect(const RayScene& rays, std::uint32_t active, HitPacket& packet) { 
 void intersect(const RayScene& rays, std::uint32_t active, HitPacket& packet, LaneWeights& weights)
 {
     std::fill(weights.weight, weights.weight + RayPacket::kWidth, glm::vec3(1.0f));
-    if (!rays.has_transparency())
-        return trace(rays, active, packet, nullptr);
+    if (!rays.has_transparency()) return trace(rays, active, packet, nullptr);
     Passage passage(rays, Passage::Rule::by_chance);
     trace(rays, active, packet, &passage);
     for (int i = 0; i < RayPacket::kWidth; ++i) {
-        if ((active >> i & 1u) == 0u)
-            continue;
+        if ((active >> i & 1u) == 0u) continue;
         const RayPacket& r = packet.ray;
         const Hit hit{r.t_max[i], packet.u[i], packet.v[i], packet.instance(i), packet.primitive[i]};
         const bool is_hit = packet.geometry[i] != RayPacket::kMiss;
@@ -432,7 +411,8 @@ void transmittance(const RayScene& rays, std::uint32_t active, RayPacket& packet
     trace(rays, active, packet, rays.has_transparency() ? &passage : nullptr);
     for (int i = 0; i < RayPacket::kWidth; ++i)
         if ((active >> i & 1u) != 0u)
-            transmitted.weight[i] = packet.t_max[i] < 0.0f ? glm::vec3(0.0f) : product(passage, static_cast<std::uint32_t>(i));
+            transmitted.weight[i] =
+                packet.t_max[i] < 0.0f ? glm::vec3(0.0f) : product(passage, static_cast<std::uint32_t>(i));
 }
 
 std::optional<Hit> intersect(const RayScene& rays, const Ray& ray, RayFilter filter, glm::vec3* weight)
@@ -445,7 +425,8 @@ std::optional<Hit> intersect(const RayScene& rays, const Ray& ray, RayFilter fil
     const std::uint32_t instance = r.hit.instID[0] != RTC_INVALID_GEOMETRY_ID ? r.hit.instID[0] : r.hit.geomID;
     const Hit hit{r.ray.tfar, r.hit.u, r.hit.v, instance, r.hit.primID};
     if (weight)
-        *weight = filter == RayFilter::everything ? glm::vec3(1.0f) : weight_of(passage, 0, is_hit ? &hit : nullptr, ray.direction);
+        *weight = filter == RayFilter::everything ? glm::vec3(1.0f)
+                                                  : weight_of(passage, 0, is_hit ? &hit : nullptr, ray.direction);
     return is_hit ? std::optional<Hit>(hit) : std::nullopt;
 }
 
@@ -477,12 +458,15 @@ std::vector<MachineFact> describe_rays()
     const EmbreeScene embree(1);
     const auto property = [&](RTCDeviceProperty name) { return rtcGetDeviceProperty(embree.device, name); };
     const auto version = static_cast<int>(property(RTC_DEVICE_PROPERTY_VERSION));
-    const std::string number = std::to_string(version / 10000) + "." + std::to_string(version / 100 % 100) + "." + std::to_string(version % 100);
-    const char* isa = property(RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) ? "AVX-512, packets of 16"
+    const std::string number = std::to_string(version / 10000) + "." + std::to_string(version / 100 % 100) + "." +
+                               std::to_string(version % 100);
+    const char* isa = property(RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED)  ? "AVX-512, packets of 16"
                       : property(RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) ? "AVX, packets of 8"
-                                                                             : "SSE, packets of 4";
+                                                                            : "SSE, packets of 4";
     const bool filters = property(RTC_DEVICE_PROPERTY_FILTER_FUNCTION_SUPPORTED) != 0;
-    return {{"Embree", number}, {"Embree instruction set", isa}, {"Embree filters", filters ? "yes" : "no: transparency will not work"}};
+    return {{"Embree", number},
+            {"Embree instruction set", isa},
+            {"Embree filters", filters ? "yes" : "no: transparency will not work"}};
 }
 
 }  // namespace rcs

@@ -15,10 +15,7 @@ namespace rcs {
 inline constexpr float kPositionRoundings = 16.0f;
 inline constexpr float kUnitRoundoff = 0x1p-24f;
 
-inline float max_component(glm::vec3 v)
-{
-    return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
-}
+inline float max_component(glm::vec3 v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
 
 inline const RayInstance& instance_of(const RayScene& rays, std::uint32_t instance)
 {
@@ -34,7 +31,8 @@ inline glm::vec3 unit_or(glm::vec3 v, glm::vec3 fallback)
 
 /// The faces that a packet's rays hit, all lanes at once; lanes without a hit hold anything finite or not.
 struct alignas(64) FacePacket {
-    float normal_x[RayPacket::kWidth], normal_y[RayPacket::kWidth], normal_z[RayPacket::kWidth];  ///< unit, towards the ray's origin
+    float normal_x[RayPacket::kWidth], normal_y[RayPacket::kWidth],
+        normal_z[RayPacket::kWidth];  ///< unit, towards the ray's origin
     /// q of the face's plane: it lies at distance 1/(q.w) along any unit direction w [1/m]
     float plane_x[RayPacket::kWidth], plane_y[RayPacket::kWidth], plane_z[RayPacket::kWidth];
     float facing[RayPacket::kWidth];  ///< > 0 where the ray meets the face's counter-clockwise side

@@ -28,18 +28,16 @@ struct alignas(64) RayPacket {
 
 struct alignas(64) HitPacket {
     RayPacket ray;
-    float normal_x[RayPacket::kWidth], normal_y[RayPacket::kWidth], normal_z[RayPacket::kWidth];  ///< not unit, object space
+    float normal_x[RayPacket::kWidth], normal_y[RayPacket::kWidth],
+        normal_z[RayPacket::kWidth];  ///< not unit, object space
     float u[RayPacket::kWidth], v[RayPacket::kWidth];
     std::uint32_t primitive[RayPacket::kWidth];
-    std::uint32_t geometry[RayPacket::kWidth];    ///< kMiss where nothing was hit
-    std::uint32_t instance_id[RayPacket::kWidth]; ///< of an Embree instance, kMiss where the mesh is baked
-    std::uint32_t padding[RayPacket::kWidth];     ///< Embree 4 keeps the member of an instance array here
+    std::uint32_t geometry[RayPacket::kWidth];     ///< kMiss where nothing was hit
+    std::uint32_t instance_id[RayPacket::kWidth];  ///< of an Embree instance, kMiss where the mesh is baked
+    std::uint32_t padding[RayPacket::kWidth];      ///< Embree 4 keeps the member of an instance array here
 
     /// Index into Scene::instances of lane i's hit.
-    std::uint32_t instance(int i) const
-    {
-        return instance_id[i] != RayPacket::kMiss ? instance_id[i] : geometry[i];
-    }
+    std::uint32_t instance(int i) const { return instance_id[i] != RayPacket::kMiss ? instance_id[i] : geometry[i]; }
 };
 
 /// Sets what every ray shares: no time, all geometry, t_min 0.
@@ -59,7 +57,7 @@ inline void set_lane(RayPacket& packet, std::size_t lane, const Ray& ray)
 
 /// What becomes of rays at surfaces that let light through. Masked texels below the cutoff never stop one.
 enum class RayFilter {
-    by_chance,   ///< goes on with the probability of the transmittance's largest channel; unbiased with the ray's weight
+    by_chance,  ///< goes on with the probability of the transmittance's largest channel; unbiased with the ray's weight
     everything,  ///< ends at each of them
 };
 

@@ -34,11 +34,11 @@ struct RayInstance {
     const Mesh* mesh = nullptr;
     const HitTriangle* triangles = nullptr;  ///< of the mesh
     int material = 0;
-    float inverse_scale = 1.0f;  ///< 1 / the transform's mean stretch
-    bool smooth = false;     ///< the mesh has vertex normals
-    bool mirrored = false;   ///< the transform turns front faces clockwise
-    bool instanced = false;  ///< traced through an Embree instance; else baked into scene space
-    std::uint32_t simulated = 0;  ///< the mesh's, as below
+    float inverse_scale = 1.0f;        ///< 1 / the transform's mean stretch
+    bool smooth = false;               ///< the mesh has vertex normals
+    bool mirrored = false;             ///< the transform turns front faces clockwise
+    bool instanced = false;            ///< traced through an Embree instance; else baked into scene space
+    std::uint32_t simulated = 0;       ///< the mesh's, as below
     std::vector<glm::vec3> positions;  ///< baked: corners in scene space, and one more element at the end
     glm::mat4x3 scene_from_object{1.0f};
     glm::mat3 normal_from_object{1.0f};  ///< object normals to scene space, not unit
@@ -48,11 +48,11 @@ struct RayScene::Impl {
     const Scene* scene = nullptr;
     std::unique_ptr<EmbreeScene> embree;
     std::vector<RayInstance> instances;
-    std::vector<std::vector<HitTriangle>> hit_triangles;    ///< per mesh
+    std::vector<std::vector<HitTriangle>> hit_triangles;   ///< per mesh
     std::vector<std::vector<glm::vec3>> object_positions;  ///< per mesh, of those that are instanced
     std::size_t triangle_count = 0;
     bool has_transparency = false;
-    EffectChoice choice;               ///< that the scene was built for
+    EffectChoice choice;                   ///< that the scene was built for
     std::vector<MeshTraits> traits;        ///< per mesh
     std::vector<std::uint32_t> simulated;  ///< per mesh: simulated_traits()
     std::vector<Bounds> bounds;            ///< per mesh, object space

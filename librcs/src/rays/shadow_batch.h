@@ -43,14 +43,12 @@ public:
     /// let light through; after trace().
     glm::vec3 transmittance(std::size_t i) const
     {
-        return transmitted_.empty() ? glm::vec3(1.0f) : transmitted_[i / RayPacket::kWidth].weight[i % RayPacket::kWidth];
+        return transmitted_.empty() ? glm::vec3(1.0f)
+                                    : transmitted_[i / RayPacket::kWidth].weight[i % RayPacket::kWidth];
     }
 
     /// Whether nothing blocks ray i wholly; after trace().
-    bool is_free(std::size_t i) const
-    {
-        return !(packets_[i / RayPacket::kWidth].t_max[i % RayPacket::kWidth] < 0.0f);
-    }
+    bool is_free(std::size_t i) const { return !(packets_[i / RayPacket::kWidth].t_max[i % RayPacket::kWidth] < 0.0f); }
 
 private:
     std::vector<RayPacket> packets_;

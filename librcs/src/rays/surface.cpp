@@ -26,8 +26,8 @@ glm::vec3 face_normal(const std::array<glm::vec3, 3>& c)
 }
 
 /// What a surface's rounding errors are proportional to. Errors of each coordinate are as that coordinate is large, and
-/// only their part along the normal lifts a point off its plane (PBRT 3.9): a ground a thousand kilometres wide is flat to
-/// a micrometre where its heights are small. Instances turn coordinates into each other, so all count there.
+/// only their part along the normal lifts a point off its plane (PBRT 3.9): a ground a thousand kilometres wide is flat
+/// to a micrometre where its heights are small. Instances turn coordinates into each other, so all count there.
 float error_scale(const std::array<glm::vec3, 3>& c, glm::vec3 face, bool instanced)
 {
     const glm::vec3 most = glm::max(glm::max(glm::abs(c[0]), glm::abs(c[1])), glm::abs(c[2]));
@@ -39,8 +39,7 @@ float error_scale(const std::array<glm::vec3, 3>& c, glm::vec3 face, bool instan
 glm::vec3 bend_towards(glm::vec3 shading, glm::vec3 geometric)
 {
     const float agreement = glm::dot(shading, geometric);
-    if (agreement >= kLeastNormalAgreement)
-        return shading;
+    if (agreement >= kLeastNormalAgreement) return shading;
     const glm::vec3 tangent = unit_or(shading - agreement * geometric, glm::vec3(0.0f));
     const float along = std::sqrt(1.0f - kLeastNormalAgreement * kLeastNormalAgreement);
     return unit_or(along * tangent + kLeastNormalAgreement * geometric, geometric);
@@ -87,10 +86,10 @@ void find_faces(const RayScene& rays, const HitPacket& packet, FacePacket& faces
         nx[i] = packet.normal_x[i];
         ny[i] = packet.normal_y[i];
         nz[i] = packet.normal_z[i];
-        if (packet.geometry[i] == RayPacket::kMiss || packet.instance_id[i] == RayPacket::kMiss)
-            continue;
+        if (packet.geometry[i] == RayPacket::kMiss || packet.instance_id[i] == RayPacket::kMiss) continue;
         // Embree gives an instance's normal in object space.
-        const glm::vec3 n = instance_of(rays, packet.instance_id[i]).normal_from_object * glm::vec3(nx[i], ny[i], nz[i]);
+        const glm::vec3 n =
+            instance_of(rays, packet.instance_id[i]).normal_from_object * glm::vec3(nx[i], ny[i], nz[i]);
         nx[i] = n.x;
         ny[i] = n.y;
         nz[i] = n.z;
@@ -99,8 +98,7 @@ void find_faces(const RayScene& rays, const HitPacket& packet, FacePacket& faces
     // A face too small for float arithmetic to have a normal: take the one that looks at the ray.
     for (int i = 0; i < RayPacket::kWidth; ++i) {
         const glm::vec3 n(faces.normal_x[i], faces.normal_y[i], faces.normal_z[i]);
-        if (packet.geometry[i] == RayPacket::kMiss || std::isfinite(n.x + n.y + n.z))
-            continue;
+        if (packet.geometry[i] == RayPacket::kMiss || std::isfinite(n.x + n.y + n.z)) continue;
         faces.normal_x[i] = -packet.ray.direction_x[i];
         faces.normal_y[i] = -packet.ray.direction_y[i];
         faces.normal_z[i] = -packet.ray.direction_z[i];
@@ -114,8 +112,9 @@ void complete_hit(const RayScene& rays, const HitPacket& packet, int lane, HitSu
     const HitTriangle& t = i.triangles[packet.primitive[lane]];
     const float u = packet.u[lane];
     const float v = packet.v[lane];
-    hit.point.shading_normal =
-        i.smooth && !t.is_flat() ? shading_normal(i, t, u, v, hit.point.geometric_normal, hit.point.front) : hit.point.geometric_normal;
+    hit.point.shading_normal = i.smooth && !t.is_flat()
+                                   ? shading_normal(i, t, u, v, hit.point.geometric_normal, hit.point.front)
+                                   : hit.point.geometric_normal;
     hit.point.uv = (1.0f - u - v) * t.uv[0] + u * t.uv[1] + v * t.uv[2];
     hit.uv_per_length = t.uv_density() * i.inverse_scale;
 }
@@ -124,8 +123,7 @@ std::array<glm::vec3, 3> triangle_corners(const RayScene& rays, std::uint32_t in
 {
     const RayInstance& i = instance_of(rays, instance);
     const glm::uvec3 t = i.mesh->triangles[primitive];
-    if (!i.instanced)
-        return {i.positions[t.x], i.positions[t.y], i.positions[t.z]};
+    if (!i.instanced) return {i.positions[t.x], i.positions[t.y], i.positions[t.z]};
     const std::vector<glm::vec3>& p = i.mesh->positions;
     return {i.scene_from_object * glm::vec4(p[t.x], 1.0f), i.scene_from_object * glm::vec4(p[t.y], 1.0f),
             i.scene_from_object * glm::vec4(p[t.z], 1.0f)};
@@ -134,8 +132,7 @@ std::array<glm::vec3, 3> triangle_corners(const RayScene& rays, std::uint32_t in
 std::array<glm::vec2, 3> triangle_uvs(const Scene& scene, std::uint32_t instance, std::uint32_t primitive)
 {
     const Mesh& mesh = scene.meshes[static_cast<std::size_t>(scene.instances[instance].mesh)];
-    if (mesh.uvs.empty())
-        return {};
+    if (mesh.uvs.empty()) return {};
     const glm::uvec3 t = mesh.triangles[primitive];
     return {mesh.uvs[t.x], mesh.uvs[t.y], mesh.uvs[t.z]};
 }
@@ -199,7 +196,8 @@ constexpr double kMostStretch = 100.0;
 float footprint(const CameraRay& ray, const PixelHits& hit)
 {
     const double t = hit.here.t;
-    const double square = glm::length(glm::cross(ray.origin_dx + t * ray.direction_dx, ray.origin_dy + t * ray.direction_dy));
+    const double square =
+        glm::length(glm::cross(ray.origin_dx + t * ray.direction_dx, ray.origin_dy + t * ray.direction_dy));
     const double area = glm::length(glm::cross(hit.dx.point - hit.here.point, hit.dy.point - hit.here.point));
     return static_cast<float>(std::sqrt(area < square ? square : std::min(area, kMostStretch * square)));
 }
@@ -209,8 +207,7 @@ float footprint(const CameraRay& ray, const PixelHits& hit)
 double pixels_inside(const RayScene& rays, std::uint32_t instance, std::uint32_t primitive, const CameraRay& ray)
 {
     const PixelHits hit = meet_plane(triangle_corners(rays, instance, primitive), ray);
-    if (!(hit.here.t > 0.0))
-        return -std::numeric_limits<double>::infinity();
+    if (!(hit.here.t > 0.0)) return -std::numeric_limits<double>::infinity();
     const auto distance = [](double here, double dx, double dy) {
         const double change = std::sqrt((dx - here) * (dx - here) + (dy - here) * (dy - here));
         return change > 0.0 ? here / change : -std::numeric_limits<double>::infinity();
@@ -223,19 +220,17 @@ double pixels_inside(const RayScene& rays, std::uint32_t instance, std::uint32_t
 std::optional<Hit> find_visible(const RayScene& rays, const CameraRay& camera_ray, float after)
 {
     Ray ray{glm::vec3(camera_ray.origin), glm::vec3(camera_ray.direction)};
-    if (after > 0.0f)
-        ray.t_min = std::nextafter(after, ray.t_max);
+    if (after > 0.0f) ray.t_min = std::nextafter(after, ray.t_max);
     while (const std::optional<Hit> hit = intersect(rays, ray, RayFilter::everything)) {
         const SurfacePoint point = surface_at(rays, hit->instance, hit->primitive, hit->u, hit->v, ray.direction);
-        if (camera_sees(rays.scene().materials[static_cast<std::size_t>(point.material)], point.front))
-            return hit;
+        if (camera_sees(rays.scene().materials[static_cast<std::size_t>(point.material)], point.front)) return hit;
         ray.t_min = std::nextafter(hit->t, ray.t_max);
     }
     return std::nullopt;
 }
 
-VisiblePoint visible_point(const RayScene& rays, std::uint32_t instance, std::uint32_t primitive,
-                           const CameraRay& ray, glm::dvec3 camera_position, float texture_scale)
+VisiblePoint visible_point(const RayScene& rays, std::uint32_t instance, std::uint32_t primitive, const CameraRay& ray,
+                           glm::dvec3 camera_position, float texture_scale)
 {
     const std::array<glm::vec3, 3> c = triangle_corners(rays, instance, primitive);
     const PixelHits pixel = meet_plane(c, ray);
@@ -245,20 +240,21 @@ VisiblePoint visible_point(const RayScene& rays, std::uint32_t instance, std::ui
     // A sample on the triangle's edge may lie outside it by a rounding.
     const double u = std::clamp(hit.u, 0.0, 1.0);
     const double v = std::clamp(hit.v, 0.0, 1.0 - u);
-    point.surface = surface_at(rays, instance, primitive, static_cast<float>(u), static_cast<float>(v),
-                               glm::vec3(ray.direction));
+    point.surface =
+        surface_at(rays, instance, primitive, static_cast<float>(u), static_cast<float>(v), glm::vec3(ray.direction));
     const glm::dvec3 position = (1.0 - u - v) * glm::dvec3(c[0]) + u * glm::dvec3(c[1]) + v * glm::dvec3(c[2]);
     point.relative_position = glm::vec3(position - camera_position);
     // Kept relative to the camera the position is rounded once more.
-    point.surface.position_error += kPositionRoundings * kUnitRoundoff *
-                                    glm::dot(glm::abs(point.surface.geometric_normal), glm::abs(point.relative_position));
+    point.surface.position_error +=
+        kPositionRoundings * kUnitRoundoff *
+        glm::dot(glm::abs(point.surface.geometric_normal), glm::abs(point.relative_position));
     point.distance = hit.t * glm::length(ray.direction);
     point.footprint = footprint(ray, pixel);
 
     const std::array<glm::vec2, 3> uv = triangle_uvs(rays.scene(), instance, primitive);
     const auto moved = [&](const PlaneHit& h) {
-        return texture_scale * (static_cast<float>(h.u - hit.u) * (uv[1] - uv[0]) +
-                                static_cast<float>(h.v - hit.v) * (uv[2] - uv[0]));
+        return texture_scale *
+               (static_cast<float>(h.u - hit.u) * (uv[1] - uv[0]) + static_cast<float>(h.v - hit.v) * (uv[2] - uv[0]));
     };
     const glm::vec3 outgoing = -glm::vec3(glm::normalize(ray.direction));
     const Hit at{static_cast<float>(hit.t), static_cast<float>(u), static_cast<float>(v), instance, primitive};

@@ -43,11 +43,11 @@ bool note(Passage& passage, const Meeting& m, glm::vec3 weight)
 {
     int& count = passage.count[m.lane];
     Passage::Crossing* list = passage.crossings[m.lane];
-    const auto is_same = [&](const Passage::Crossing& c) { return c.instance == m.hit.instance && c.primitive == m.hit.primitive; };
-    if (std::any_of(list, list + count, is_same))
-        return true;
-    if (count == Passage::kMost)
-        return false;
+    const auto is_same = [&](const Passage::Crossing& c) {
+        return c.instance == m.hit.instance && c.primitive == m.hit.primitive;
+    };
+    if (std::any_of(list, list + count, is_same)) return true;
+    if (count == Passage::kMost) return false;
     list[count++] = {m.hit.t, m.hit.instance, m.hit.primitive, weight};
     return true;
 }
@@ -74,23 +74,19 @@ Veil veil_at(const RayScene& rays, const Hit& hit, glm::vec3 direction)
 
 bool goes_on(Passage& passage, const Meeting& m)
 {
-    if (material_of(passage.rays, m.hit.instance).alpha_mode == AlphaMode::mask && coverage_at(passage.rays, m.hit) <= 0.0f)
+    if (material_of(passage.rays, m.hit.instance).alpha_mode == AlphaMode::mask &&
+        coverage_at(passage.rays, m.hit) <= 0.0f)
         return true;
-    if (passage.rule == Passage::Rule::everything)
-        return false;
+    if (passage.rule == Passage::Rule::everything) return false;
     const RayInstance& instance = passage.rays.impl().instances[m.hit.instance];
     const glm::vec3 direction = m.is_instanced ? glm::mat3(instance.scene_from_object) * m.direction : m.direction;
     const glm::vec3 t = veil_at(passage.rays, m.hit, direction).transmittance;
     const float p = largest(t);
-    if (!(p > 0.0f))
-        return false;
-    if (passage.rule == Passage::Rule::weighted && note(passage, m, t))
-        return true;
-    if (chance(m) >= p)
-        return false;
+    if (!(p > 0.0f)) return false;
+    if (passage.rule == Passage::Rule::weighted && note(passage, m, t)) return true;
+    if (chance(m) >= p) return false;
     const glm::vec3 tint = t / p;
-    if (tint != glm::vec3(1.0f))
-        note(passage, m, tint);
+    if (tint != glm::vec3(1.0f)) note(passage, m, tint);
     return true;
 }
 
@@ -98,8 +94,7 @@ glm::vec3 product(const Passage& passage, std::uint32_t lane)
 {
     glm::vec3 result(1.0f);
     const Passage::Crossing* list = passage.crossings[lane];
-    for (int i = 0; i < passage.count[lane]; ++i)
-        result *= list[i].weight;
+    for (int i = 0; i < passage.count[lane]; ++i) result *= list[i].weight;
     return result;
 }
 
@@ -109,10 +104,8 @@ glm::vec3 weight_of(const Passage& passage, std::uint32_t lane, const Hit* hit, 
     const float end = hit ? hit->t : std::numeric_limits<float>::infinity();
     const Passage::Crossing* list = passage.crossings[lane];
     for (int i = 0; i < passage.count[lane]; ++i)
-        if (list[i].t < end)
-            result *= list[i].weight;
-    if (!hit || !(material_of(passage.rays, hit->instance).transmission > 0.0f))
-        return result;
+        if (list[i].t < end) result *= list[i].weight;
+    if (!hit || !(material_of(passage.rays, hit->instance).transmission > 0.0f)) return result;
     // A blended surface stops rays by its coverage, which is also its share of the light: 1. A transmitting one
     // stops fewer than it reflects light from.
     const Veil veil = veil_at(passage.rays, *hit, direction);

@@ -27,8 +27,7 @@ double least(double low, double high, const Enough& enough)
 double area_of(std::span<const RecordShare> shares)
 {
     double area = 0.0;
-    for (const RecordShare& s : shares)
-        area += static_cast<double>(s.count * s.area);
+    for (const RecordShare& s : shares) area += static_cast<double>(s.count * s.area);
     return area;
 }
 
@@ -52,8 +51,7 @@ Allotment allot(std::span<const RecordShare> shares, double level, float most)
 {
     Allotment result{level, 0.0, 0.0};
     const double area = area_of(shares);
-    if (!(area > 0.0))
-        return result;
+    if (!(area > 0.0)) return result;
     for (const RecordShare& s : shares) {
         const float rays = rays_at(s, level, most);
         const float noise = noise_with(s, rays);
@@ -67,13 +65,16 @@ Allotment allot_for_error(std::span<const RecordShare> shares, double error, flo
 {
     // What no rays reach is not tried for at any price.
     const double reachable = std::max(error, kNearFloor * allot(shares, kMostLevel, most).error);
-    return allot(shares, least(kLeastLevel, kMostLevel, [&](double level) { return allot(shares, level, most).error <= reachable; }),
-                 most);
+    return allot(
+        shares,
+        least(kLeastLevel, kMostLevel, [&](double level) { return allot(shares, level, most).error <= reachable; }),
+        most);
 }
 
 Allotment allot_for_rays(std::span<const RecordShare> shares, double rays, float most)
 {
-    return allot(shares, least(kLeastLevel, kMostLevel, [&](double level) { return allot(shares, level, most).rays >= rays; }),
+    return allot(shares,
+                 least(kLeastLevel, kMostLevel, [&](double level) { return allot(shares, level, most).rays >= rays; }),
                  most);
 }
 
@@ -85,8 +86,7 @@ std::vector<float> densities(std::span<const RecordShare> shares, double part, f
         return std::clamp(static_cast<float>(wanted), 1.0f, most);
     };
     double now = 0.0;
-    for (const RecordShare& s : shares)
-        now += static_cast<double>(s.count * s.area * s.spread);
+    for (const RecordShare& s : shares) now += static_cast<double>(s.count * s.area * s.spread);
     const double level = least(1e-6, 1e6, [&](double tried) {
         double then = 0.0;
         for (const RecordShare& s : shares)
@@ -95,8 +95,7 @@ std::vector<float> densities(std::span<const RecordShare> shares, double part, f
     });
     std::vector<float> result;
     result.reserve(shares.size());
-    for (const RecordShare& s : shares)
-        result.push_back(density(s, level));
+    for (const RecordShare& s : shares) result.push_back(density(s, level));
     return result;
 }
 

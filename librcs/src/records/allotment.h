@@ -9,15 +9,15 @@ namespace rcs {
 /// What of a picture's error hangs on one record, as a splat of all of them shows it.
 struct RecordShare {
     float area = 0.0f;    ///< of the picture that it makes, less where it is too dark to be seen [px]
-    float single = 0.0f;  ///< standard error of the splat's mean around it, relative to it, if each record there had been
-                          ///< gathered with one ray
+    float single = 0.0f;  ///< standard error of the splat's mean around it, relative to it, if each record there had
+                          ///< been gathered with one ray
     float spread = 0.0f;  ///< error of the first-order expansions around it, relative
     float rays = 1.0f;    ///< that it has been gathered with
     float count = 1.0f;   ///< of records that are like this one, each with this area and these rays
 };
 
-/// Noise falls as rays^-kNoiseFall, faster than by chance: rays are strata of a hemisphere, and finer ones follow its edges
-/// better (measured in sponza, sibenik and castle, from 64 to 4,000 rays).
+/// Noise falls as rays^-kNoiseFall, faster than by chance: rays are strata of a hemisphere, and finer ones follow its
+/// edges better (measured in sponza, sibenik and castle, from 64 to 4,000 rays).
 inline constexpr float kNoiseFall = 0.7f;
 /// Of the splat's mean around a record that has so many rays.
 inline float noise_with(const RecordShare& share, float rays) { return share.single * std::pow(rays, -kNoiseFall); }
@@ -42,8 +42,8 @@ Allotment allot_for_error(std::span<const RecordShare> shares, double error, flo
 Allotment allot_for_rays(std::span<const RecordShare> shares, double rays, float most);
 
 /// How many records there are to be in the place of each, so that the mean of the spread becomes `part` of what it is
-/// with the fewest new ones. Of second order it would fall as the square of their distance; closer records also see what
-/// wider ones do not, and it falls as density^-kSpreadFall. @return in [1, most]
+/// with the fewest new ones. Of second order it would fall as the square of their distance; closer records also see
+/// what wider ones do not, and it falls as density^-kSpreadFall. @return in [1, most]
 std::vector<float> densities(std::span<const RecordShare> shares, double part, float most);
 inline constexpr double kSpreadFall = 0.85;
 /// What is left of its spread then.

@@ -20,22 +20,19 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kNearGoal = 1.05;       // times the goal: nearer, rays alone are enough
-constexpr float kHardlyMore = 1.05f;     // times the closest spacing: as close as they may
-constexpr double kHardlyLess = 0.95;     // times what it was: a step that does no more is the last of its kind
-constexpr double kStalled = 0.995;       // times what it was, just before the goal
+constexpr double kNearGoal = 1.05;    // times the goal: nearer, rays alone are enough
+constexpr float kHardlyMore = 1.05f;  // times the closest spacing: as close as they may
+constexpr double kHardlyLess = 0.95;  // times what it was: a step that does no more is the last of its kind
+constexpr double kStalled = 0.995;    // times what it was, just before the goal
 constexpr int kMostStalls = 2;
-constexpr double kReached = 1.02;        // times the goal is there
-constexpr int kMostRounds = 3;           // of the last step, each closer to its end
-constexpr double kCloserTakes = 3.0;     // times as long in all: records at half the least distance
-constexpr float kLeastReach = 4.0f;      // least R_k of a record whose expansion disagrees with the others [px]
+constexpr double kReached = 1.02;     // times the goal is there
+constexpr int kMostRounds = 3;        // of the last step, each closer to its end
+constexpr double kCloserTakes = 3.0;  // times as long in all: records at half the least distance
+constexpr float kLeastReach = 4.0f;   // least R_k of a record whose expansion disagrees with the others [px]
 constexpr double kLeastForecast = 0.005;
-constexpr double kLeastGoal = 1e-3;      // of a budget that could do more than anyone would see
+constexpr double kLeastGoal = 1e-3;  // of a budget that could do more than anyone would see
 
-double seconds_since(Clock::time_point start)
-{
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 /// What one step may aim at and take.
 struct StepLimits {
@@ -48,10 +45,15 @@ struct StepLimits {
 /// The work on one view's records, and what it costs.
 class Steering {
 public:
-    Steering(Placement& placement, const View& view, float overlap, ThreadPool& pool, const std::vector<Record>& records,
-             const RecordStats& stats)
-        : placement_(placement), view_(view), tolerance_(placement.options().error_tolerance), overlap_(overlap), pool_(pool),
-          records_(records), stats_(stats)
+    Steering(Placement& placement, const View& view, float overlap, ThreadPool& pool,
+             const std::vector<Record>& records, const RecordStats& stats)
+        : placement_(placement),
+          view_(view),
+          tolerance_(placement.options().error_tolerance),
+          overlap_(overlap),
+          pool_(pool),
+          records_(records),
+          stats_(stats)
     {
     }
 
@@ -92,8 +94,9 @@ private:
     std::vector<RecordShare> shares_;  // of the placement's records
     float noise_scale_ = 1.0f;         // of the picture, over what the records' neighbours promise
     double seconds_per_ray_ = 0.0, look_seconds_ = 0.0;
-    double least_per_ray_ = std::numeric_limits<double>::infinity(), least_look_ = least_per_ray_;  // without what else the machine did
-    double progress_ = 1.0;  // for walk_ahead()
+    double least_per_ray_ = std::numeric_limits<double>::infinity(),
+           least_look_ = least_per_ray_;  // without what else the machine did
+    double progress_ = 1.0;               // for walk_ahead()
     int steps_ = 0;
     int stalls_ = 0;  // steps in a row that did not lower the error: what hid behind noise may come to light in one
 };
@@ -120,9 +123,9 @@ void Steering::scale_shares(bool noise)
         by_noise += static_cast<double>(s.area * noise_of(s));
         by_spread += static_cast<double>(s.area * s.spread);
     }
-    if (noise && by_noise > 0.0)
-        noise_scale_ = static_cast<float>(errors_.noise / kMeanAbsolute * area / by_noise);
-    const float spread_scale = by_spread > 0.0 ? static_cast<float>(errors_.spread / kMeanAbsolute * area / by_spread) : 1.0f;
+    if (noise && by_noise > 0.0) noise_scale_ = static_cast<float>(errors_.noise / kMeanAbsolute * area / by_noise);
+    const float spread_scale =
+        by_spread > 0.0 ? static_cast<float>(errors_.spread / kMeanAbsolute * area / by_spread) : 1.0f;
     for (RecordShare& s : shares_) {
         s.single *= noise_scale_;
         s.spread *= spread_scale;
@@ -151,16 +154,16 @@ std::vector<RecordShare> Steering::share_out() const
     return shares;
 }
 
-/// Coarse records that serve every pixel, and the first step down from there where it is a part of the way only: it shows what
-/// rays cost and what hides behind their noise. @param target  0: a budget, of which this may take `most_seconds`
+/// Coarse records that serve every pixel, and the first step down from there where it is a part of the way only: it
+/// shows what rays cost and what hides behind their noise. @param target  0: a budget, of which this may take
+/// `most_seconds`
 void Steering::overture(double most_seconds, double target)
 {
     const Clock::time_point start = Clock::now();
     const std::uint64_t before = stats_.hemisphere_rays;
     float& reach = placement_.options().min_reach;
     const float closest = reach;
-    if (most_seconds > 0.0)
-        reach = placement_.options().max_reach;
+    if (most_seconds > 0.0) reach = placement_.options().max_reach;
     placement_.fill();
     while (reach > closest && kCloserTakes * seconds_since(start) < most_seconds) {
         reach = std::max(closest, 0.5f * reach);
@@ -172,8 +175,7 @@ void Steering::overture(double most_seconds, double target)
     const double error = kStep * errors_.total;
     const bool is_near = target > 0.0 ? error < kShareOfGoal * target
                                       : seconds_since(start) + 2.0 * rays_to(error) * seconds_per_ray_ > most_seconds;
-    if (!is_near)
-        step({0.0, 0.0, false, [] { return std::numeric_limits<double>::infinity(); }});
+    if (!is_near) step({0.0, 0.0, false, [] { return std::numeric_limits<double>::infinity(); }});
 }
 
 /// Rays of a step to that error.
@@ -185,15 +187,16 @@ double Steering::rays_to(double error) const
 RecordForecast Steering::forecast() const
 {
     return {sums_, map_, look_seconds_,
-            [path = walk_ahead(shares_, static_cast<float>(placement_.rays()), progress_, kLeastForecast), per_ray = least_per_ray_,
-             look = least_look_](double error) {
+            [path = walk_ahead(shares_, static_cast<float>(placement_.rays()), progress_, kLeastForecast),
+             per_ray = least_per_ray_, look = least_look_](double error) {
                 const PathPoint to = read_path(path, kShareOfGoal * error);
                 return to.rays * per_ray + to.looks * look;
             }};
 }
 
-/// Brings the mean error by spread down to `part` of what it is: takes reach from records whose extrapolations disagree, and
-/// fills what they no longer serve; where records lie as close as they may, the splat takes fewer of them together.
+/// Brings the mean error by spread down to `part` of what it is: takes reach from records whose extrapolations
+/// disagree, and fills what they no longer serve; where records lie as close as they may, the splat takes fewer of them
+/// together.
 void Steering::sharpen(double part)
 {
     const std::vector<float> density = densities(shares_, part, kMostDensity);
@@ -201,8 +204,7 @@ void Steering::sharpen(double part)
     const float least = std::min(kLeastReach, placement_.options().min_reach);  // [px]
     for (std::size_t k = 0; k < records.size(); ++k) {
         Record& r = records[k];
-        if (!(density[k] > 1.0f))
-            continue;
+        if (!(density[k] > 1.0f)) continue;
         const float nearer = 1.0f / std::sqrt(density[k]);
         const float reach = r.spacing_radius / tolerance_;
         if (reach > kHardlyMore * least * r.footprint) {
@@ -226,11 +228,9 @@ void Steering::refine(const Allotment& allotment)
     for (const RecordShare& s : shares_)
         extra.push_back(static_cast<int>(std::lround((rays_at(s, allotment.level, kMostRays) - s.rays) / gather)));
     placement_.refine(extra);
-    for (std::size_t k = 0; k < shares_.size(); ++k)
-        shares_[k].rays += static_cast<float>(extra[k]) * gather;
+    for (std::size_t k = 0; k < shares_.size(); ++k) shares_[k].rays += static_cast<float>(extra[k]) * gather;
     const std::uint64_t rays = stats_.hemisphere_rays - before;
-    if (rays > 0)
-        note_seconds_per_ray(start, rays);
+    if (rays > 0) note_seconds_per_ray(start, rays);
 }
 
 /// Shoots rays for as long as there is time; how fast they are shows while they are shot.
@@ -246,17 +246,17 @@ bool Steering::step(const StepLimits& to)
     const double before = errors_.total, step_to = kStep * before;
     const bool is_cut = to.error > step_to;
     // Spread hides behind noise, and shows more of itself from step to step.
-    for (int k = 0; k < kMostSharpenings && before > kNearGoal * to.error && errors_.spread > kShareOfSpread * step_to; ++k) {
+    for (int k = 0; k < kMostSharpenings && before > kNearGoal * to.error && errors_.spread > kShareOfSpread * step_to;
+         ++k) {
         // Closer records than the time is enough for would only be noisy ones.
-        if (to.left() < 4.0 * look_seconds_ || (step_to < to.likely && stalls_ == 0))
-            break;
+        if (to.left() < 4.0 * look_seconds_ || (step_to < to.likely && stalls_ == 0)) break;
         const double spread = errors_.spread;
         sharpen(kShareOfSpread * step_to / spread);
-        if (errors_.spread > kHardlyLess * spread)
-            break;
+        if (errors_.spread > kHardlyLess * spread) break;
     }
     const double rays = rays_to(std::max(to.error, step_to));
-    const bool is_last = rays * seconds_per_ray_ + 2.0 * look_seconds_ > to.left() || (to.has_budget && steps_ + 1 == kMostSteps);
+    const bool is_last =
+        rays * seconds_per_ray_ + 2.0 * look_seconds_ > to.left() || (to.has_budget && steps_ + 1 == kMostSteps);
     if (is_last) {
         use_up(to.left);
         return false;
@@ -281,21 +281,21 @@ void Steering::reach(const RecordGoal& goal)
                                   : std::numeric_limits<double>::infinity();
     };
     const StepLimits limits{wanted, goal.likely, goal.seconds > 0.0, left};
-    while (steps_ < kMostSteps && errors_.total > kReached * wanted && step(limits)) {}
+    while (steps_ < kMostSteps && errors_.total > kReached * wanted && step(limits)) {
+    }
     // Further views' records are judged one by one.
     placement_.options().noise_target = static_cast<float>(std::max(kLeastGoal, errors_.noise / kMeanAbsolute));
 }
 
 }  // namespace
 
-MeanErrors place_to_goal(Placement& placement, const View& view, float overlap, double overture_seconds, double target, ThreadPool& pool,
-                         std::vector<Record>& records, RecordStats& stats,
+MeanErrors place_to_goal(Placement& placement, const View& view, float overlap, double overture_seconds, double target,
+                         ThreadPool& pool, std::vector<Record>& records, RecordStats& stats,
                          const std::function<std::optional<RecordGoal>(const RecordForecast&)>& set_goal)
 {
     Steering steering(placement, view, overlap, pool, records, stats);
     steering.overture(overture_seconds, target);
-    if (const std::optional<RecordGoal> goal = set_goal(steering.forecast()))
-        steering.reach(*goal);
+    if (const std::optional<RecordGoal> goal = set_goal(steering.forecast())) steering.reach(*goal);
     return steering.errors();
 }
 

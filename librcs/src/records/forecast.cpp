@@ -9,10 +9,10 @@
 namespace rcs {
 namespace {
 
-constexpr std::size_t kSample = 2048;   // of the records are enough
+constexpr std::size_t kSample = 2048;    // of the records are enough
 constexpr float kRaysOfRecord = 100.0f;  // finding its place takes as long as so many
 constexpr float kBehindNoise = 0.4f;     // of the noise, spread that shows once that is gone
-constexpr float kFallsShort = 0.85f;      // closer records leave more of the spread than planned: that to this power
+constexpr float kFallsShort = 0.85f;     // closer records leave more of the spread than planned: that to this power
 constexpr double kLooks = 1.5;           // at the error, in each step
 constexpr double kSharpening = 2.0;      // bringing records closer once takes as long as so many looks more
 constexpr double kStalled = 0.98;        // of the error, left by a step: the last one
@@ -39,7 +39,8 @@ double mean_spread(const std::vector<RecordShare>& shares)
     return area > 0.0 ? kMeanAbsolute * spread / area : 0.0;
 }
 
-/// Puts new records among those that are there: together they have the noise of both. @return what the new ones cost, in rays
+/// Puts new records among those that are there: together they have the noise of both. @return what the new ones cost,
+/// in rays
 double bring_closer(std::vector<RecordShare>& shares, const std::vector<float>& density, float gather)
 {
     double rays = 0.0;
@@ -80,24 +81,21 @@ std::vector<PathPoint> walk_ahead(std::vector<RecordShare> all, float gather, do
             at.looks += kSharpening;
         }
         double so_far = 0.0;
-        for (const RecordShare& s : shares)
-            so_far += static_cast<double>(s.count * s.rays);
+        for (const RecordShare& s : shares) so_far += static_cast<double>(s.count * s.rays);
         const std::vector<RecordShare> seen = as_seen(shares);
-        const double rays = std::clamp(allot_for_error(seen, step_to, kMostRays).rays, kLeastMore * so_far, kMostMore * so_far);
+        const double rays =
+            std::clamp(allot_for_error(seen, step_to, kMostRays).rays, kLeastMore * so_far, kMostMore * so_far);
         const double level = allot_for_rays(seen, rays, kMostRays).level;
-        for (RecordShare& s : shares)
-            s.rays = rays_at(s, level, kMostRays);
+        for (RecordShare& s : shares) s.rays = rays_at(s, level, kMostRays);
         at.rays += scale * rays;
         at.looks += kLooks;
         const double then = error();
         const bool is_stalled = then > kStalled * at.error;
         at.error = std::min(at.error, then);
-        if (is_stalled)
-            break;
+        if (is_stalled) break;
         path.push_back(at);
     }
-    for (PathPoint& p : path)
-        p.error = path_begin * std::pow(p.error / path_begin, progress);
+    for (PathPoint& p : path) p.error = path_begin * std::pow(p.error / path_begin, progress);
     return path;
 }
 
@@ -110,8 +108,7 @@ double progress_of_step(double left)
 PathPoint read_path(const std::vector<PathPoint>& path, double error)
 {
     const auto to = std::find_if(path.begin(), path.end(), [&](const PathPoint& p) { return p.error <= error; });
-    if (to == path.begin())
-        return {error};
+    if (to == path.begin()) return {error};
     const auto of_noise = [](double e) { return std::pow(e, -1.0 / double{kNoiseFall}); };
     if (to == path.end()) {
         const PathPoint& last = path.back();

@@ -74,7 +74,7 @@ struct Workspace {
     std::vector<ShadowedLight> lights;  // what each shadow ray brings if it is free
     HemisphereSamples samples;
     RadianceSums radiance;
-    float cell_width = 0.0f;    // side of a cell's solid angle where the cosine is 1 [sqrt(sr)]
+    float cell_width = 0.0f;  // side of a cell's solid angle where the cosine is 1 [sqrt(sr)]
     std::uint64_t hemisphere_rays = 0;
     std::uint64_t shadow_rays = 0;
 
@@ -87,8 +87,7 @@ struct Workspace {
         z.resize(x.size());
         packets.resize(packets_needed);
         weights.resize(packets_needed);
-        for (HitPacket& packet : packets)
-            reset(packet.ray);
+        for (HitPacket& packet : packets) reset(packet.ray);
     }
 };
 
@@ -134,8 +133,7 @@ std::uint32_t fill_packet(const Frame& frame, const Birth& birth, Workspace& w, 
     fill_rays(frame, birth, w.x.data() + c, w.y.data() + c, w.z.data() + c, w.packets[c / kWidth].ray, above);
     const int lanes = std::min(kWidth, cells - first);
     std::uint32_t active = 0;
-    for (int i = 0; i < lanes; ++i)
-        active |= static_cast<std::uint32_t>(above[i] > 0.0f) << i;
+    for (int i = 0; i < lanes; ++i) active |= static_cast<std::uint32_t>(above[i] > 0.0f) << i;
     return active;
 }
 
@@ -165,7 +163,10 @@ void note_cells(const Frame& frame, const HitPacket& packet, const FacePacket& f
 class Gatherer {
 public:
     Gatherer(const RayScene& rays, const RecordOptions& options, const LightCache* cache)
-        : rays_(rays), radiance_(rays, cache, effects_or_scene(options.effects, rays)), has_bounce_(options.bounces > 0), keeps_radiance_(options.radiance)
+        : rays_(rays),
+          radiance_(rays, cache, effects_or_scene(options.effects, rays)),
+          has_bounce_(options.bounces > 0),
+          keeps_radiance_(options.radiance)
     {
     }
 
@@ -174,7 +175,8 @@ public:
 private:
     void trace(const Birth& birth, const HemisphereGrid& grid, const Frame& frame, Workspace& w) const;
     void shade(const Frame& frame, int cells, int first, std::uint32_t active, std::uint64_t key, Workspace& w) const;
-    void note_sky(const HitPacket& packet, std::uint32_t active, std::size_t first, int lanes, HemisphereSamples& s) const;
+    void note_sky(const HitPacket& packet, std::uint32_t active, std::size_t first, int lanes,
+                  HemisphereSamples& s) const;
     void shade_hit(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell, std::uint64_t key,
                    Workspace& w) const;
     std::vector<float> radiance(int cells, Workspace& w) const;
@@ -187,11 +189,11 @@ private:
 };
 
 /// Sky that is not the same everywhere, as far as it is soft: its peaks are a lamp.
-void Gatherer::note_sky(const HitPacket& packet, std::uint32_t active, std::size_t first, int lanes, HemisphereSamples& s) const
+void Gatherer::note_sky(const HitPacket& packet, std::uint32_t active, std::size_t first, int lanes,
+                        HemisphereSamples& s) const
 {
     for (int i = 0; i < lanes; ++i) {
-        if ((active >> i & 1u) == 0u || packet.geometry[i] != RayPacket::kMiss)
-            continue;
+        if ((active >> i & 1u) == 0u || packet.geometry[i] != RayPacket::kMiss) continue;
         const RayPacket& ray = packet.ray;
         const glm::vec3 sky =
             radiance_.environment().soft_blurred({ray.direction_x[i], ray.direction_y[i], ray.direction_z[i]});
@@ -242,23 +244,23 @@ void Gatherer::shade_hit(const HitPacket& packet, int lane, const HitSurface& hi
                 radiance_.indirect_irradiance(hit.point, random));
 }
 
-void Gatherer::shade(const Frame& frame, int cells, int first, std::uint32_t active, std::uint64_t key, Workspace& w) const
+void Gatherer::shade(const Frame& frame, int cells, int first, std::uint32_t active, std::uint64_t key,
+                     Workspace& w) const
 {
     const HitPacket& packet = w.packets[static_cast<std::size_t>(first / kWidth)];
     const int lanes = std::min(kWidth, cells - first);
     FacePacket faces;
     find_faces(rays_, packet, faces);
-    note_cells(frame, packet, faces, active, radiance_.sky_radiance(), static_cast<std::size_t>(first), lanes, w.z.data(), w.samples);
+    note_cells(frame, packet, faces, active, radiance_.sky_radiance(), static_cast<std::size_t>(first), lanes,
+               w.z.data(), w.samples);
     if (radiance_.environment().has_image())
         note_sky(packet, active, static_cast<std::size_t>(first), lanes, w.samples);
-    if (!has_bounce_)
-        return;
+    if (!has_bounce_) return;
     HitSurface hits[kWidth];
     int lane_of[kWidth];
     int count = 0;
     for (int i = 0; i < lanes; ++i) {
-        if ((active >> i & 1u) == 0u || packet.geometry[i] == RayPacket::kMiss)
-            continue;
+        if ((active >> i & 1u) == 0u || packet.geometry[i] == RayPacket::kMiss) continue;
         if (!radiance_.has_cache() && !radiance_.may_be_lit({faces.normal_x[i], faces.normal_y[i], faces.normal_z[i]}))
             continue;
         prefetch_hit(rays_, packet, i);
@@ -275,14 +277,14 @@ void Gatherer::shoot_shadow_rays(Workspace& w) const
 {
     w.shadow.trace(rays_);
     for (std::size_t i = 0; i < w.shadow.size(); ++i) {
-        if (!w.shadow.is_free(i))
-            continue;
+        if (!w.shadow.is_free(i)) continue;
         const ShadowedLight& light = w.lights[i];
         glm::vec3 radiance = light.radiance * w.shadow.transmittance(i);
         if (light.material != ShadowedLight::kReflected)
             radiance *= radiance_.reflectance(
                 {light.material, light.uv, light.uv_per_length, cone_width(light.cell, w)}, light.normal,
-                -ray_direction(w.packets[light.cell / kWidth].ray, static_cast<int>(light.cell % kWidth)), light.to_light);
+                -ray_direction(w.packets[light.cell / kWidth].ray, static_cast<int>(light.cell % kWidth)),
+                light.to_light);
         add(w.samples, light.cell, radiance);
     }
     w.shadow_rays += w.shadow.size();
@@ -318,8 +320,7 @@ void Gatherer::trace(const Birth& birth, const HemisphereGrid& grid, const Frame
         shade(frame, grid.cells, first, active, light_key, w);
     }
     shoot_shadow_rays(w);
-    if (rays_.has_transparency())
-        tint(grid.cells, w);
+    if (rays_.has_transparency()) tint(grid.cells, w);
 }
 
 /// Cells have equal weights under the cosine: pi over their number.
@@ -351,8 +352,8 @@ glm::vec3 to_scene(const Frame& frame, glm::vec3 local)
 /// How far the record's first-order expansion stays sensible: where it would reach zero or twice its value.
 float gradient_reach(const Record& r)
 {
-    const glm::vec3 gradient = 0.2126f * r.translation_gradient[0] + 0.7152f * r.translation_gradient[1] +
-                               0.0722f * r.translation_gradient[2];
+    const glm::vec3 gradient =
+        0.2126f * r.translation_gradient[0] + 0.7152f * r.translation_gradient[1] + 0.0722f * r.translation_gradient[2];
     const float steepness = glm::length(gradient);
     return steepness > 0.0f ? luminance(r.irradiance) / steepness : std::numeric_limits<float>::infinity();
 }
@@ -375,8 +376,7 @@ Record Gatherer::gather(const Birth& birth, const HemisphereGrid& grid, Workspac
     record.gradient_reach = gradient_reach(record);
     record.footprint = birth.footprint;
     record.rays = grid.cells;
-    if (keeps_radiance_)
-        record.radiance = radiance(grid.cells, w);
+    if (keeps_radiance_) record.radiance = radiance(grid.cells, w);
     const float e = luminance(integrals.irradiance);
     record.noise = e > 0.0f ? std::min(1.0f, integrals.standard_error / e) : 0.0f;
     return record;
@@ -390,7 +390,8 @@ void add_gather(Record& record, const Record& more)
     const float before = record.noise * luminance(record.irradiance);
     record.irradiance = glm::mix(record.irradiance, more.irradiance, share);
     for (std::size_t color = 0; color < 3; ++color) {
-        record.rotation_gradient[color] = glm::mix(record.rotation_gradient[color], more.rotation_gradient[color], share);
+        record.rotation_gradient[color] =
+            glm::mix(record.rotation_gradient[color], more.rotation_gradient[color], share);
         record.translation_gradient[color] =
             glm::mix(record.translation_gradient[color], more.translation_gradient[color], share);
     }
@@ -456,28 +457,28 @@ void RecordGatherer::gather_more(const GBuffer& gbuffer, std::span<const std::ui
     std::vector<std::size_t> wanted;  // which records get more
     std::map<int, HemisphereGrid> grids;
     for (std::size_t i = 0; i < pixels.size(); ++i) {
-        if (extra[i] <= 0)
-            continue;
+        if (extra[i] <= 0) continue;
         wanted.push_back(i);
         if (!grids.contains(extra[i]))
-            grids[extra[i]] = make_hemisphere_grid(static_cast<int>(std::min<std::int64_t>(std::int64_t{extra[i]} * rays(), kMostHemisphereRays)));
+            grids[extra[i]] = make_hemisphere_grid(
+                static_cast<int>(std::min<std::int64_t>(std::int64_t{extra[i]} * rays(), kMostHemisphereRays)));
     }
-    if (wanted.empty())
-        return;
+    if (wanted.empty()) return;
     int most_cells = 0;
-    for (const auto& [times, grid] : grids)
-        most_cells = std::max(most_cells, grid.cells);
+    for (const auto& [times, grid] : grids) most_cells = std::max(most_cells, grid.cells);
     std::vector<Workspace> workspaces(static_cast<std::size_t>(pool.size()), Workspace(most_cells));
     for (std::size_t done = 0; done < wanted.size(); done += kBatch) {
         report(static_cast<float>(done) / static_cast<float>(wanted.size()));
-        pool.parallel_for(std::min(kBatch, wanted.size() - done), 4, [&](std::size_t begin, std::size_t end, int thread) {
-            for (std::size_t k = done + begin; k < done + end; ++k) {
-                Record& record = records[wanted[k]];
-                const Birth birth = birth_at(gbuffer, pixels[wanted[k]], impl_->seed, static_cast<std::uint64_t>(record.rays));
-                add_gather(record, impl_->gatherer.gather(birth, grids.at(extra[wanted[k]]),
-                                                          workspaces[static_cast<std::size_t>(thread)]));
-            }
-        });
+        pool.parallel_for(
+            std::min(kBatch, wanted.size() - done), 4, [&](std::size_t begin, std::size_t end, int thread) {
+                for (std::size_t k = done + begin; k < done + end; ++k) {
+                    Record& record = records[wanted[k]];
+                    const Birth birth =
+                        birth_at(gbuffer, pixels[wanted[k]], impl_->seed, static_cast<std::uint64_t>(record.rays));
+                    add_gather(record, impl_->gatherer.gather(birth, grids.at(extra[wanted[k]]),
+                                                              workspaces[static_cast<std::size_t>(thread)]));
+                }
+            });
     }
     RecordStats more;
     count(workspaces, more);

@@ -23,10 +23,7 @@ constexpr float kGrazingCosine = 0.1736f;
 
 constexpr int kMostAzimuths = 512;  // of kMostHemisphereRays: 454
 
-RCS_ALWAYS_INLINE float fraction(float x)
-{
-    return x - std::floor(x);
-}
+RCS_ALWAYS_INLINE float fraction(float x) { return x - std::floor(x); }
 
 /// sin(2 pi t) for t in [-0.25, 0.25]: Taylor series to t^11, error below 6e-8.
 RCS_ALWAYS_INLINE float sine_of_quarter_turns(float t)
@@ -164,16 +161,17 @@ void wall_speeds(const HemisphereGrid& g, const HemisphereSamples& s, WallSpeeds
         const float sin_middle = g.sin_middle[jj], cos_middle = g.cos_middle[jj], side_length = g.azimuth_wall[jj];
         float* side = walls.side.data() + row;
         for (int k = 1; k < n; ++k)
-            side[k] = side_length * wall_inverse(s, row + k, row + k - 1, sin_middle * g.cos_bound[static_cast<std::size_t>(k)],
+            side[k] = side_length * wall_inverse(s, row + k, row + k - 1,
+                                                 sin_middle * g.cos_bound[static_cast<std::size_t>(k)],
                                                  sin_middle * g.sin_bound[static_cast<std::size_t>(k)], cos_middle);
         side[0] = side_length * wall_inverse(s, row, row + n - 1, sin_middle, 0.0f, cos_middle);
-        if (j == 0)
-            continue;
+        if (j == 0) continue;
         const float sin_lower = g.sin_lower[jj], cos_lower = g.cos_lower[jj], ring_length = g.ring_wall[jj];
         float* ring = walls.ring.data() + row;
         for (int k = 0; k < n; ++k)
-            ring[k] = ring_length * wall_inverse(s, row + k, row + k - n, sin_lower * g.cos_phi[static_cast<std::size_t>(k)],
-                                                 sin_lower * g.sin_phi[static_cast<std::size_t>(k)], cos_lower);
+            ring[k] =
+                ring_length * wall_inverse(s, row + k, row + k - n, sin_lower * g.cos_phi[static_cast<std::size_t>(k)],
+                                           sin_lower * g.sin_phi[static_cast<std::size_t>(k)], cos_lower);
     }
 }
 
@@ -190,15 +188,11 @@ ColorGradients color_gradients(const HemisphereGrid& g, const WallSpeeds& walls,
         const float* side = walls.side.data() + j * n;
         const float* ring = walls.ring.data() + j * n;
         const float tangent = g.tangent[static_cast<std::size_t>(j)];
-        for (int k = 0; k < n; ++k)
-            rotation[k] += tangent * l[k];
-        for (int k = 1; k < n; ++k)
-            across_azimuths[k] += side[k] * (l[k] - l[k - 1]);
+        for (int k = 0; k < n; ++k) rotation[k] += tangent * l[k];
+        for (int k = 1; k < n; ++k) across_azimuths[k] += side[k] * (l[k] - l[k - 1]);
         across_azimuths[0] += side[0] * (l[0] - l[n - 1]);
-        if (j == 0)
-            continue;
-        for (int k = 0; k < n; ++k)
-            across_rings[k] += ring[k] * (l[k] - l[k - n]);
+        if (j == 0) continue;
+        for (int k = 0; k < n; ++k) across_rings[k] += ring[k] * (l[k] - l[k - n]);
     }
     ColorGradients sum;
     for (int k = 0; k < n; ++k) {
@@ -224,21 +218,17 @@ float standard_error(const HemisphereGrid& g, const HemisphereSamples& s)
     thread_local std::vector<float> luminances;
     luminances.resize(static_cast<std::size_t>(g.cells));
     float* l = luminances.data();
-    for (std::size_t c = 0; c < luminances.size(); ++c)
-        l[c] = luminance({s.red[c], s.green[c], s.blue[c]});
+    for (std::size_t c = 0; c < luminances.size(); ++c) l[c] = luminance({s.red[c], s.green[c], s.blue[c]});
     float squares[kMostAzimuths] = {};  // per azimuth: no sum crosses the lanes of a vector
     for (int j = 0; j < g.rings; ++j) {
         const float* row = l + j * n;
         const float* below = j + 1 < g.rings ? row + n : row;
-        for (int k = 0; k < n; ++k)
-            squares[k] += (row[k] - below[k]) * (row[k] - below[k]);
-        for (int k = 1; k < n; ++k)
-            squares[k] += (row[k] - row[k - 1]) * (row[k] - row[k - 1]);
+        for (int k = 0; k < n; ++k) squares[k] += (row[k] - below[k]) * (row[k] - below[k]);
+        for (int k = 1; k < n; ++k) squares[k] += (row[k] - row[k - 1]) * (row[k] - row[k - 1]);
         squares[0] += (row[0] - row[n - 1]) * (row[0] - row[n - 1]);
     }
     double sum = 0.0;
-    for (int k = 0; k < n; ++k)
-        sum += squares[k];
+    for (int k = 0; k < n; ++k) sum += squares[k];
     return kPi * static_cast<float>(0.5 * std::sqrt(sum) / g.cells);
 }
 
@@ -253,17 +243,14 @@ HemisphereIntegrals integrate(const HemisphereGrid& g, const HemisphereSamples& 
     for (std::size_t c = 0; c < static_cast<std::size_t>(g.cells); ++c) {
         radiance += glm::dvec3(s.red[c], s.green[c], s.blue[c]);
         inverse_sum += s.inverse_distance[c];
-        if (s.cosine[c] > kGrazingCosine)
-            nearest_inverse = std::max(nearest_inverse, s.inverse_distance[c]);
+        if (s.cosine[c] > kGrazingCosine) nearest_inverse = std::max(nearest_inverse, s.inverse_distance[c]);
     }
     result.irradiance = glm::vec3(radiance * (std::numbers::pi / g.cells));
-    result.harmonic_mean_distance = inverse_sum > 0.0 ? static_cast<float>(g.cells / inverse_sum)
-                                                      : std::numeric_limits<float>::infinity();
-    result.minimum_distance =
-        nearest_inverse > 0.0f ? 1.0f / nearest_inverse : std::numeric_limits<float>::infinity();
+    result.harmonic_mean_distance =
+        inverse_sum > 0.0 ? static_cast<float>(g.cells / inverse_sum) : std::numeric_limits<float>::infinity();
+    result.minimum_distance = nearest_inverse > 0.0f ? 1.0f / nearest_inverse : std::numeric_limits<float>::infinity();
     thread_local WallSpeeds walls(0);
-    if (walls.ring.size() != static_cast<std::size_t>(g.cells))
-        walls = WallSpeeds(g.cells);
+    if (walls.ring.size() != static_cast<std::size_t>(g.cells)) walls = WallSpeeds(g.cells);
     wall_speeds(g, s, walls);
     const float* colors[3] = {s.red.data(), s.green.data(), s.blue.data()};
     for (int i = 0; i < 3; ++i) {

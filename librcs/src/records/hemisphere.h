@@ -29,7 +29,8 @@ struct HemisphereGrid {
 /// The largest grid: what RecordOptions::rays may ask for.
 inline constexpr int kMostHemisphereRays = 65536;
 
-/// @param rays  wanted number of cells, in [1, kMostHemisphereRays]; M = round(sqrt(rays / pi)) >= 2, N = round(rays / M)
+/// @param rays  wanted number of cells, in [1, kMostHemisphereRays]; M = round(sqrt(rays / pi)) >= 2, N = round(rays /
+/// M)
 HemisphereGrid make_hemisphere_grid(int rays);
 
 /// What came back from each cell's ray, component by component, index c.
@@ -42,8 +43,14 @@ struct HemisphereSamples {
     std::vector<float> plane_x, plane_y, plane_z;
 
     explicit HemisphereSamples(int cells)
-        : red(static_cast<std::size_t>(cells)), green(red), blue(red), inverse_distance(red), cosine(red),
-          plane_x(red), plane_y(red), plane_z(red)
+        : red(static_cast<std::size_t>(cells)),
+          green(red),
+          blue(red),
+          inverse_distance(red),
+          cosine(red),
+          plane_x(red),
+          plane_y(red),
+          plane_z(red)
     {
     }
 };
@@ -60,12 +67,12 @@ void hemisphere_directions(const HemisphereGrid& grid, glm::vec2 shift, float* x
 
 /// Integrals over the hemisphere in the local frame.
 struct HemisphereIntegrals {
-    glm::vec3 irradiance;                ///< E [W m^-2]
-    glm::vec3 rotation_gradient[3];      ///< per colour, z = 0
-    glm::vec3 translation_gradient[3];   ///< per colour, z = 0
-    float harmonic_mean_distance;        ///< [m], may be +inf
-    float minimum_distance;              ///< [m], grazing cells left out; may be +inf
-    float standard_error;                ///< of E's luminance [W m^-2]
+    glm::vec3 irradiance;               ///< E [W m^-2]
+    glm::vec3 rotation_gradient[3];     ///< per colour, z = 0
+    glm::vec3 translation_gradient[3];  ///< per colour, z = 0
+    float harmonic_mean_distance;       ///< [m], may be +inf
+    float minimum_distance;             ///< [m], grazing cells left out; may be +inf
+    float standard_error;               ///< of E's luminance [W m^-2]
 };
 HemisphereIntegrals integrate(const HemisphereGrid& grid, const HemisphereSamples& samples);
 

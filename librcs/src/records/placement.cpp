@@ -19,7 +19,7 @@ namespace {
 
 // The coarsest grid of candidates [px]: about the widest spacing of default options.
 constexpr int kCoarsestStride = 32;
-constexpr int kMostRays = 16;          // per record, in times RecordOptions::rays
+constexpr int kMostRays = 16;  // per record, in times RecordOptions::rays
 
 /// One wave: in each cell of a grid, one pixel by rule.
 struct Wave {
@@ -31,11 +31,9 @@ struct Wave {
 std::vector<Wave> waves()
 {
     std::vector<Wave> list;
-    for (int stride = kCoarsestStride; stride >= 4; stride /= 2)
-        list.push_back({stride, -1, stride == 4});
+    for (int stride = kCoarsestStride; stride >= 4; stride /= 2) list.push_back({stride, -1, stride == 4});
     for (int stride : {2, 1})
-        for (int phase = 0; phase < 4; ++phase)
-            list.push_back({stride, phase, stride == 1 && phase == 0});
+        for (int phase = 0; phase < 4; ++phase) list.push_back({stride, phase, stride == 1 && phase == 0});
     return list;
 }
 
@@ -57,11 +55,9 @@ std::vector<std::uint32_t> find_holes(const GBuffer& g, const std::vector<float>
     pool.parallel_for(rows.size(), 16, [&](std::size_t begin, std::size_t end, int) {
         for (int cy = static_cast<int>(begin); cy < static_cast<int>(end); ++cy) {
             for (int cx = 0; cx < columns; ++cx) {
-                if (wave.phase >= 0 && ((cx & 1) | (cy & 1) << 1) != wave.phase)
-                    continue;
+                if (wave.phase >= 0 && ((cx & 1) | (cy & 1) << 1) != wave.phase) continue;
                 const glm::ivec2 p = pixel_of_cell(cx, cy, wave.stride, seed);
-                if (p.x >= g.width || p.y >= g.height)
-                    continue;
+                if (p.x >= g.width || p.y >= g.height) continue;
                 const std::size_t i =
                     static_cast<std::size_t>(p.y) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(p.x);
                 if (g.covered(i) && !(weight[i] > 0.0f))
@@ -70,8 +66,7 @@ std::vector<std::uint32_t> find_holes(const GBuffer& g, const std::vector<float>
         }
     });
     std::vector<std::uint32_t> holes;
-    for (const auto& row : rows)
-        holes.insert(holes.end(), row.begin(), row.end());
+    for (const auto& row : rows) holes.insert(holes.end(), row.begin(), row.end());
     return holes;
 }
 
@@ -102,8 +97,15 @@ void validate(const RecordOptions& o)
 Placement::Placement(const RayScene& rays, const GBuffer& gbuffer, const View& view, const RecordOptions& options,
                      ThreadPool& pool, std::vector<Record>& records, RecordStats& stats, const LightCache* cache,
                      std::function<void(float)> report)
-    : gbuffer_(gbuffer), view_(view), options_(options), pool_(pool), records_(records), stats_(stats),
-      report_(std::move(report)), gatherer_(rays, options, cache), surfaces_(make_tiled_surfaces(gbuffer, pool)),
+    : gbuffer_(gbuffer),
+      view_(view),
+      options_(options),
+      pool_(pool),
+      records_(records),
+      stats_(stats),
+      report_(std::move(report)),
+      gatherer_(rays, options, cache),
+      surfaces_(make_tiled_surfaces(gbuffer, pool)),
       closeness_(gbuffer.size(), 1.0f)
 {
     validate(options);
@@ -130,14 +132,11 @@ void Placement::fill()
         const std::vector<std::uint32_t> holes = find_holes(gbuffer_, weight, wave, options_.seed, pool_);
         // A late record may clamp a neighbour so that a pixel already passed is a hole again. Each such pixel
         // gets a record of its own, which always serves it: the loop ends.
-        if (holes.empty() && !planned)
-            break;
-        if (holes.empty())
-            continue;
+        if (holes.empty() && !planned) break;
+        if (holes.empty()) continue;
         const std::size_t known = records_.size();
         std::vector<Record> fresh = gatherer_.gather(gbuffer_, holes, pool_, stats_);
-        for (std::size_t i = 0; i < holes.size(); ++i)
-            fresh[i].closeness = closeness_[holes[i]];
+        for (std::size_t i = 0; i < holes.size(); ++i) fresh[i].closeness = closeness_[holes[i]];
         records_.insert(records_.end(), fresh.begin(), fresh.end());
         pixels_.insert(pixels_.end(), holes.begin(), holes.end());
         spacing.limit(records_, known, pool_);
@@ -151,8 +150,7 @@ void Placement::allow_closer(std::size_t k, float reach)
 {
     Record& r = records()[k];
     const float closeness = reach / options_.min_reach;
-    if (!(closeness < r.closeness))
-        return;
+    if (!(closeness < r.closeness)) return;
     r.closeness = closeness;
     // What it no longer serves.
     const int radius = static_cast<int>(std::ceil(r.spacing_radius / r.footprint));
@@ -161,7 +159,8 @@ void Placement::allow_closer(std::size_t k, float reach)
     const glm::ivec2 low = glm::max(centre - radius, 0), high = glm::min(centre + radius, size - 1);
     for (int y = low.y; y <= high.y; ++y) {
         for (int x = low.x; x <= high.x; ++x) {
-            float& least = closeness_[static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) + static_cast<std::size_t>(x)];
+            float& least = closeness_[static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) +
+                                      static_cast<std::size_t>(x)];
             least = std::min(least, closeness);
         }
     }
@@ -178,8 +177,8 @@ void Placement::refine(std::span<const int> extra)
 }
 
 void place_records(const RayScene& rays, const GBuffer& gbuffer, const View& view, const RecordOptions& options,
-                   ThreadPool& pool, std::vector<Record>& records, RecordStats& stats,
-                   const ProgressFunction& progress, const LightCache* cache)
+                   ThreadPool& pool, std::vector<Record>& records, RecordStats& stats, const ProgressFunction& progress,
+                   const LightCache* cache)
 {
     float done = 0.0f;
     Placement placement(rays, gbuffer, view, options, pool, records, stats, cache, [&](float fraction) {
@@ -189,8 +188,8 @@ void place_records(const RayScene& rays, const GBuffer& gbuffer, const View& vie
     placement.fill();
     done = 0.5f;  // refining takes about as long
     const float widest = options.error_tolerance * options.max_reach;
-    placement.refine(extra_gathers(placement.records(), placement.noise(), placement.rays(), options.noise_target, widest,
-                                   kMostRays * options.rays));
+    placement.refine(extra_gathers(placement.records(), placement.noise(), placement.rays(), options.noise_target,
+                                   widest, kMostRays * options.rays));
 }
 
 }  // namespace rcs

@@ -21,7 +21,8 @@ public:
 
     /// Adds records in waves until every visible point is within the spacing radius of one.
     void fill();
-    /// Lets record k, of those made here, and what is made around it have an R_k of as little as `reach` [px]. fill() brings them in.
+    /// Lets record k, of those made here, and what is made around it have an R_k of as little as `reach` [px]. fill()
+    /// brings them in.
     void allow_closer(std::size_t k, float reach);
     /// Around each record, as it is now.
     std::vector<float> noise() const;

@@ -15,30 +15,28 @@ namespace {
 
 constexpr std::string_view kMagic = "rcs records\n";
 constexpr std::uint32_t kVersion = 1;
-constexpr std::uint32_t kLongestKey = 4096;          // [bytes] of each of its texts
-constexpr std::size_t kRadiance = 3 * kHarmonics;    // values of a record that has radiance
-constexpr std::size_t kRecordBytes = 4 * 38;         // without radiance
-constexpr float kFarthest = 1e18f;                   // as for meshes: their product stays a float
-constexpr float kLeastFootprint = 1e-30f;            // below, one over a radius is no float
-constexpr float kUnitLength = 1e-3f;                 // a normal may be off by
+constexpr std::uint32_t kLongestKey = 4096;        // [bytes] of each of its texts
+constexpr std::size_t kRadiance = 3 * kHarmonics;  // values of a record that has radiance
+constexpr std::size_t kRecordBytes = 4 * 38;       // without radiance
+constexpr float kFarthest = 1e18f;                 // as for meshes: their product stays a float
+constexpr float kLeastFootprint = 1e-30f;          // below, one over a radius is no float
+constexpr float kUnitLength = 1e-3f;               // a normal may be off by
 
 /// Shows `visit` every field of a record in turn. A record that gets a new member fails to compile here.
 template <typename AnyRecord, typename Visit>
 void visit_fields(AnyRecord& record, const Visit& visit)
 {
-    auto& [position, normal, irradiance, rotation_gradient, translation_gradient, harmonic_mean_distance, minimum_distance,
-           gradient_reach, rays, footprint, noise, spacing_radius, gradient_scale, closeness, breadth, radiance] = record;
+    auto& [position, normal, irradiance, rotation_gradient, translation_gradient, harmonic_mean_distance,
+           minimum_distance, gradient_reach, rays, footprint, noise, spacing_radius, gradient_scale, closeness, breadth,
+           radiance] = record;
     const auto vector = [&](auto& v) {
-        for (int i = 0; i < 3; ++i)
-            visit(v[i]);
+        for (int i = 0; i < 3; ++i) visit(v[i]);
     };
     vector(position);
     vector(normal);
     vector(irradiance);
-    for (auto& gradient : rotation_gradient)
-        vector(gradient);
-    for (auto& gradient : translation_gradient)
-        vector(gradient);
+    for (auto& gradient : rotation_gradient) vector(gradient);
+    for (auto& gradient : translation_gradient) vector(gradient);
     visit(harmonic_mean_distance);
     visit(minimum_distance);
     visit(gradient_reach);
@@ -53,8 +51,7 @@ void visit_fields(AnyRecord& record, const Visit& visit)
 
 void put(std::string& bytes, std::uint32_t value)
 {
-    for (int shift = 0; shift < 32; shift += 8)
-        bytes.push_back(static_cast<char>(value >> shift & 0xffu));
+    for (int shift = 0; shift < 32; shift += 8) bytes.push_back(static_cast<char>(value >> shift & 0xffu));
 }
 
 void put(std::string& bytes, std::string_view text)
@@ -67,15 +64,17 @@ class Reader {
 public:
     Reader(std::string_view bytes, const std::string& path) : bytes_(bytes), path_(path) {}
 
-    [[noreturn]] void fail(ErrorCode code, const std::string& why) const { throw Error(code, "record file " + path_ + " " + why); }
+    [[noreturn]] void fail(ErrorCode code, const std::string& why) const
+    {
+        throw Error(code, "record file " + path_ + " " + why);
+    }
     [[noreturn]] void damaged(const std::string& why) const { fail(ErrorCode::bad_file, "is damaged: " + why); }
 
     std::size_t left() const { return bytes_.size(); }
 
     std::string_view take(std::size_t size)
     {
-        if (size > bytes_.size())
-            damaged("it ends too early");
+        if (size > bytes_.size()) damaged("it ends too early");
         const std::string_view part = bytes_.substr(0, size);
         bytes_.remove_prefix(size);
         return part;
@@ -85,16 +84,14 @@ public:
     {
         const std::string_view part = take(4);
         std::uint32_t value = 0;
-        for (std::size_t i = 0; i < 4; ++i)
-            value |= std::uint32_t{static_cast<unsigned char>(part[i])} << 8 * i;
+        for (std::size_t i = 0; i < 4; ++i) value |= std::uint32_t{static_cast<unsigned char>(part[i])} << 8 * i;
         return value;
     }
 
     std::string text()
     {
         const std::uint32_t size = number();
-        if (size > kLongestKey)
-            damaged("a text of " + std::to_string(size) + " bytes");
+        if (size > kLongestKey) damaged("a text of " + std::to_string(size) + " bytes");
         return std::string(take(size));
     }
 
@@ -111,10 +108,8 @@ bool is_part(float value) { return value > 0.0f && value <= 1.0f; }
 
 std::string_view defect_of(const Record& r)
 {
-    if (!is_finite(r.position) || glm::length(r.position) > kFarthest)
-        return "a position";
-    if (!is_finite(r.normal) || !(std::abs(glm::length(r.normal) - 1.0f) <= kUnitLength))
-        return "a normal";
+    if (!is_finite(r.position) || glm::length(r.position) > kFarthest) return "a position";
+    if (!is_finite(r.normal) || !(std::abs(glm::length(r.normal) - 1.0f) <= kUnitLength)) return "a normal";
     if (!is_finite(r.irradiance) || !(std::min({r.irradiance.r, r.irradiance.g, r.irradiance.b}) >= 0.0f))
         return "an irradiance";
     const auto finite = [](const glm::vec3& gradient) { return is_finite(gradient); };
@@ -124,12 +119,9 @@ std::string_view defect_of(const Record& r)
     if (!is_distance(r.harmonic_mean_distance) || !is_distance(r.minimum_distance) || !is_distance(r.gradient_reach) ||
         !is_distance(r.spacing_radius) || std::isinf(r.spacing_radius))
         return "a distance";
-    if (r.rays < 1)
-        return "a number of rays";
-    if (!(r.footprint >= kLeastFootprint) || std::isinf(r.footprint))
-        return "a footprint";
-    if (!is_distance(r.noise) || std::isinf(r.noise))
-        return "a noise";
+    if (r.rays < 1) return "a number of rays";
+    if (!(r.footprint >= kLeastFootprint) || std::isinf(r.footprint)) return "a footprint";
+    if (!is_distance(r.noise) || std::isinf(r.noise)) return "a noise";
     if (!(r.gradient_scale >= 0.0f && r.gradient_scale <= 1.0f) || !is_part(r.closeness) || !is_part(r.breadth))
         return "a scale";
     if (!std::all_of(r.radiance.begin(), r.radiance.end(), [](float value) { return std::isfinite(value); }))
@@ -144,11 +136,9 @@ Record read_record(Reader& reader)
     Record record;
     visit_fields(record, [&](auto& value) { value = std::bit_cast<std::decay_t<decltype(value)>>(reader.number()); });
     const std::uint32_t values = reader.number();
-    if (values != 0 && values != kRadiance)
-        reader.damaged("a radiance of " + std::to_string(values) + " values");
+    if (values != 0 && values != kRadiance) reader.damaged("a radiance of " + std::to_string(values) + " values");
     record.radiance.reserve(values);
-    for (std::uint32_t i = 0; i < values; ++i)
-        record.radiance.push_back(std::bit_cast<float>(reader.number()));
+    for (std::uint32_t i = 0; i < values; ++i) record.radiance.push_back(std::bit_cast<float>(reader.number()));
     return record;
 }
 
@@ -162,14 +152,12 @@ std::string to_bytes(const RecordKey& key, const std::vector<Record>& records)
     put(bytes, key.settings);
     put(bytes, static_cast<std::uint32_t>(records.size()));
     std::size_t size = bytes.size();
-    for (const Record& record : records)
-        size += kRecordBytes + 4 * record.radiance.size();
+    for (const Record& record : records) size += kRecordBytes + 4 * record.radiance.size();
     bytes.reserve(size);
     for (const Record& record : records) {
         visit_fields(record, [&](const auto& value) { put(bytes, std::bit_cast<std::uint32_t>(value)); });
         put(bytes, static_cast<std::uint32_t>(record.radiance.size()));
-        for (const float value : record.radiance)
-            put(bytes, std::bit_cast<std::uint32_t>(value));
+        for (const float value : record.radiance) put(bytes, std::bit_cast<std::uint32_t>(value));
     }
     return bytes;
 }
@@ -177,11 +165,11 @@ std::string to_bytes(const RecordKey& key, const std::vector<Record>& records)
 KeyedRecords parse_records(std::string_view bytes, const std::string& path)
 {
     Reader reader(bytes, path);
-    if (!bytes.starts_with(kMagic))
-        throw Error(ErrorCode::bad_file, path + " is no record file");
+    if (!bytes.starts_with(kMagic)) throw Error(ErrorCode::bad_file, path + " is no record file");
     reader.take(kMagic.size());
     if (const std::uint32_t version = reader.number(); version != kVersion)
-        reader.fail(ErrorCode::unsupported, "is of version " + std::to_string(version) + ", this build reads version " + std::to_string(kVersion));
+        reader.fail(ErrorCode::unsupported, "is of version " + std::to_string(version) + ", this build reads version " +
+                                                std::to_string(kVersion));
     KeyedRecords file;
     file.key.scene = reader.text();
     file.key.settings = reader.text();
@@ -194,8 +182,7 @@ KeyedRecords parse_records(std::string_view bytes, const std::string& path)
         if (const std::string_view defect = defect_of(file.records.back()); !defect.empty())
             reader.damaged("record " + std::to_string(k) + " has " + std::string(defect) + " out of range");
     }
-    if (reader.left() > 0)
-        reader.damaged("there are bytes after its records");
+    if (reader.left() > 0) reader.damaged("there are bytes after its records");
     return file;
 }
 

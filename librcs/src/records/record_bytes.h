@@ -16,8 +16,8 @@ struct KeyedRecords {
 /// What is wrong with a record, such as "a normal", or nothing: it may be rendered with.
 std::string_view defect_of(const Record& record);
 
-/// A record file but for the checksum at its end. Little endian; a record's fields come in the order of the structure, its
-/// radiance after how many values it has.
+/// A record file but for the checksum at its end. Little endian; a record's fields come in the order of the structure,
+/// its radiance after how many values it has.
 std::string to_bytes(const RecordKey& key, const std::vector<Record>& records);
 
 /// @param path  for messages

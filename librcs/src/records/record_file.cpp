@@ -52,8 +52,7 @@ std::string read_file(const std::string& path)
         throw Error(ErrorCode::io, "cannot read record file " + path + ": it is not a regular file");
     std::ifstream file(path, std::ios::binary);
     std::string bytes{std::istreambuf_iterator<char>(file), {}};
-    if (!file.good() && !file.eof())
-        throw Error(ErrorCode::io, "cannot read record file " + path);
+    if (!file.good() && !file.eof()) throw Error(ErrorCode::io, "cannot read record file " + path);
     return bytes;
 }
 
@@ -64,13 +63,13 @@ RecordKey record_key(const Scene& scene, const RenderOptions& options)
     Fingerprint print;
     add(print, scene);
     const RecordOptions& r = options.records;
-    const std::string aim = options.target_error > 0.0
-                                ? "target error " + text(options.target_error) + ", overlap " + text(options.overlap)
-                                : "accuracy " + text(r.error_tolerance) + ", rays " + text(r.rays) + ", noise " + text(r.noise_target);
-    RecordKey key{print.text(), "bounces " + text(options.bounces) + ", " + aim + ", reach " + text(r.min_reach) + " to " +
-                                    text(r.max_reach) + " px, gradient limit " + text(r.gradient_limit)};
-    if (const std::string with = names_of(options.effects.with); !with.empty())
-        key.settings += ", with" + with;
+    const std::string aim =
+        options.target_error > 0.0
+            ? "target error " + text(options.target_error) + ", overlap " + text(options.overlap)
+            : "accuracy " + text(r.error_tolerance) + ", rays " + text(r.rays) + ", noise " + text(r.noise_target);
+    RecordKey key{print.text(), "bounces " + text(options.bounces) + ", " + aim + ", reach " + text(r.min_reach) +
+                                    " to " + text(r.max_reach) + " px, gradient limit " + text(r.gradient_limit)};
+    if (const std::string with = names_of(options.effects.with); !with.empty()) key.settings += ", with" + with;
     if (const std::string without = names_of(options.effects.without); !without.empty())
         key.settings += ", without" + without;
     return key;
@@ -84,7 +83,8 @@ void check_record_path(const std::string& path)
 void write_records(const std::string& path, const RecordKey& key, const std::vector<Record>& records)
 {
     std::vector<Record> sound;  // light beyond what floats hold leaves others
-    std::copy_if(records.begin(), records.end(), std::back_inserter(sound), [](const Record& r) { return defect_of(r).empty(); });
+    std::copy_if(records.begin(), records.end(), std::back_inserter(sound),
+                 [](const Record& r) { return defect_of(r).empty(); });
     std::string bytes = to_bytes(key, sound);
     bytes += checksum(bytes);
     FileWriter writer(path);
@@ -101,9 +101,11 @@ std::vector<Record> read_records(const std::string& path, const RecordKey& key)
     if (all.substr(body.size()) != checksum(body))
         throw Error(ErrorCode::bad_file, "record file " + path + " is damaged: its checksum is wrong");
     if (file.key.scene != key.scene)
-        throw Error(ErrorCode::bad_file, "record file " + path + " belongs to another scene, pose or sky; name another file, or remove it");
+        throw Error(ErrorCode::bad_file,
+                    "record file " + path + " belongs to another scene, pose or sky; name another file, or remove it");
     if (file.key.settings != key.settings)
-        throw Error(ErrorCode::bad_file, "record file " + path + " was made with " + file.key.settings + ", not with " + key.settings + "; name another file, or remove it");
+        throw Error(ErrorCode::bad_file, "record file " + path + " was made with " + file.key.settings + ", not with " +
+                                             key.settings + "; name another file, or remove it");
     return std::move(file.records);
 }
 

@@ -19,8 +19,7 @@ constexpr float kLeastWeight = 0.1f;
 double mean_irradiance(std::span<const Record> records)
 {
     double sum = 0.0;
-    for (const Record& r : records)
-        sum += static_cast<double>(luminance(r.irradiance));
+    for (const Record& r : records) sum += static_cast<double>(luminance(r.irradiance));
     return sum / static_cast<double>(records.size());
 }
 
@@ -33,8 +32,7 @@ float variance_with(const Record& r, int rays)
 float mean_variance(std::span<const Record> records, int rays)
 {
     double sum = 0.0;
-    for (const Record& r : records)
-        sum += static_cast<double>(variance_with(r, rays));
+    for (const Record& r : records) sum += static_cast<double>(variance_with(r, rays));
     return static_cast<float>(sum / static_cast<double>(records.size()));
 }
 
@@ -60,8 +58,7 @@ std::vector<Record> as_noise_records(std::span<const Record> records, int rays, 
 float variance_around(const SplatBuffer& sums, std::uint32_t pixel, const Record& self, float typical)
 {
     const float weight = sums.weight[pixel] - 1.0f;
-    if (!(weight > kLeastWeight))
-        return typical;
+    if (!(weight > kLeastWeight)) return typical;
     // A weight is never more than 1, so where all others are dark nothing is left of the record by rounding.
     const float e = std::max(0.0f, sums.weighted_r[pixel] - self.irradiance.x) / weight + kDark;
     const float variance = std::max(0.0f, sums.weighted_g[pixel] - self.irradiance.y) / weight;
@@ -71,12 +68,12 @@ float variance_around(const SplatBuffer& sums, std::uint32_t pixel, const Record
 }  // namespace
 
 std::vector<float> noise_around(int rays, const TiledSurfaces& surfaces, const View& view, float error_tolerance,
-                                std::span<const std::uint32_t> pixels, ThreadPool& pool, std::span<const Record> records)
+                                std::span<const std::uint32_t> pixels, ThreadPool& pool,
+                                std::span<const Record> records)
 {
     std::vector<float> around(pixels.size(), 0.0f);
     const double mean = pixels.empty() ? 0.0 : mean_irradiance(records);
-    if (!(mean > 0.0))
-        return around;
+    if (!(mean > 0.0)) return around;
     const std::vector<Record> noise = as_noise_records(records, rays, mean);
     SplatStats uncounted;
     const SplatBuffer sums = splat_tiles(noise, surfaces, view, {error_tolerance, kNeighbourhood}, pool, uncounted);

@@ -9,13 +9,14 @@
 
 namespace rcs {
 
-/// Standard error of what the splat makes of each record's neighbourhood, relative to it, if every record there had been
-/// gathered with `rays` rays. A record is judged by its
-/// neighbours alone. By its own standard error it would get more rays when it happens to have seen a rare bright spot and
-/// fewer when it missed it; what it missed would stay, and the mean would be biased.
+/// Standard error of what the splat makes of each record's neighbourhood, relative to it, if every record there had
+/// been gathered with `rays` rays. A record is judged by its neighbours alone. By its own standard error it would get
+/// more rays when it happens to have seen a rare bright spot and fewer when it missed it; what it missed would stay,
+/// and the mean would be biased.
 /// @param records  all so far   @param pixels  where the newest of them were made   @return one for each of `pixels`
 std::vector<float> noise_around(int rays, const TiledSurfaces& surfaces, const View& view, float error_tolerance,
-                                std::span<const std::uint32_t> pixels, ThreadPool& pool, std::span<const Record> records);
+                                std::span<const std::uint32_t> pixels, ThreadPool& pool,
+                                std::span<const Record> records);
 
 /// The noise that a record's neighbourhood may keep, per `noise_target`: 1 where records are `widest` [px] apart, more
 /// where they are closer. The mean error of a picture falls most for its rays where a record's number of them goes with

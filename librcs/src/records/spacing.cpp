@@ -18,17 +18,14 @@ public:
     ClampTree() = default;
     explicit ClampTree(std::span<const Record> records)
     {
-        for (const Record& r : records)
-            points_.push_back({r.position, r.harmonic_mean_distance});
-        if (!points_.empty())
-            build(0, points_.size());
+        for (const Record& r : records) points_.push_back({r.position, r.harmonic_mean_distance});
+        if (!points_.empty()) build(0, points_.size());
     }
 
     /// @param most  more than this is not wanted
     float clamped(glm::vec3 position, float most) const
     {
-        if (!nodes_.empty())
-            search(0, position, most);
+        if (!nodes_.empty()) search(0, position, most);
         return most;
     }
 
@@ -49,16 +46,19 @@ private:
     {
         constexpr float kInfinity = std::numeric_limits<float>::infinity();
         const std::uint32_t id = static_cast<std::uint32_t>(nodes_.size());
-        Node node{glm::vec3(kInfinity), glm::vec3(-kInfinity), kInfinity, static_cast<std::uint32_t>(begin),
-                  static_cast<std::uint32_t>(end), 0};
+        Node node{glm::vec3(kInfinity),
+                  glm::vec3(-kInfinity),
+                  kInfinity,
+                  static_cast<std::uint32_t>(begin),
+                  static_cast<std::uint32_t>(end),
+                  0};
         for (std::size_t k = begin; k < end; ++k) {
             node.low = glm::min(node.low, points_[k].position);
             node.high = glm::max(node.high, points_[k].position);
             node.least = std::min(node.least, points_[k].distance);
         }
         nodes_.push_back(node);
-        if (end - begin <= kLeaf)
-            return id;
+        if (end - begin <= kLeaf) return id;
         const glm::vec3 size = node.high - node.low;
         const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
         const std::size_t middle = (begin + end) / 2;
@@ -87,14 +87,12 @@ private:
     void search(std::uint32_t id, glm::vec3 p, float& best) const
     {
         const Node& node = nodes_[id];
-        if (!may_lower(node, p, best))
-            return;
+        if (!may_lower(node, p, best)) return;
         if (node.right == 0) {
             for (std::uint32_t k = node.begin; k < node.end; ++k) {
                 const float room = best - points_[k].distance;
                 const glm::vec3 d = p - points_[k].position;
-                if (room > 0.0f && glm::dot(d, d) < room * room)
-                    best = points_[k].distance + glm::length(d);
+                if (room > 0.0f && glm::dot(d, d) < room * room) best = points_[k].distance + glm::length(d);
             }
             return;
         }
@@ -146,8 +144,7 @@ SpacingLimiter::~SpacingLimiter() = default;
 void SpacingLimiter::limit(std::vector<Record>& records, std::size_t first, ThreadPool& pool)
 {
     Trees& trees = *trees_;
-    if (records.size() > near_.size())
-        trees.add(records, near_.size(), pool);
+    if (records.size() > near_.size()) trees.add(records, near_.size(), pool);
     for (std::size_t i = near_.size(); i < records.size(); ++i)
         near_.push_back(std::min(records[i].harmonic_mean_distance, options_.max_reach * records[i].footprint));
     seen_.resize(records.size(), 0);
@@ -155,8 +152,7 @@ void SpacingLimiter::limit(std::vector<Record>& records, std::size_t first, Thre
         for (std::size_t i = first + begin; i < first + end; ++i) {
             // The minimum over all neighbours is the least of those over the records of each tree.
             for (std::size_t t = 0; t < trees.list.size(); ++t)
-                if (trees.newest[t] > seen_[i])
-                    near_[i] = trees.list[t].clamped(records[i].position, near_[i]);
+                if (trees.newest[t] > seen_[i]) near_[i] = trees.list[t].clamped(records[i].position, near_[i]);
             seen_[i] = static_cast<std::uint32_t>(records.size());
             set_spacing(records[i], near_[i], options_);
         }

@@ -7,9 +7,9 @@
 
 namespace rcs {
 
-/// Gives records that another view has made the footprints that pixels of this one have there: how close records lie follows
-/// from them. Records out of sight keep theirs unless a pixel at their distance is much smaller. Nothing changes for
-/// records of the same view.
+/// Gives records that another view has made the footprints that pixels of this one have there: how close records lie
+/// follows from them. Records out of sight keep theirs unless a pixel at their distance is much smaller. Nothing
+/// changes for records of the same view.
 /// @param view  the view that `gbuffer` was made for
 void fit_to_view(const GBuffer& gbuffer, const View& view, std::span<Record> records);
 

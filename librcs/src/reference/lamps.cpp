@@ -50,8 +50,7 @@ glm::vec3 seen_of_sample(const RayScene& rays, const SurfacePoint& point, const 
                          glm::vec3 to_sample)
 {
     const glm::vec3 target = point.position + to_sample;
-    const glm::vec3 size =
-        glm::max(glm::abs(triangle.corner[0]), glm::max(glm::abs(target), glm::abs(point.position)));
+    const glm::vec3 size = glm::max(glm::abs(triangle.corner[0]), glm::max(glm::abs(target), glm::abs(point.position)));
     constexpr float kRounding = 0x1p-20f;  // 8 units in the last place of a coordinate
     const float lift = kRounding * glm::max(size.x, glm::max(size.y, size.z)) + point.position_error;
     const float side = glm::dot(to_sample, triangle.normal) < 0.0f ? lift : -lift;
@@ -106,7 +105,10 @@ float triangle_density(const LampTriangle& triangle, const SurfacePoint& point, 
     return cosine > 0.0f ? height * height / (cosine * cosine * cosine * triangle.area) : 0.0f;
 }
 
-double power_below(const LampList& lamps, std::size_t triangle) { return triangle > 0 ? lamps.power[triangle - 1] : 0.0; }
+double power_below(const LampList& lamps, std::size_t triangle)
+{
+    return triangle > 0 ? lamps.power[triangle - 1] : 0.0;
+}
 
 /// @param u  becomes what is left of it within the chosen triangle's share
 std::size_t choose_by_power(const LampList& lamps, float& u)

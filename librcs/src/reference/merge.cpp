@@ -36,7 +36,8 @@ void check_match(const LayeredImage& sum, const LayeredImage& more)
 {
     for (const char* name : {"rcs:stride", "rcs:bounces", "rcs:aa"}) {
         if (text_of(sum, name) != text_of(more, name))
-            refuse(std::string(name) + " is " + text_of(sum, name) + " in one and " + text_of(more, name) + " in the other");
+            refuse(std::string(name) + " is " + text_of(sum, name) + " in one and " + text_of(more, name) +
+                   " in the other");
     }
     const bool same_seed = text_of(sum, "rcs:seed") == text_of(more, "rcs:seed");
     if (same_seed &&
@@ -90,7 +91,8 @@ void merge_geometry(LayeredImage& sum, const LayeredImage& more, Shares shares)
             float* const p = normals.at(x, y);
             const float depth = *more.layers.at("depth").at(x, y);
             *depths.at(x, y) = first > 0.0 ? mean(*depths.at(x, y), depth, cover) : depth;
-            const glm::dvec3 normal = cover.first * glm::dvec3(p[0], p[1], p[2]) + cover.second * glm::dvec3(n[0], n[1], n[2]);
+            const glm::dvec3 normal =
+                cover.first * glm::dvec3(p[0], p[1], p[2]) + cover.second * glm::dvec3(n[0], n[1], n[2]);
             const double length = glm::length(normal);
             for (int c = 0; c < 3; ++c) p[c] = length > 0.0 ? static_cast<float>(normal[c] / length) : 0.0f;
         }

@@ -159,12 +159,15 @@ PathResult PathTracer::trace(const Seen& seen, const PathPoints& points, LampsAt
     }
     const SeenLayer& layer = seen.layers[chosen];
     if (layer.weight == glm::vec3(0.0f)) return result;
-    Vertex vertex{.point = layer.point.surface, .bsdf = seen_by_camera(layer.point.material.bsdf),
-                  .outgoing = seen.outgoing, .throughput = layer.weight / chance};
+    Vertex vertex{.point = layer.point.surface,
+                  .bsdf = seen_by_camera(layer.point.material.bsdf),
+                  .outgoing = seen.outgoing,
+                  .throughput = layer.weight / chance};
     result.direct = vertex.throughput * (layer.exact_direct + lamp_light(vertex, layer.lamps, points));
     add_sky(vertex, points, result);
     if (is_glossy(vertex.bsdf)) scratch = layer.lamps;  // asked again where the path finds a lamp
-    while (extend(vertex, scratch, points, result)) {}
+    while (extend(vertex, scratch, points, result)) {
+    }
     return result;
 }
 
@@ -205,8 +208,8 @@ bool PathTracer::extend(Vertex& v, LampsAtPoint& lamps, const PathPoints& points
 
     const glm::vec2 choice = glossy || rays_.has_transparency() ? points.pair(choice_pair(v.bounce)) : glm::vec2(0.0f);
     const glm::vec2 u = points.pair(direction_pair(v.bounce));
-    const BsdfSample s = glossy ? sample(v.bsdf, v.outgoing, choice.x, u)
-                                : sample_lambertian(v.point, v.bsdf.diffuse, u);
+    const BsdfSample s =
+        glossy ? sample(v.bsdf, v.outgoing, choice.x, u) : sample_lambertian(v.point, v.bsdf.diffuse, u);
     if (s.weight == glm::vec3(0.0f)) return false;
     const glm::vec3 arriving = v.throughput * s.weight;
     const Ray ray = ray_from(v.point, s.incoming);
@@ -257,7 +260,8 @@ bool PathTracer::arrive(Vertex& v, const Hit& hit, glm::vec3 direction, LampsAtP
             lamp = sample_lamp(rays_, lamps_, v.point, lamps, points.pair(lamp_pair(v.bounce)));
         if (v.bounce == bounces_ && !has_sky_ && lamp.light == glm::vec3(0.0f)) return false;
         v.bsdf = material_at(rays_, hit, v.point, v.outgoing, {}).bsdf;
-        result.indirect += v.throughput * v.bsdf.diffuse * kInversePi * lamp.light * receiving_cosine(v.point, lamp.direction);
+        result.indirect +=
+            v.throughput * v.bsdf.diffuse * kInversePi * lamp.light * receiving_cosine(v.point, lamp.direction);
     } else {
         v.bsdf = reflecting(material_at(rays_, hit, v.point, v.outgoing, {}).bsdf);
         v.point.shading_normal = v.bsdf.normal;

@@ -21,9 +21,10 @@ namespace rcs {
 //    triangle is an end.
 //  - Light from directions below the horizon of the geometric or the shading normal, both turned to the side a point
 //    is seen from, does not count.
-//  - Rays go straight on through surfaces by alpha and by thin transmission, tinted; that is no bounce. But a pane that is
-//    rough (Bsdf::is_frosted) and that the camera sees, alone or behind others, scatters by its lobe what it lets through
-//    (KHR_materials_transmission): that is a bounce as reflection is.
+//  - Rays go straight on through surfaces by alpha and by thin transmission, tinted; that is no bounce. But a pane that
+//  is
+//    rough (Bsdf::is_frosted) and that the camera sees, alone or behind others, scatters by its lobe what it lets
+//    through (KHR_materials_transmission): that is a bounce as reflection is.
 //  - direct: light of lamps (punctual lights, emissive triangles, the peaks of the sky) that the visible point
 //    reflects.
 //  - indirect: what else it reflects: the rest of the sky, and light that surfaces reflect. With N bounces a path meets
@@ -34,9 +35,9 @@ namespace rcs {
 /// One of the surfaces that the camera sees behind each other.
 struct SeenLayer {
     VisiblePoint point;
-    glm::vec3 weight{1.0f};       ///< of the light that it sends, in the pixel
-    float chance_below = 0.0f;    ///< paths choose this layer with numbers from here up to the next one's
-    LampsAtPoint lamps;           ///< those left to sample
+    glm::vec3 weight{1.0f};        ///< of the light that it sends, in the pixel
+    float chance_below = 0.0f;     ///< paths choose this layer with numbers from here up to the next one's
+    LampsAtPoint lamps;            ///< those left to sample
     glm::vec3 exact_direct{0.0f};  ///< reflected light of lamps that need no sampling
 };
 

@@ -61,16 +61,15 @@ struct Scratch {
     LampsAtPoint lamps;
 };
 
-PixelSums trace_pixel(const PathTracer& tracer, const View& view, const ReferenceOptions& options,
-                      int samples, int x, int y, Scratch& scratch)
+PixelSums trace_pixel(const PathTracer& tracer, const View& view, const ReferenceOptions& options, int samples, int x,
+                      int y, Scratch& scratch)
 {
     PixelSums sums;
-    const auto pixel = static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(view.width) +
-                       static_cast<std::uint64_t>(x);
+    const auto pixel =
+        static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(view.width) + static_cast<std::uint64_t>(x);
     PathPoints points{.index = 0, .key = stream_key(options.seed, Stream::reference, pixel)};
     const bool one_point = options.aa == 1;
-    if (one_point)
-        tracer.look(x + view.pixel_offset.x, y + view.pixel_offset.y, Lamps::with_area, scratch.seen);
+    if (one_point) tracer.look(x + view.pixel_offset.x, y + view.pixel_offset.y, Lamps::with_area, scratch.seen);
 
     const int block_size = BlockMeans::block_size(samples);
     for (int begin = 0; begin < samples; begin += block_size) {
@@ -113,8 +112,8 @@ void store(LayeredImage& image, int x, int y, const PixelSums& sums, int samples
     store(layers.at("albedo"), x, y, sums.albedo / n);
     const double normal_length = glm::length(sums.normal);
     store(layers.at("normal"), x, y, normal_length > 0.0 ? sums.normal / normal_length : glm::dvec3(0.0));
-    *layers.at("depth").at(x, y) = sums.covered > 0 ? static_cast<float>(sums.distance / sums.covered)
-                                                    : std::numeric_limits<float>::infinity();
+    *layers.at("depth").at(x, y) =
+        sums.covered > 0 ? static_cast<float>(sums.distance / sums.covered) : std::numeric_limits<float>::infinity();
     store(layers.at("standard_error"), x, y, sums.beauty.standard_error());
     store(layers.at("indirect_standard_error"), x, y, sums.indirect.standard_error());
 }
@@ -138,8 +137,8 @@ LayeredImage make_layers(int width, int height, const ReferenceOptions& options,
 
 }  // namespace
 
-LayeredImage render_reference(const RayScene& rays, const View& view, const ReferenceOptions& options,
-                              ThreadPool& pool, const ProgressFunction& progress)
+LayeredImage render_reference(const RayScene& rays, const View& view, const ReferenceOptions& options, ThreadPool& pool,
+                              const ProgressFunction& progress)
 {
     validate(view, options);
     const int samples = (options.samples + 15) / 16 * 16;
@@ -165,8 +164,7 @@ LayeredImage render_reference(const RayScene& rays, const View& view, const Refe
         if (progress && !progress("reference", static_cast<float>(done) / static_cast<float>(count)))
             throw Error(ErrorCode::cancelled, "the reference was cancelled by its progress callback");
         const auto trace_range = [&](std::size_t begin, std::size_t end, int thread) {
-            for (std::size_t i = begin; i < end; ++i)
-                trace(done + i, scratch[static_cast<std::size_t>(thread)]);
+            for (std::size_t i = begin; i < end; ++i) trace(done + i, scratch[static_cast<std::size_t>(thread)]);
         };
         pool.parallel_for(std::min(portion, count - done), 1, trace_range);
     }

@@ -8,18 +8,17 @@ namespace rcs {
 ImagePlane image_plane(const View& view)
 {
     const Camera& camera = view.camera;
-    const double half_height =
-        camera.projection == Projection::perspective ? std::tan(0.5 * camera.yfov) : camera.ymag;
+    const double half_height = camera.projection == Projection::perspective ? std::tan(0.5 * camera.yfov) : camera.ymag;
     const glm::dvec2 middle(0.5 * view.width, 0.5 * view.height);
-    return {2.0 * half_height / view.height, middle + glm::dvec2(-camera.lens_shift.x, camera.lens_shift.y) * static_cast<double>(view.height)};
+    return {2.0 * half_height / view.height,
+            middle + glm::dvec2(-camera.lens_shift.x, camera.lens_shift.y) * static_cast<double>(view.height)};
 }
 
 std::optional<glm::dvec2> image_position(const View& view, glm::dvec3 relative)
 {
     const glm::dvec3 p = glm::transpose(glm::dmat3(view.camera.world_from_view)) * relative;  // undoes a rigid turn
     const bool perspective = view.camera.projection == Projection::perspective;
-    if (perspective && !(p.z < 0.0))
-        return std::nullopt;
+    if (perspective && !(p.z < 0.0)) return std::nullopt;
     const ImagePlane plane = image_plane(view);
     const double pixel = perspective ? plane.pixel * -p.z : plane.pixel;
     return plane.axis + glm::dvec2(p.x, -p.y) / pixel;
@@ -37,15 +36,11 @@ CameraRay camera_ray(const View& view, double x, double y)
     const glm::dvec3 dy = up * -plane.pixel;
     const glm::dvec3 offset = dx * (x - plane.axis.x) + dy * (y - plane.axis.y);
     const glm::dvec3 none(0.0);
-    if (camera.projection == Projection::perspective)
-        return {eye, offset - back, none, none, dx, dy};
+    if (camera.projection == Projection::perspective) return {eye, offset - back, none, none, dx, dy};
     return {eye + offset, -back, dx, dy, none, none};
 }
 
-glm::dvec3 camera_position(const Camera& camera)
-{
-    return glm::dvec3(camera.world_from_view[3]);
-}
+glm::dvec3 camera_position(const Camera& camera) { return glm::dvec3(camera.world_from_view[3]); }
 
 Camera look_at_camera(std::string name, glm::dvec3 eye, glm::dvec3 target, double yfov, glm::dvec3 up)
 {

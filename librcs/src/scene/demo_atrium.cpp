@@ -22,7 +22,7 @@ constexpr int kBaysX = 6;
 constexpr int kBaysZ = 4;
 constexpr float kCourtX = 0.5f * kBay * kBaysX;  ///< axis of the columns
 constexpr float kCourtZ = 0.5f * kBay * kBaysZ;
-constexpr float kArcade = 3.2f;                  ///< from there to the outer wall
+constexpr float kArcade = 3.2f;  ///< from there to the outer wall
 constexpr float kWallX = kCourtX + kArcade;
 constexpr float kWallZ = kCourtZ + kArcade;
 constexpr float kStep = 0.15f;
@@ -79,7 +79,8 @@ glm::vec3 ashlar_color(int x, int y)
     constexpr int kBlock = kTextureSide / 2;
     const int row = y / kCourse;
     const int shifted = (x + (row % 2) * kBlock / 2) % kTextureSide;
-    const int edge = std::min({shifted % kBlock, kBlock - 1 - shifted % kBlock, y % kCourse, kCourse - 1 - y % kCourse});
+    const int edge =
+        std::min({shifted % kBlock, kBlock - 1 - shifted % kBlock, y % kCourse, kCourse - 1 - y % kCourse});
     const float joint = edge < 3 ? 0.72f : 1.0f;
     const float shade = 1.0f + 0.06f * noise(shifted / kBlock, row, 3) + 0.03f * noise(x / 3, y / 3, 4);
     return glm::vec3(0.93f) * joint * shade;
@@ -186,7 +187,7 @@ void add_floors(Scene& scene, const Materials& m)
 {
     const glm::vec2 court(kCourtX, kCourtZ);
     const glm::vec2 wall(kWallX, kWallZ);
-    const float edge = 0.55f;    // from the columns' axis to the first step
+    const float edge = 0.55f;  // from the columns' axis to the first step
     const float tread = 0.34f;
     const float court_y = -2.0f * kStep;
 
@@ -265,18 +266,34 @@ void add_decoration(Scene& scene, const Materials& m)
     std::size_t next = 0;
     for_each_column([&](glm::dvec3 position, double degrees) {
         // In front of the balustrade and of the slab below it.
-        const glm::dmat4 hung = placed(position + glm::dvec3(0.0, kUpper.floor + 0.86, 0.0), degrees) *
-                                placed({0.0, 0.0, 0.56});
+        const glm::dmat4 hung =
+            placed(position + glm::dvec3(0.0, kUpper.floor + 0.86, 0.0), degrees) * placed({0.0, 0.0, 0.56});
         if (next % 3 != 2) add_instance(scene, "banner", banners[(next + next / 4) % banners.size()], hung);
         ++next;
     });
 
-    const std::array<glm::vec2, 10> basin = {{{1.55f, -0.30f}, {1.55f, -0.15f}, {1.35f, -0.15f}, {1.25f, 0.05f},
-                                              {1.40f, 0.38f}, {1.40f, 0.46f}, {1.22f, 0.46f}, {1.15f, 0.20f},
-                                              {0.50f, 0.16f}, {0.0f, 0.16f}}};
-    const std::array<glm::vec2, 12> vase = {{{0.24f, 0.15f}, {0.24f, 0.40f}, {0.14f, 0.48f}, {0.11f, 0.95f},
-                                             {0.16f, 1.02f}, {0.55f, 1.20f}, {0.60f, 1.27f}, {0.54f, 1.27f},
-                                             {0.14f, 1.14f}, {0.09f, 1.55f}, {0.13f, 1.66f}, {0.0f, 1.80f}}};
+    const std::array<glm::vec2, 10> basin = {{{1.55f, -0.30f},
+                                              {1.55f, -0.15f},
+                                              {1.35f, -0.15f},
+                                              {1.25f, 0.05f},
+                                              {1.40f, 0.38f},
+                                              {1.40f, 0.46f},
+                                              {1.22f, 0.46f},
+                                              {1.15f, 0.20f},
+                                              {0.50f, 0.16f},
+                                              {0.0f, 0.16f}}};
+    const std::array<glm::vec2, 12> vase = {{{0.24f, 0.15f},
+                                             {0.24f, 0.40f},
+                                             {0.14f, 0.48f},
+                                             {0.11f, 0.95f},
+                                             {0.16f, 1.02f},
+                                             {0.55f, 1.20f},
+                                             {0.60f, 1.27f},
+                                             {0.54f, 1.27f},
+                                             {0.14f, 1.14f},
+                                             {0.09f, 1.55f},
+                                             {0.13f, 1.66f},
+                                             {0.0f, 1.80f}}};
     Mesh fountain;
     add_lathe(fountain, basin, 32);
     add_lathe(fountain, vase, 20);

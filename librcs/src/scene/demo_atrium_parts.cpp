@@ -18,11 +18,18 @@ void scale_uvs(Mesh& mesh, float repeats_per_metre)
 Mesh column_mesh(float radius, float height)
 {
     const float r = radius;
-    const std::array<glm::vec2, 12> profile = {{{1.32f * r, 0.14f}, {1.42f * r, 0.18f}, {1.42f * r, 0.23f},
-                                                {1.22f * r, 0.28f}, {1.10f * r, 0.30f}, {1.00f * r, 0.36f},
-                                                {0.97f * r, 0.40f * height}, {0.86f * r, height - 0.42f},
-                                                {1.02f * r, height - 0.40f}, {1.02f * r, height - 0.35f},
-                                                {0.92f * r, height - 0.33f}, {1.45f * r, height - 0.12f}}};
+    const std::array<glm::vec2, 12> profile = {{{1.32f * r, 0.14f},
+                                                {1.42f * r, 0.18f},
+                                                {1.42f * r, 0.23f},
+                                                {1.22f * r, 0.28f},
+                                                {1.10f * r, 0.30f},
+                                                {1.00f * r, 0.36f},
+                                                {0.97f * r, 0.40f * height},
+                                                {0.86f * r, height - 0.42f},
+                                                {1.02f * r, height - 0.40f},
+                                                {1.02f * r, height - 0.35f},
+                                                {0.92f * r, height - 0.33f},
+                                                {1.45f * r, height - 0.12f}}};
     Mesh mesh;
     add_lathe(mesh, profile, 16);
     const float plinth = 1.5f * r;

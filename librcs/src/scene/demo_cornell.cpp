@@ -1,5 +1,5 @@
-#include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/constants.hpp>
+#include <glm/gtc/matrix_transform.hpp>
 
 #include "scene/demo_scenes.h"
 #include "scene/demo_shapes.h"

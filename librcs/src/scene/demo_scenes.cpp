@@ -81,8 +81,9 @@ struct Demo {
     Scene (*make)();
 };
 constexpr Demo kDemos[] = {{"demo:cornell", make_cornell},       {"demo:atrium", make_atrium},
-                           {"demo:spheres", make_spheres},       {"demo:furnace", make_furnace},       {"demo:closed-box", make_closed_box},
-                           {"demo:sphere-light", make_sphere_light}, {"demo:corner", make_corner}};
+                           {"demo:spheres", make_spheres},       {"demo:furnace", make_furnace},
+                           {"demo:closed-box", make_closed_box}, {"demo:sphere-light", make_sphere_light},
+                           {"demo:corner", make_corner}};
 
 }  // namespace
 

@@ -34,12 +34,22 @@ struct Triangle {
 std::vector<Triangle> icosahedron()
 {
     const float g = 0.5f * (1.0f + std::sqrt(5.0f));  // golden ratio: corners (0, +-1, +-g) and their turns
-    const std::array<glm::vec3, 12> p = {{{-1, g, 0}, {1, g, 0}, {-1, -g, 0}, {1, -g, 0}, {0, -1, g}, {0, 1, g},
-                                          {0, -1, -g}, {0, 1, -g}, {g, 0, -1}, {g, 0, 1}, {-g, 0, -1}, {-g, 0, 1}}};
-    constexpr std::array<std::array<int, 3>, 20> faces = {
-        {{0, 11, 5}, {0, 5, 1}, {0, 1, 7}, {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4}, {11, 10, 2}, {10, 7, 6},
-         {7, 1, 8}, {3, 9, 4}, {3, 4, 2}, {3, 2, 6}, {3, 6, 8}, {3, 8, 9}, {4, 9, 5}, {2, 4, 11}, {6, 2, 10},
-         {8, 6, 7}, {9, 8, 1}}};
+    const std::array<glm::vec3, 12> p = {{{-1, g, 0},
+                                          {1, g, 0},
+                                          {-1, -g, 0},
+                                          {1, -g, 0},
+                                          {0, -1, g},
+                                          {0, 1, g},
+                                          {0, -1, -g},
+                                          {0, 1, -g},
+                                          {g, 0, -1},
+                                          {g, 0, 1},
+                                          {-g, 0, -1},
+                                          {-g, 0, 1}}};
+    constexpr std::array<std::array<int, 3>, 20> faces = {{{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
+                                                           {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
+                                                           {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
+                                                           {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}}};
     std::vector<Triangle> triangles;
     for (const auto& face : faces) {
         const auto corner = [&](std::size_t i) { return glm::normalize(p[static_cast<std::size_t>(face[i])]); };

@@ -56,7 +56,8 @@ void add_grid(Mesh& mesh, int columns, int rows, const Point& point)
 /// @return its index
 int add_material(Scene& scene, const std::string& name, glm::vec3 base_color, glm::vec3 emission = glm::vec3(0.0f));
 int add_mesh(Scene& scene, const std::string& name, int material, Mesh mesh);
-void add_instance(Scene& scene, const std::string& name, int mesh, const glm::dmat4& world_from_object = glm::dmat4(1.0));
+void add_instance(Scene& scene, const std::string& name, int mesh,
+                  const glm::dmat4& world_from_object = glm::dmat4(1.0));
 
 /// A mesh that stands where it was made, with one instance.
 void add_object(Scene& scene, const std::string& name, int material, Mesh mesh);

@@ -33,7 +33,8 @@ std::size_t find_share(const std::vector<double>& cdf, std::size_t begin, std::s
     const double before = begin > 0 ? cdf[begin - 1] : 0.0;
     const double target = before + static_cast<double>(u) * (cdf[end - 1] - before);
     const auto first = cdf.begin();
-    const auto found = std::upper_bound(first + static_cast<std::ptrdiff_t>(begin), first + static_cast<std::ptrdiff_t>(end) - 1, target);
+    const auto found = std::upper_bound(first + static_cast<std::ptrdiff_t>(begin),
+                                        first + static_cast<std::ptrdiff_t>(end) - 1, target);
     const std::size_t i = static_cast<std::size_t>(found - first);
     const double below = i > 0 ? cdf[i - 1] : 0.0;
     rest = cdf[i] > below ? std::clamp(static_cast<float>((target - below) / (cdf[i] - below)), 0.0f, kBelowOne) : 0.5f;
@@ -86,7 +87,8 @@ Environment::Footprint Environment::footprint(glm::vec2 uv, int width, int heigh
     const auto index = [&](int px, int py) {
         return static_cast<std::size_t>(py) * static_cast<std::size_t>(width) + static_cast<std::size_t>(px);
     };
-    return {index(x0, y0), index(x1, y0), index(x0, y1), index(x1, y1), y0, y1, x - floor_x, y - static_cast<float>(y0)};
+    return {
+        index(x0, y0), index(x1, y0), index(x0, y1), index(x1, y1), y0, y1, x - floor_x, y - static_cast<float>(y0)};
 }
 
 /// Turning the sky counter-clockwise by an angle turns what is looked up clockwise, towards growing u.
@@ -140,15 +142,15 @@ void Environment::choose_threshold()
         if (!(m > 0.0f)) continue;
         int exponent = 0;
         const float mantissa = std::frexp(m, &exponent);  // in [0.5, 1)
-        const int bin = std::clamp((exponent + 127) * kParts + static_cast<int>((mantissa - 0.5f) * 2.0f * kParts), 0, kBins - 1);
+        const int bin =
+            std::clamp((exponent + 127) * kParts + static_cast<int>((mantissa - 0.5f) * 2.0f * kParts), 0, kBins - 1);
         area[static_cast<std::size_t>(bin)] += w;
         sum[static_cast<std::size_t>(bin)] += w * static_cast<double>(m);
         brightest = std::max(brightest, m);
     }
     const auto clipped_mean = [&](double c) {
         double result = 0.0;
-        for (std::size_t b = 0; b < area.size(); ++b)
-            result += std::min(sum[b], c * area[b]);
+        for (std::size_t b = 0; b < area.size(); ++b) result += std::min(sum[b], c * area[b]);
         return result / total_area;
     };
     // The mean of min(L, c) is concave in c: from above, the iteration falls to the largest fixed point, or to 0.
@@ -167,11 +169,13 @@ void Environment::choose_threshold()
 void Environment::build_peaks()
 {
     const std::size_t width = static_cast<std::size_t>(image_->width);
-    const float inverse_width = 1.0f / static_cast<float>(image_->width), inverse_height = 1.0f / static_cast<float>(image_->height);
+    const float inverse_width = 1.0f / static_cast<float>(image_->width),
+                inverse_height = 1.0f / static_cast<float>(image_->height);
     glm::dvec3 axis(0.0);
     double sines = 0.0;
     const auto centre = [&](std::uint32_t column, int row) {
-        return direction_of({(static_cast<float>(column) + 0.5f) * inverse_width, (static_cast<float>(row) + 0.5f) * inverse_height});
+        return direction_of(
+            {(static_cast<float>(column) + 0.5f) * inverse_width, (static_cast<float>(row) + 0.5f) * inverse_height});
     };
     row_first_.push_back(0);
     for (int y = 0; y < image_->height; ++y) {
@@ -192,7 +196,8 @@ void Environment::build_peaks()
     peak_axis_ = glm::length(axis) > 0.0 ? glm::vec3(glm::normalize(axis)) : glm::vec3(0.0f, 1.0f, 0.0f);
     float least = 1.0f;
     for (int y = 0; y < image_->height; ++y)
-        for (std::uint32_t i = row_first_[static_cast<std::size_t>(y)]; i < row_first_[static_cast<std::size_t>(y) + 1]; ++i)
+        for (std::uint32_t i = row_first_[static_cast<std::size_t>(y)]; i < row_first_[static_cast<std::size_t>(y) + 1];
+             ++i)
             least = std::min(least, glm::dot(peak_axis_, centre(column_[i], y)));
     // Tents reach one texel farther than centres.
     const float reach = 1.5f * kPi * std::max(2.0f * inverse_width, inverse_height);
@@ -215,14 +220,15 @@ void Environment::build_soft()
             const double w = static_cast<double>(sine_[static_cast<std::size_t>(y)]);
             for (int x = 0; x < image_->width; ++x) {
                 const int cell_x = static_cast<int>(static_cast<std::int64_t>(x) * soft_width_ / image_->width);
-                const std::size_t cell = static_cast<std::size_t>(cell_y) * static_cast<std::size_t>(soft_width_) + static_cast<std::size_t>(cell_x);
-                const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(image_->width) + static_cast<std::size_t>(x);
+                const std::size_t cell = static_cast<std::size_t>(cell_y) * static_cast<std::size_t>(soft_width_) +
+                                         static_cast<std::size_t>(cell_x);
+                const std::size_t i =
+                    static_cast<std::size_t>(y) * static_cast<std::size_t>(image_->width) + static_cast<std::size_t>(x);
                 sum[cell] += w * glm::dvec3(soft_texel(i));
                 area[cell] += w;
             }
         }
-        for (std::size_t i = 0; i < cells; ++i)
-            soft_[i] = glm::vec3(sum[i] / area[i]);
+        for (std::size_t i = 0; i < cells; ++i) soft_[i] = glm::vec3(sum[i] / area[i]);
     }
     double mean = 0.0, sphere = 0.0;
     const auto solid_angle = [&](std::size_t cell) {
@@ -280,7 +286,8 @@ float Environment::peak_density(glm::vec3 direction) const
     if (!has_peaks()) return 0.0f;
     const glm::vec2 uv = uv_of(direction);
     const Footprint f = footprint(uv, image_->width, image_->height);
-    const float w = f.mix(peak_weight(f.i00, f.row0), peak_weight(f.i10, f.row0), peak_weight(f.i01, f.row1), peak_weight(f.i11, f.row1));
+    const float w = f.mix(peak_weight(f.i00, f.row0), peak_weight(f.i10, f.row0), peak_weight(f.i01, f.row1),
+                          peak_weight(f.i11, f.row1));
     return w / (sine_at(uv.y) * peak_flux_);
 }
 
@@ -294,10 +301,13 @@ Environment::Sample Environment::sample_peak(glm::vec2 u) const
     const std::size_t row = static_cast<std::size_t>(after - row_first_.begin()) - 1;
     const std::size_t begin = row_first_[row], end = row_first_[row + 1];
     const double below = begin > 0 ? peak_cdf_[begin - 1] : 0.0;
-    in_row = std::clamp(static_cast<float>((static_cast<double>(u.y) * peak_weight_ - below) / (peak_cdf_[end - 1] - below)), 0.0f, kBelowOne);
+    in_row =
+        std::clamp(static_cast<float>((static_cast<double>(u.y) * peak_weight_ - below) / (peak_cdf_[end - 1] - below)),
+                   0.0f, kBelowOne);
     const std::size_t texel = find_share(peak_cdf_, begin, end, u.x, in_column);
 
-    const float x = (static_cast<float>(column_[texel]) + 0.5f + sample_tent(in_column)) / static_cast<float>(image_->width);
+    const float x =
+        (static_cast<float>(column_[texel]) + 0.5f + sample_tent(in_column)) / static_cast<float>(image_->width);
     const float y = (static_cast<float>(row) + 0.5f + sample_tent(in_row)) / static_cast<float>(image_->height);
     // Mirrored at the poles, the tents of the last rows add up to what clamping looks up.
     const float v = y < 0.0f ? -y : y > 1.0f ? 2.0f - y : y;
@@ -313,8 +323,10 @@ float Environment::density(glm::vec3 direction) const
     const glm::vec2 uv = uv_of(direction);
     const int x = std::min(static_cast<int>(uv.x * static_cast<float>(soft_width_)), soft_width_ - 1);
     const int y = std::min(static_cast<int>(uv.y * static_cast<float>(soft_height_)), soft_height_ - 1);
-    const std::size_t cell = static_cast<std::size_t>(y) * static_cast<std::size_t>(soft_width_) + static_cast<std::size_t>(x);
-    const double share = (soft_cdf_[cell] - (cell > 0 ? soft_cdf_[cell - 1] : 0.0)) / std::max(soft_cdf_.back(), 1e-300);
+    const std::size_t cell =
+        static_cast<std::size_t>(y) * static_cast<std::size_t>(soft_width_) + static_cast<std::size_t>(x);
+    const double share =
+        (soft_cdf_[cell] - (cell > 0 ? soft_cdf_[cell - 1] : 0.0)) / std::max(soft_cdf_.back(), 1e-300);
     const double h = std::numbers::pi / soft_height_;
     const double solid_angle = 2.0 * std::numbers::pi / soft_width_ * (std::cos(y * h) - std::cos((y + 1) * h));
     return (1.0f - peak_share_) * static_cast<float>(share / solid_angle) + peak_share_ * peak_density(direction);

@@ -30,8 +30,8 @@ constexpr int kRows = 64;
 void check_size(const std::string& path, const OIIO::ImageSpec& spec)
 {
     const std::int64_t texels = static_cast<std::int64_t>(spec.width) * spec.height;
-    if (spec.width >= 1 && spec.height >= 1 && spec.width <= kMaxSide && spec.height <= kMaxSide && texels <= kMaxTexels &&
-        spec.depth <= 1 && spec.nchannels >= 1 && spec.nchannels <= 64)
+    if (spec.width >= 1 && spec.height >= 1 && spec.width <= kMaxSide && spec.height <= kMaxSide &&
+        texels <= kMaxTexels && spec.depth <= 1 && spec.nchannels >= 1 && spec.nchannels <= 64)
         return;
     fail(path, "it has " + std::to_string(spec.width) + " x " + std::to_string(spec.height) + " texels of " +
                    std::to_string(spec.nchannels) + " channels, expected sides in [1, " + std::to_string(kMaxSide) +
@@ -98,7 +98,9 @@ EnvironmentImage load_environment(const std::string& path, const LogFunction& lo
         glm::vec3* target = image.radiance.data() + static_cast<std::size_t>(begin) * width;
         for (std::size_t i = 0; i < width * static_cast<std::size_t>(end - begin); ++i) {
             const float* texel = values.data() + i * n;
-            const auto value = [&](int channel) { return repair(is_srgb ? linear_from_srgb(texel[channel]) : texel[channel]); };
+            const auto value = [&](int channel) {
+                return repair(is_srgb ? linear_from_srgb(texel[channel]) : texel[channel]);
+            };
             target[i] = {value(channels.red), value(channels.green), value(channels.blue)};
         }
     }

@@ -94,11 +94,10 @@ tinygltf::Model read_model(const GltfFile& file)
     std::string error;
     std::string warning;
     const auto size = static_cast<unsigned int>(bytes.size());
-    const bool read =
-        is_glb(bytes)
-            ? reader.LoadBinaryFromMemory(&model, &error, &warning, bytes.data(), size, ".")
-            : reader.LoadASCIIFromString(&model, &error, &warning, reinterpret_cast<const char*>(bytes.data()), size,
-                                         ".");
+    const bool read = is_glb(bytes)
+                          ? reader.LoadBinaryFromMemory(&model, &error, &warning, bytes.data(), size, ".")
+                          : reader.LoadASCIIFromString(&model, &error, &warning,
+                                                       reinterpret_cast<const char*>(bytes.data()), size, ".");
     if (!read) bad_file(file, error.empty() ? "cannot be read" : on_one_line(error));
     // What it remarks on a file that it has read is known from check_gltf, or is no fault.
     unpack_views(file, source.packed_views, model);
@@ -124,9 +123,8 @@ constexpr glm::vec3 kNeutralSky{1.0f};
 bool has_light(const Scene& scene)
 {
     // Materials that no mesh uses keep their default, which emits nothing.
-    const bool emits = std::any_of(scene.materials.begin(), scene.materials.end(), [](const Material& material) {
-        return material.emission != glm::vec3(0.0f);
-    });
+    const bool emits = std::any_of(scene.materials.begin(), scene.materials.end(),
+                                   [](const Material& material) { return material.emission != glm::vec3(0.0f); });
     return emits || !scene.lights.empty();
 }
 

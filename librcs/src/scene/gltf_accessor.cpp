@@ -25,18 +25,22 @@ struct Place {
 std::size_t component_size(const Place& place, int component_type)
 {
     switch (component_type) {
-    case TINYGLTF_COMPONENT_TYPE_BYTE:
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE: return 1;
-    case TINYGLTF_COMPONENT_TYPE_SHORT:
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT: return 2;
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
-    case TINYGLTF_COMPONENT_TYPE_FLOAT: return 4;
-    default: place.fail("has component type " + std::to_string(component_type) + ", which glTF does not have");
+        case TINYGLTF_COMPONENT_TYPE_BYTE:
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+            return 1;
+        case TINYGLTF_COMPONENT_TYPE_SHORT:
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+            return 2;
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+        case TINYGLTF_COMPONENT_TYPE_FLOAT:
+            return 4;
+        default:
+            place.fail("has component type " + std::to_string(component_type) + ", which glTF does not have");
     }
 }
 
-Elements elements_in(const Place& place, const tinygltf::Model& model, int view, std::size_t offset,
-                     std::size_t count, std::size_t element_size)
+Elements elements_in(const Place& place, const tinygltf::Model& model, int view, std::size_t offset, std::size_t count,
+                     std::size_t element_size)
 {
     if (count == 0) return {};
     const std::span<const std::uint8_t> bytes = view_bytes(place.file, model, view, place.name);
@@ -74,21 +78,30 @@ float to_float(const std::uint8_t* data, bool normalized)
 float component_at(const std::uint8_t* data, int component_type, bool normalized)
 {
     switch (component_type) {
-    case TINYGLTF_COMPONENT_TYPE_BYTE: return to_float<std::int8_t>(data, normalized);
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE: return to_float<std::uint8_t>(data, normalized);
-    case TINYGLTF_COMPONENT_TYPE_SHORT: return to_float<std::int16_t>(data, normalized);
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT: return to_float<std::uint16_t>(data, normalized);
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT: return to_float<std::uint32_t>(data, normalized);
-    default: return load<float>(data);
+        case TINYGLTF_COMPONENT_TYPE_BYTE:
+            return to_float<std::int8_t>(data, normalized);
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+            return to_float<std::uint8_t>(data, normalized);
+        case TINYGLTF_COMPONENT_TYPE_SHORT:
+            return to_float<std::int16_t>(data, normalized);
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+            return to_float<std::uint16_t>(data, normalized);
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+            return to_float<std::uint32_t>(data, normalized);
+        default:
+            return load<float>(data);
     }
 }
 
 std::uint32_t index_at(const std::uint8_t* data, int component_type)
 {
     switch (component_type) {
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE: return load<std::uint8_t>(data);
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT: return load<std::uint16_t>(data);
-    default: return load<std::uint32_t>(data);
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+            return load<std::uint8_t>(data);
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+            return load<std::uint16_t>(data);
+        default:
+            return load<std::uint32_t>(data);
     }
 }
 
@@ -128,9 +141,9 @@ void for_each_element(const Place& place, const tinygltf::Model& model, const ti
         place.fail("has a damaged sparse part");
     }
     const auto count = static_cast<std::size_t>(sparse.count);
-    const Elements indices = elements_in(place, model, sparse.indices.bufferView,
-                                         static_cast<std::size_t>(sparse.indices.byteOffset), count,
-                                         component_size(place, sparse.indices.componentType));
+    const Elements indices =
+        elements_in(place, model, sparse.indices.bufferView, static_cast<std::size_t>(sparse.indices.byteOffset), count,
+                    component_size(place, sparse.indices.componentType));
     const Elements values = elements_in(place, model, sparse.values.bufferView,
                                         static_cast<std::size_t>(sparse.values.byteOffset), count, element_size);
     for (std::size_t i = 0; i < count; ++i) {
@@ -154,7 +167,8 @@ std::size_t element_count(const Place& place, const tinygltf::Model& model, cons
     std::size_t bytes = 0;
     for (const tinygltf::Buffer& buffer : model.buffers) bytes += buffer.data.size();
     if (accessor.count > bytes) {
-        place.fail("has " + std::to_string(accessor.count) + " elements without a buffer view, more than the file has bytes");
+        place.fail("has " + std::to_string(accessor.count) +
+                   " elements without a buffer view, more than the file has bytes");
     }
     return accessor.count;
 }
@@ -240,8 +254,7 @@ std::vector<glm::vec4> read_colors(const GltfFile& file, const tinygltf::Model& 
     return colors;
 }
 
-std::vector<glm::mat4> read_mat4(const GltfFile& file, const tinygltf::Model& model, int index,
-                                 const std::string& what)
+std::vector<glm::mat4> read_mat4(const GltfFile& file, const tinygltf::Model& model, int index, const std::string& what)
 {
     const tinygltf::Accessor& accessor = accessor_at(file, model, index, what);
     const Place place{file, what + " (accessor " + std::to_string(index) + ")"};
@@ -255,8 +268,7 @@ std::vector<glm::mat4> read_mat4(const GltfFile& file, const tinygltf::Model& mo
     return matrices;
 }
 
-std::vector<float> read_scalars(const GltfFile& file, const tinygltf::Model& model, int index,
-                                const std::string& what)
+std::vector<float> read_scalars(const GltfFile& file, const tinygltf::Model& model, int index, const std::string& what)
 {
     const tinygltf::Accessor& accessor = accessor_at(file, model, index, what);
     const Place place{file, what + " (accessor " + std::to_string(index) + ")"};

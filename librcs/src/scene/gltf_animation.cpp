@@ -93,18 +93,23 @@ Curve read_curve(const GltfFile& file, const tinygltf::Model& model, const tinyg
                  const std::string& path, const std::string& what)
 {
     Curve curve;
-    if (sampler.interpolation == "STEP") curve.kind = Curve::Kind::step;
-    else if (sampler.interpolation == "CUBICSPLINE") curve.kind = Curve::Kind::cubic;
+    if (sampler.interpolation == "STEP")
+        curve.kind = Curve::Kind::step;
+    else if (sampler.interpolation == "CUBICSPLINE")
+        curve.kind = Curve::Kind::cubic;
     else if (sampler.interpolation != "LINEAR" && !sampler.interpolation.empty()) {
-        bad_file(file, what + " has the interpolation '" + sampler.interpolation +
-                           "', expected LINEAR, STEP or CUBICSPLINE");
+        bad_file(file,
+                 what + " has the interpolation '" + sampler.interpolation + "', expected LINEAR, STEP or CUBICSPLINE");
     }
     curve.turns = path == "rotation";
     curve.times = read_scalars(file, model, sampler.input, what + ", input");
     const std::string output = what + ", output";
-    if (path == "weights") curve.numbers = read_scalars(file, model, sampler.output, output);
-    else if (path == "rotation") curve.numbers = flat(read_vec4(file, model, sampler.output, output));
-    else curve.numbers = flat(read_vec3(file, model, sampler.output, output));
+    if (path == "weights")
+        curve.numbers = read_scalars(file, model, sampler.output, output);
+    else if (path == "rotation")
+        curve.numbers = flat(read_vec4(file, model, sampler.output, output));
+    else
+        curve.numbers = flat(read_vec3(file, model, sampler.output, output));
 
     const std::size_t keys = curve.times.size() * (curve.kind == Curve::Kind::cubic ? 3 : 1);
     curve.length = path == "rotation" ? 4 : path == "weights" && keys > 0 ? curve.numbers.size() / keys : 3;
@@ -155,8 +160,7 @@ void apply(const GltfFile& file, const tinygltf::Model& model, std::size_t index
     const tinygltf::Animation& animation = model.animations[index];
     for (std::size_t i = 0; i < animation.channels.size(); ++i) {
         const tinygltf::AnimationChannel& channel = animation.channels[i];
-        const std::string what =
-            element_name("animation", index, animation.name) + ", channel " + std::to_string(i);
+        const std::string what = element_name("animation", index, animation.name) + ", channel " + std::to_string(i);
         const std::string& path = channel.target_path;
         if (path != "translation" && path != "rotation" && path != "scale" && path != "weights") {
             file.notes->add(kUnknownPath, short_name(index, animation.name));

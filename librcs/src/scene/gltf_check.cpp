@@ -14,12 +14,19 @@
 namespace rcs {
 namespace {
 
-constexpr std::array<std::string_view, 13> kSupportedExtensions = {
-    "EXT_mesh_gpu_instancing",    "EXT_meshopt_compression", "EXT_texture_webp",
-    "KHR_draco_mesh_compression", "KHR_lights_punctual",     "KHR_materials_clearcoat",
-    "KHR_materials_emissive_strength", "KHR_materials_ior",  "KHR_materials_specular",
-    "KHR_materials_transmission", "KHR_materials_unlit",     "KHR_mesh_quantization",
-    "KHR_texture_transform"};
+constexpr std::array<std::string_view, 13> kSupportedExtensions = {"EXT_mesh_gpu_instancing",
+                                                                   "EXT_meshopt_compression",
+                                                                   "EXT_texture_webp",
+                                                                   "KHR_draco_mesh_compression",
+                                                                   "KHR_lights_punctual",
+                                                                   "KHR_materials_clearcoat",
+                                                                   "KHR_materials_emissive_strength",
+                                                                   "KHR_materials_ior",
+                                                                   "KHR_materials_specular",
+                                                                   "KHR_materials_transmission",
+                                                                   "KHR_materials_unlit",
+                                                                   "KHR_mesh_quantization",
+                                                                   "KHR_texture_transform"};
 
 bool is_supported(const std::string& extension)
 {
@@ -116,8 +123,8 @@ void check_images(const GltfDocument& document, GltfSource& source)
 
 /// Decodes once for the check alone: tinygltf decodes again, but would follow an attribute that the data
 /// lack, or one of more than four components, and read any byte as a truth value.
-void check_draco(const GltfDocument& document, const GltfSource& source, const Json& primitive,
-                 const Json& compressed, const std::string& what)
+void check_draco(const GltfDocument& document, const GltfSource& source, const Json& primitive, const Json& compressed,
+                 const std::string& what)
 {
     const Json& view = element_of(document, "bufferViews", compressed, "bufferView", what);
     const std::uint64_t buffer = *whole_number(document, view, "buffer", what);
@@ -172,8 +179,7 @@ void check_meshes(const GltfDocument& document, const GltfSource& source)
         std::size_t number = 0;
         for (const Json& primitive : mesh["primitives"]) {
             const std::string what = mesh_name + ", primitive " + std::to_string(number++);
-            if (!primitive.contains("attributes") ||
-                !primitive["attributes"].is_object()) {
+            if (!primitive.contains("attributes") || !primitive["attributes"].is_object()) {
                 bad_file(document.file, what + " has no attributes");
             }
             for (const auto& attribute : primitive["attributes"].items()) {
@@ -203,7 +209,8 @@ bool has_uris(const GltfSource& source)
 {
     return std::any_of(source.buffers.begin(), source.buffers.end(),
                        [](const auto& buffer) { return buffer.absent || !buffer.uri.empty(); }) ||
-           std::any_of(source.image_uris.begin(), source.image_uris.end(), [](const auto& uri) { return !uri.empty(); });
+           std::any_of(source.image_uris.begin(), source.image_uris.end(),
+                       [](const auto& uri) { return !uri.empty(); });
 }
 
 }  // namespace
@@ -236,8 +243,10 @@ std::vector<unsigned char> buffer_bytes(const GltfFile& file, const GltfSource::
 {
     if (buffer.absent) return {0};
     std::vector<unsigned char> bytes;
-    if (buffer.uri.empty()) bytes.assign(binary.begin(), binary.end());
-    else bytes = uri_bytes(file, buffer.uri, what);
+    if (buffer.uri.empty())
+        bytes.assign(binary.begin(), binary.end());
+    else
+        bytes = uri_bytes(file, buffer.uri, what);
     if (bytes.size() < buffer.size) {
         bad_file(file, what + " is shorter than its 'byteLength' says: " + std::to_string(bytes.size()) +
                            " bytes, expected " + std::to_string(buffer.size));

@@ -54,8 +54,10 @@ int nesting_depth(Bytes text)
     for (std::size_t i = 0; i < text.size(); ++i) {
         const unsigned char c = text[i];
         if (in_string) {
-            if (c == '\\') ++i;
-            else if (c == '"') in_string = false;
+            if (c == '\\')
+                ++i;
+            else if (c == '"')
+                in_string = false;
         } else if (c == '"') {
             in_string = true;
         } else if (c == '[' || c == '{') {
@@ -160,14 +162,13 @@ const Json& element_of(const GltfDocument& document, const char* key, const Json
     const auto index = whole_number(document, object, member, what);
     if (!index || *index >= elements.size()) {
         bad_file(document.file, what + ": '" + member + "' is " + (index ? std::to_string(*index) : "missing") +
-                                    ", expected an index below " + std::to_string(elements.size()) + " into '" +
-                                    key + "'");
+                                    ", expected an index below " + std::to_string(elements.size()) + " into '" + key +
+                                    "'");
     }
     return elements[*index];
 }
 
-const Json* extension_of(const GltfDocument& document, const Json& object, const char* name,
-                         const std::string& what)
+const Json* extension_of(const GltfDocument& document, const Json& object, const char* name, const std::string& what)
 {
     const auto extensions = object.find("extensions");
     if (extensions == object.end()) return nullptr;

@@ -43,7 +43,6 @@ const Json& element_of(const GltfDocument& document, const char* key, const Json
                        const std::string& what);
 
 /// The extension `name` of `object`, an object; nullptr if it has none. @throws Error bad_file
-const Json* extension_of(const GltfDocument& document, const Json& object, const char* name,
-                         const std::string& what);
+const Json* extension_of(const GltfDocument& document, const Json& object, const char* name, const std::string& what);
 
 }  // namespace rcs

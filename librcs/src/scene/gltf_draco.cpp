@@ -16,8 +16,8 @@ namespace {
 // A flat regular grid, the simplest there is, takes a byte for some hundred triangles.
 constexpr std::uint64_t kMostElementsPerByte = 4096;
 
-/// The larger one of the numbers of faces and vertices that the data begin with: the decoder makes room for them at once. 0 where
-/// they end before, or are no mesh: the decoder will say so.
+/// The larger one of the numbers of faces and vertices that the data begin with: the decoder makes room for them at
+/// once. 0 where they end before, or are no mesh: the decoder will say so.
 std::uint64_t elements_promised(const GltfFile& file, const std::string& what, const char* bytes, std::size_t size)
 {
     draco::DecoderBuffer data;
@@ -45,12 +45,13 @@ std::uint64_t elements_promised(const GltfFile& file, const std::string& what, c
 
 }  // namespace
 
-std::unique_ptr<draco::Mesh> decode_draco(const GltfFile& file, const std::string& what, const char* bytes, std::size_t size)
+std::unique_ptr<draco::Mesh> decode_draco(const GltfFile& file, const std::string& what, const char* bytes,
+                                          std::size_t size)
 {
     const std::uint64_t elements = elements_promised(file, what, bytes, size);
     if (elements / kMostElementsPerByte > size) {
-        bad_file(file, what + ": its Draco data promise " + std::to_string(elements) + " faces or vertices in " + std::to_string(size) +
-                           " bytes");
+        bad_file(file, what + ": its Draco data promise " + std::to_string(elements) + " faces or vertices in " +
+                           std::to_string(size) + " bytes");
     }
     draco::DecoderBuffer data;
     data.Init(bytes, size);

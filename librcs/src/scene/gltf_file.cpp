@@ -19,9 +19,12 @@ void GltfNotes::write(const std::string& file, const LogFunction& log) const
     if (!log) return;
     for (const Entry& entry : entries_) {
         const std::size_t count = entry.names.size();
-        std::string line = file + ": " + (entry.count > 0 ? std::to_string(entry.count) + " " : "") +
-                           entry.kind->what + " in " + std::to_string(count) + " " + entry.kind->noun +
-                           (count == 1 ? "" : entry.kind->noun == std::string("mesh") ? "es" : "s") + " (";
+        std::string line = file + ": " + (entry.count > 0 ? std::to_string(entry.count) + " " : "") + entry.kind->what +
+                           " in " + std::to_string(count) + " " + entry.kind->noun +
+                           (count == 1                                ? ""
+                            : entry.kind->noun == std::string("mesh") ? "es"
+                                                                      : "s") +
+                           " (";
         for (std::size_t i = 0; i < std::min(count, kMaxNames); ++i) {
             line += (i > 0 ? ", " : "") + entry.names[i];
         }
@@ -34,8 +37,10 @@ std::string on_one_line(const std::string& text)
 {
     std::string line;
     for (const char c : text) {
-        if (c != '\n' && c != '\r') line += c;
-        else if (!line.empty() && !line.ends_with("; ")) line += "; ";
+        if (c != '\n' && c != '\r')
+            line += c;
+        else if (!line.empty() && !line.ends_with("; "))
+            line += "; ";
     }
     if (line.ends_with("; ")) line.resize(line.size() - 2);
     return line;

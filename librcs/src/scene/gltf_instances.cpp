@@ -93,11 +93,12 @@ std::vector<glm::dmat4> joints_of(const Context& context, std::size_t node)
         const int joint = skin.joints[i];
         if (joint < 0 || static_cast<std::size_t>(joint) >= context.matrices.size() ||
             !context.matrices[static_cast<std::size_t>(joint)]) {
-            bad_file(context.file, what + " names the joint " + std::to_string(joint) +
-                                       ", which is no node of the scene");
+            bad_file(context.file,
+                     what + " names the joint " + std::to_string(joint) + ", which is no node of the scene");
         }
         joints.push_back(*context.matrices[static_cast<std::size_t>(joint)] * glm::dmat4(inverse_bind[i]));
-        check_entries(context.file, what + ", joint " + std::to_string(i) + " with its inverse bind matrix", joints.back());
+        check_entries(context.file, what + ", joint " + std::to_string(i) + " with its inverse bind matrix",
+                      joints.back());
     }
     return joints;
 }
@@ -163,8 +164,10 @@ std::vector<glm::dmat4> instance_matrices(const Context& context, std::size_t no
         if (!turns.empty()) {
             const glm::dquat turn(turns[i].w, turns[i].x, turns[i].y, turns[i].z);
             const double length = glm::length(turn);
-            if (length > 0.0) matrices[i] *= glm::mat4_cast(turn / length);
-            else ++unturned;
+            if (length > 0.0)
+                matrices[i] *= glm::mat4_cast(turn / length);
+            else
+                ++unturned;
         }
         if (!sizes.empty()) matrices[i] = glm::scale(matrices[i], glm::dvec3(sizes[i]));
     }
@@ -206,8 +209,10 @@ void add_instances(const GltfFile& file, const tinygltf::Model& model, const Mat
         }
         const auto mesh = static_cast<std::size_t>(node.mesh);
         Shown shown{mesh, weights_of(node, model.meshes[mesh], poses[i])};
-        if (node.skin >= 0) add_skinned(context, i, std::move(shown));
-        else add_rigid(context, i, shown);
+        if (node.skin >= 0)
+            add_skinned(context, i, std::move(shown));
+        else
+            add_rigid(context, i, shown);
     }
 }
 

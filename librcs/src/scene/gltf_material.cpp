@@ -15,8 +15,18 @@ constexpr GltfNoteKind kClearcoatNormal{"clearcoat normal textures", "material",
 constexpr GltfNoteKind kAlphaMode{"an alpha mode that glTF does not have", "material", "rendered opaque"};
 
 /// Where a material may name a texture. `occlusionTexture` is not among them: the renderer computes occlusion.
-enum Slot { base_color, metallic_roughness, normal, emission, specular, specular_color, transmission, clearcoat,
-            clearcoat_roughness, slot_count };
+enum Slot {
+    base_color,
+    metallic_roughness,
+    normal,
+    emission,
+    specular,
+    specular_color,
+    transmission,
+    clearcoat,
+    clearcoat_roughness,
+    slot_count
+};
 
 using TextureUses = std::array<TextureUse, slot_count>;
 
@@ -103,9 +113,12 @@ glm::vec3 read_emission(const Factors& factors)
 void read_alpha_mode(const Factors& factors, Material& material)
 {
     const std::string& mode = factors.source.alphaMode;
-    if (mode == "MASK") material.alpha_mode = AlphaMode::mask;
-    else if (mode == "BLEND") material.alpha_mode = AlphaMode::blend;
-    else if (mode != "OPAQUE" && !mode.empty()) factors.file.notes->add(kAlphaMode, factors.name);
+    if (mode == "MASK")
+        material.alpha_mode = AlphaMode::mask;
+    else if (mode == "BLEND")
+        material.alpha_mode = AlphaMode::blend;
+    else if (mode != "OPAQUE" && !mode.empty())
+        factors.file.notes->add(kAlphaMode, factors.name);
     // A cutoff above 1 is allowed and hides everything.
     material.alpha_cutoff = factors.clamped(factors.source.alphaCutoff, 0.0, 2.0);
 }
@@ -178,8 +191,8 @@ void read_materials(const GltfFile& file, const tinygltf::Model& model, const st
         const tinygltf::Material& source = model.materials[i];
         Material material;
         if (in_use[i]) {
-            material = read_material({file, source, short_name(i, source.name), element_name("material", i, source.name)},
-                                     textures);
+            material = read_material(
+                {file, source, short_name(i, source.name), element_name("material", i, source.name)}, textures);
         }
         material.name = source.name;
         scene.materials.push_back(std::move(material));
@@ -202,8 +215,10 @@ UvSets uv_sets_of(const tinygltf::Material& material)
     for (const TextureUse& use : texture_uses(material)) {
         if (use.texture < 0 || use.uv_set == sets[0] || use.uv_set == sets[1]) continue;
         beyond = beyond || use.uv_set > 1;
-        if (sets[0] < 0) sets[0] = use.uv_set;
-        else if (sets[1] < 0) sets[1] = use.uv_set;
+        if (sets[0] < 0)
+            sets[0] = use.uv_set;
+        else if (sets[1] < 0)
+            sets[1] = use.uv_set;
     }
     return beyond ? sets : UvSets{0, 1};
 }

@@ -13,8 +13,7 @@ namespace rcs {
 /// materials that are in use; the others keep their defaults.
 /// @param in_use  one per material of the file
 /// @throws Error bad_file, not_found, unsupported
-void read_materials(const GltfFile& file, const tinygltf::Model& model, const std::vector<bool>& in_use,
-                    Scene& scene);
+void read_materials(const GltfFile& file, const tinygltf::Model& model, const std::vector<bool>& in_use, Scene& scene);
 
 /// A surface as glTF means it where a file says nothing: a rough white metal.
 Material default_gltf_material();

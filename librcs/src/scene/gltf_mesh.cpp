@@ -76,9 +76,8 @@ std::vector<std::uint32_t> read_vertex_order(const Context& context, std::size_t
     order = read_indices(context.file, context.model, context.primitive.indices, what);
     const auto outside = std::find_if(order.begin(), order.end(), [&](std::uint32_t i) { return i >= vertices; });
     if (outside != order.end()) {
-        bad_file(context.file, what + " (accessor " + std::to_string(context.primitive.indices) +
-                                   ") name vertex " + std::to_string(*outside) + ", the primitive has " +
-                                   std::to_string(vertices));
+        bad_file(context.file, what + " (accessor " + std::to_string(context.primitive.indices) + ") name vertex " +
+                                   std::to_string(*outside) + ", the primitive has " + std::to_string(vertices));
     }
     return order;
 }
@@ -267,10 +266,10 @@ std::optional<Mesh> read_primitive(const GltfFile& file, const tinygltf::Model& 
 {
     const tinygltf::Mesh& source = model.meshes[mesh_index];
     const tinygltf::Primitive& primitive = source.primitives[primitive_index];
-    const Context context{file, model, primitive,
-                          element_name("mesh", mesh_index, source.name) + ", primitive " +
-                              std::to_string(primitive_index),
-                          short_name(mesh_index, source.name)};
+    const Context context{
+        file, model, primitive,
+        element_name("mesh", mesh_index, source.name) + ", primitive " + std::to_string(primitive_index),
+        short_name(mesh_index, source.name)};
     if (primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN) {
         bad_file(file, context.what + " has the mode " + std::to_string(primitive.mode) + ", expected 0 to 6");
     }

@@ -39,17 +39,27 @@ int unpack(const PackedView& view, const unsigned char* packed, unsigned char* e
 {
     using Mode = PackedView::Mode;
     switch (view.mode) {
-    case Mode::triangles: return meshopt_decodeIndexBuffer(elements, view.count, view.stride, packed, view.length);
-    case Mode::indices: return meshopt_decodeIndexSequence(elements, view.count, view.stride, packed, view.length);
-    case Mode::attributes: break;
+        case Mode::triangles:
+            return meshopt_decodeIndexBuffer(elements, view.count, view.stride, packed, view.length);
+        case Mode::indices:
+            return meshopt_decodeIndexSequence(elements, view.count, view.stride, packed, view.length);
+        case Mode::attributes:
+            break;
     }
     const int problem = meshopt_decodeVertexBuffer(elements, view.count, view.stride, packed, view.length);
     if (problem != 0) return problem;
     switch (view.filter) {
-    case PackedView::Filter::octahedral: meshopt_decodeFilterOct(elements, view.count, view.stride); break;
-    case PackedView::Filter::quaternion: meshopt_decodeFilterQuat(elements, view.count, view.stride); break;
-    case PackedView::Filter::exponential: meshopt_decodeFilterExp(elements, view.count, view.stride); break;
-    case PackedView::Filter::none: break;
+        case PackedView::Filter::octahedral:
+            meshopt_decodeFilterOct(elements, view.count, view.stride);
+            break;
+        case PackedView::Filter::quaternion:
+            meshopt_decodeFilterQuat(elements, view.count, view.stride);
+            break;
+        case PackedView::Filter::exponential:
+            meshopt_decodeFilterExp(elements, view.count, view.stride);
+            break;
+        case PackedView::Filter::none:
+            break;
     }
     return 0;
 }
@@ -69,12 +79,15 @@ PackedView packed_view(const GltfDocument& document, const Json& extension, std:
     packed.length = whole_number(document, extension, "byteLength", name).value_or(0);
     packed.stride = whole_number(document, extension, "byteStride", name).value_or(0);
     packed.count = whole_number(document, extension, "count", name).value_or(0);
-    packed.mode = choice<Mode>(document, extension, "mode", what,
-                               {{"ATTRIBUTES", Mode::attributes}, {"TRIANGLES", Mode::triangles},
-                                {"INDICES", Mode::indices}}, "");
+    packed.mode = choice<Mode>(
+        document, extension, "mode", what,
+        {{"ATTRIBUTES", Mode::attributes}, {"TRIANGLES", Mode::triangles}, {"INDICES", Mode::indices}}, "");
     packed.filter = choice<Filter>(document, extension, "filter", what,
-                                   {{"NONE", Filter::none}, {"OCTAHEDRAL", Filter::octahedral},
-                                    {"QUATERNION", Filter::quaternion}, {"EXPONENTIAL", Filter::exponential}}, "NONE");
+                                   {{"NONE", Filter::none},
+                                    {"OCTAHEDRAL", Filter::octahedral},
+                                    {"QUATERNION", Filter::quaternion},
+                                    {"EXPONENTIAL", Filter::exponential}},
+                                   "NONE");
     const std::size_t size = *whole_number(document, buffer, "byteLength", name);
     if (packed.length < 1 || packed.offset > size || packed.length > size - packed.offset) {
         bad_file(document.file, name + " has " + std::to_string(packed.length) + " bytes from byte " +

@@ -88,8 +88,8 @@ std::vector<int> roots_of(const GltfFile& file, const tinygltf::Model& model, co
     }
     const int scene = std::max(0, model.defaultScene);
     if (static_cast<std::size_t>(scene) >= model.scenes.size()) {
-        bad_file(file, "its default scene is " + std::to_string(scene) + ", it has " +
-                           std::to_string(model.scenes.size()));
+        bad_file(file,
+                 "its default scene is " + std::to_string(scene) + ", it has " + std::to_string(model.scenes.size()));
     }
     roots = model.scenes[static_cast<std::size_t>(scene)].nodes;
     for (const int root : roots) {

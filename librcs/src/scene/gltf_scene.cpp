@@ -10,8 +10,8 @@
 
 #include <glm/gtc/constants.hpp>
 
-#include "scene/gltf_material.h"
 #include "scene/gltf_instances.h"
+#include "scene/gltf_material.h"
 #include "scene/gltf_nodes.h"
 
 namespace rcs {
@@ -68,13 +68,18 @@ PunctualLight read_light(const GltfFile& file, const tinygltf::Light& source, st
     const std::string what = element_name("light", index, source.name);
     PunctualLight light;
     light.name = node_name.empty() ? source.name : node_name;
-    if (source.type == "point") light.kind = LightKind::point;
-    else if (source.type == "spot") light.kind = LightKind::spot;
-    else if (source.type == "directional") light.kind = LightKind::directional;
-    else bad_file(file, what + " has type '" + source.type + "', expected point, spot or directional");
+    if (source.type == "point")
+        light.kind = LightKind::point;
+    else if (source.type == "spot")
+        light.kind = LightKind::spot;
+    else if (source.type == "directional")
+        light.kind = LightKind::directional;
+    else
+        bad_file(file, what + " has type '" + source.type + "', expected point, spot or directional");
 
     glm::dvec3 color(1.0);
-    if (!source.color.empty() && source.color.size() != 3) bad_file(file, what + " has a colour of other than 3 numbers");
+    if (!source.color.empty() && source.color.size() != 3)
+        bad_file(file, what + " has a colour of other than 3 numbers");
     if (source.color.size() == 3) color = {source.color[0], source.color[1], source.color[2]};
     light.intensity = glm::vec3(color * source.intensity);
     for (int channel = 0; channel < 3; ++channel) {
@@ -100,8 +105,8 @@ void add_lights(const GltfFile& file, const tinygltf::Model& model, const Matric
         const std::string& name = model.nodes[i].name;
         const tinygltf::Value& number = found->second.Get("light");
         if (!number.IsInt()) bad_file(file, element_name("node", i, name) + " names no light");
-        const std::size_t index = checked_index(file, element_name("node", i, name), "light",
-                                                number.GetNumberAsInt(), model.lights);
+        const std::size_t index =
+            checked_index(file, element_name("node", i, name), "light", number.GetNumberAsInt(), model.lights);
         if (model.lights[index].type != "point" && is_singular(*matrices[i])) {
             file.notes->add(kSingularNode, short_name(i, name));
             continue;
@@ -116,7 +121,8 @@ glm::dmat4 rigid(const glm::dmat4& matrix)
     const glm::dvec3 z = glm::normalize(glm::dvec3(matrix[2]));
     glm::dvec3 x = glm::normalize(glm::cross(glm::dvec3(matrix[1]), z));
     const glm::dvec3 y = glm::cross(z, x);
-    return glm::dmat4(glm::dvec4(x, 0.0), glm::dvec4(y, 0.0), glm::dvec4(z, 0.0), glm::dvec4(glm::dvec3(matrix[3]), 1.0));
+    return glm::dmat4(glm::dvec4(x, 0.0), glm::dvec4(y, 0.0), glm::dvec4(z, 0.0),
+                      glm::dvec4(glm::dvec3(matrix[3]), 1.0));
 }
 
 Camera read_camera(const GltfFile& file, const tinygltf::Camera& source, const std::string& name,
@@ -194,8 +200,7 @@ void check_cameras_reach(const GltfFile& file, const Scene& scene)
 
 Scene build_scene(const GltfFile& file, const tinygltf::Model& model, std::optional<double> time)
 {
-    const std::vector<NodePose> poses =
-        time ? pose_at(file, model, *time) : std::vector<NodePose>(model.nodes.size());
+    const std::vector<NodePose> poses = time ? pose_at(file, model, *time) : std::vector<NodePose>(model.nodes.size());
     const Matrices matrices = node_matrices(file, model, poses);
     Scene scene;
     scene.name = std::filesystem::path(file.path).stem().string();

@@ -16,47 +16,53 @@ struct Member {
 };
 
 // glTF 2.0, section 5, as far as the library reads it.
-constexpr Member kNode[] = {{"mesh", Kind::whole}, {"skin", Kind::whole}, {"camera", Kind::whole},
-                            {"children", Kind::wholes}, {"matrix", Kind::numbers, 16},
-                            {"translation", Kind::numbers, 3}, {"rotation", Kind::numbers, 4},
-                            {"scale", Kind::numbers, 3}, {"weights", Kind::numbers}, {"name", Kind::text}};
+constexpr Member kNode[] = {{"mesh", Kind::whole},          {"skin", Kind::whole},
+                            {"camera", Kind::whole},        {"children", Kind::wholes},
+                            {"matrix", Kind::numbers, 16},  {"translation", Kind::numbers, 3},
+                            {"rotation", Kind::numbers, 4}, {"scale", Kind::numbers, 3},
+                            {"weights", Kind::numbers},     {"name", Kind::text}};
 constexpr Member kMesh[] = {{"weights", Kind::numbers}, {"name", Kind::text}};
-constexpr Member kPrimitive[] = {{"indices", Kind::whole}, {"material", Kind::whole}, {"mode", Kind::whole},
-                                 {"targets", Kind::objects}};
-constexpr Member kMaterial[] = {{"pbrMetallicRoughness", Kind::object}, {"normalTexture", Kind::object},
-                                {"occlusionTexture", Kind::object}, {"emissiveTexture", Kind::object},
-                                {"emissiveFactor", Kind::numbers, 3}, {"alphaMode", Kind::text},
-                                {"alphaCutoff", Kind::number}, {"doubleSided", Kind::flag}, {"name", Kind::text}};
-constexpr Member kPbr[] = {{"baseColorFactor", Kind::numbers, 4}, {"metallicFactor", Kind::number},
-                           {"roughnessFactor", Kind::number}, {"baseColorTexture", Kind::object},
+constexpr Member kPrimitive[] = {
+    {"indices", Kind::whole}, {"material", Kind::whole}, {"mode", Kind::whole}, {"targets", Kind::objects}};
+constexpr Member kMaterial[] = {
+    {"pbrMetallicRoughness", Kind::object}, {"normalTexture", Kind::object},      {"occlusionTexture", Kind::object},
+    {"emissiveTexture", Kind::object},      {"emissiveFactor", Kind::numbers, 3}, {"alphaMode", Kind::text},
+    {"alphaCutoff", Kind::number},          {"doubleSided", Kind::flag},          {"name", Kind::text}};
+constexpr Member kPbr[] = {{"baseColorFactor", Kind::numbers, 4},
+                           {"metallicFactor", Kind::number},
+                           {"roughnessFactor", Kind::number},
+                           {"baseColorTexture", Kind::object},
                            {"metallicRoughnessTexture", Kind::object}};
-constexpr Member kTextureInfo[] = {{"index", Kind::whole, 0, true}, {"texCoord", Kind::whole},
-                                   {"scale", Kind::number}};
-constexpr Member kTextureTransform[] = {{"offset", Kind::numbers, 2}, {"rotation", Kind::number},
-                                        {"scale", Kind::numbers, 2}, {"texCoord", Kind::whole}};
+constexpr Member kTextureInfo[] = {{"index", Kind::whole, 0, true}, {"texCoord", Kind::whole}, {"scale", Kind::number}};
+constexpr Member kTextureTransform[] = {
+    {"offset", Kind::numbers, 2}, {"rotation", Kind::number}, {"scale", Kind::numbers, 2}, {"texCoord", Kind::whole}};
 constexpr Member kTexture[] = {{"source", Kind::whole}, {"sampler", Kind::whole}};
 constexpr Member kWebp[] = {{"source", Kind::whole, 0, true}};
-constexpr Member kSampler[] = {{"wrapS", Kind::whole}, {"wrapT", Kind::whole}, {"magFilter", Kind::whole},
-                               {"minFilter", Kind::whole}};
+constexpr Member kSampler[] = {
+    {"wrapS", Kind::whole}, {"wrapT", Kind::whole}, {"magFilter", Kind::whole}, {"minFilter", Kind::whole}};
 constexpr Member kImage[] = {{"uri", Kind::text}, {"bufferView", Kind::whole}, {"mimeType", Kind::text}};
-constexpr Member kAccessor[] = {{"bufferView", Kind::whole}, {"byteOffset", Kind::whole}, {"normalized", Kind::flag},
-                                {"componentType", Kind::whole, 0, true}, {"count", Kind::whole, 0, true},
-                                {"type", Kind::text, 0, true}, {"sparse", Kind::object}};
-constexpr Member kSparse[] = {{"count", Kind::whole, 0, true}, {"indices", Kind::object, 0, true},
-                              {"values", Kind::object, 0, true}};
+constexpr Member kAccessor[] = {{"bufferView", Kind::whole},     {"byteOffset", Kind::whole},
+                                {"normalized", Kind::flag},      {"componentType", Kind::whole, 0, true},
+                                {"count", Kind::whole, 0, true}, {"type", Kind::text, 0, true},
+                                {"sparse", Kind::object}};
+constexpr Member kSparse[] = {
+    {"count", Kind::whole, 0, true}, {"indices", Kind::object, 0, true}, {"values", Kind::object, 0, true}};
 constexpr Member kSkin[] = {{"joints", Kind::wholes, 0, true}, {"inverseBindMatrices", Kind::whole}};
 constexpr Member kAnimation[] = {{"channels", Kind::objects, 0, true}, {"samplers", Kind::objects, 0, true}};
 constexpr Member kChannel[] = {{"sampler", Kind::whole, 0, true}, {"target", Kind::object, 0, true}};
 constexpr Member kTarget[] = {{"node", Kind::whole}, {"path", Kind::text, 0, true}};
-constexpr Member kAnimationSampler[] = {{"input", Kind::whole, 0, true}, {"output", Kind::whole, 0, true},
-                                        {"interpolation", Kind::text}};
-constexpr Member kCamera[] = {{"type", Kind::text, 0, true}, {"perspective", Kind::object},
-                              {"orthographic", Kind::object}};
-constexpr Member kPerspective[] = {{"yfov", Kind::number, 0, true}, {"aspectRatio", Kind::number},
-                                   {"znear", Kind::number}, {"zfar", Kind::number}};
+constexpr Member kAnimationSampler[] = {
+    {"input", Kind::whole, 0, true}, {"output", Kind::whole, 0, true}, {"interpolation", Kind::text}};
+constexpr Member kCamera[] = {
+    {"type", Kind::text, 0, true}, {"perspective", Kind::object}, {"orthographic", Kind::object}};
+constexpr Member kPerspective[] = {
+    {"yfov", Kind::number, 0, true}, {"aspectRatio", Kind::number}, {"znear", Kind::number}, {"zfar", Kind::number}};
 constexpr Member kOrthographic[] = {{"xmag", Kind::number}, {"ymag", Kind::number, 0, true}};
-constexpr Member kLight[] = {{"type", Kind::text, 0, true}, {"color", Kind::numbers, 3}, {"intensity", Kind::number},
-                             {"range", Kind::number}, {"spot", Kind::object}};
+constexpr Member kLight[] = {{"type", Kind::text, 0, true},
+                             {"color", Kind::numbers, 3},
+                             {"intensity", Kind::number},
+                             {"range", Kind::number},
+                             {"spot", Kind::object}};
 constexpr Member kSpot[] = {{"innerConeAngle", Kind::number}, {"outerConeAngle", Kind::number}};
 constexpr Member kScene[] = {{"nodes", Kind::wholes}};
 
@@ -67,18 +73,20 @@ struct MaterialExtension {
 };
 constexpr Member kStrength[] = {{"emissiveStrength", Kind::number}};
 constexpr Member kIor[] = {{"ior", Kind::number}};
-constexpr Member kSpecular[] = {{"specularFactor", Kind::number}, {"specularTexture", Kind::object},
-                                {"specularColorFactor", Kind::numbers, 3}, {"specularColorTexture", Kind::object}};
+constexpr Member kSpecular[] = {{"specularFactor", Kind::number},
+                                {"specularTexture", Kind::object},
+                                {"specularColorFactor", Kind::numbers, 3},
+                                {"specularColorTexture", Kind::object}};
 constexpr Member kTransmission[] = {{"transmissionFactor", Kind::number}, {"transmissionTexture", Kind::object}};
-constexpr Member kClearcoat[] = {{"clearcoatFactor", Kind::number}, {"clearcoatTexture", Kind::object},
+constexpr Member kClearcoat[] = {{"clearcoatFactor", Kind::number},
+                                 {"clearcoatTexture", Kind::object},
                                  {"clearcoatRoughnessFactor", Kind::number},
-                                 {"clearcoatRoughnessTexture", Kind::object}, {"clearcoatNormalTexture", Kind::object}};
-constexpr MaterialExtension kMaterialExtensions[] = {{"KHR_materials_emissive_strength", kStrength},
-                                                     {"KHR_materials_ior", kIor},
-                                                     {"KHR_materials_specular", kSpecular},
-                                                     {"KHR_materials_transmission", kTransmission},
-                                                     {"KHR_materials_clearcoat", kClearcoat},
-                                                     {"KHR_materials_unlit", {}}};
+                                 {"clearcoatRoughnessTexture", Kind::object},
+                                 {"clearcoatNormalTexture", Kind::object}};
+constexpr MaterialExtension kMaterialExtensions[] = {
+    {"KHR_materials_emissive_strength", kStrength}, {"KHR_materials_ior", kIor},
+    {"KHR_materials_specular", kSpecular},          {"KHR_materials_transmission", kTransmission},
+    {"KHR_materials_clearcoat", kClearcoat},        {"KHR_materials_unlit", {}}};
 
 bool all_are(const Json& array, bool (*is_kind)(const Json&))
 {
@@ -92,14 +100,22 @@ bool all_are(const Json& array, bool (*is_kind)(const Json&))
 bool has_kind(const Json& value, Kind kind)
 {
     switch (kind) {
-    case Kind::number: return value.is_number();
-    case Kind::whole: return value.is_number_unsigned();
-    case Kind::text: return value.is_string();
-    case Kind::flag: return value.is_boolean();
-    case Kind::object: return value.is_object();
-    case Kind::numbers: return all_are(value, [](const Json& e) { return e.is_number(); });
-    case Kind::wholes: return all_are(value, [](const Json& e) { return e.is_number_unsigned(); });
-    case Kind::objects: return all_are(value, [](const Json& e) { return e.is_object(); });
+        case Kind::number:
+            return value.is_number();
+        case Kind::whole:
+            return value.is_number_unsigned();
+        case Kind::text:
+            return value.is_string();
+        case Kind::flag:
+            return value.is_boolean();
+        case Kind::object:
+            return value.is_object();
+        case Kind::numbers:
+            return all_are(value, [](const Json& e) { return e.is_number(); });
+        case Kind::wholes:
+            return all_are(value, [](const Json& e) { return e.is_number_unsigned(); });
+        case Kind::objects:
+            return all_are(value, [](const Json& e) { return e.is_object(); });
     }
     return false;
 }
@@ -107,14 +123,22 @@ bool has_kind(const Json& value, Kind kind)
 const char* name_of(Kind kind)
 {
     switch (kind) {
-    case Kind::number: return "a number";
-    case Kind::whole: return "a whole number >= 0";
-    case Kind::text: return "a string";
-    case Kind::flag: return "true or false";
-    case Kind::object: return "an object";
-    case Kind::numbers: return "an array of numbers";
-    case Kind::wholes: return "an array of whole numbers >= 0";
-    case Kind::objects: return "an array of objects";
+        case Kind::number:
+            return "a number";
+        case Kind::whole:
+            return "a whole number >= 0";
+        case Kind::text:
+            return "a string";
+        case Kind::flag:
+            return "true or false";
+        case Kind::object:
+            return "an object";
+        case Kind::numbers:
+            return "an array of numbers";
+        case Kind::wholes:
+            return "an array of whole numbers >= 0";
+        case Kind::objects:
+            return "an array of objects";
     }
     return "";
 }
@@ -131,9 +155,10 @@ struct Checker {
                 if (member.required) bad_file(document.file, what + " has no '" + member.key + "'");
             } else if (!has_kind(*found, member.kind)) {
                 constexpr std::size_t kShown = 60;
-                bad_file(document.file, what + ": '" + member.key + "' is " +
-                                            found->dump(-1, ' ', true, Json::error_handler_t::replace).substr(0, kShown) +
-                                            ", expected " + name_of(member.kind));
+                bad_file(document.file,
+                         what + ": '" + member.key + "' is " +
+                             found->dump(-1, ' ', true, Json::error_handler_t::replace).substr(0, kShown) +
+                             ", expected " + name_of(member.kind));
             } else if (member.length > 0 && found->size() != member.length) {
                 bad_file(document.file, what + ": '" + member.key + "' has " + std::to_string(found->size()) +
                                             " numbers, expected " + std::to_string(member.length));
@@ -151,7 +176,8 @@ struct Checker {
     void extension(const Json& object, const char* name, std::span<const Member> expected,
                    const std::string& what) const
     {
-        if (const Json* found = extension_of(document, object, name, what)) members(*found, expected, what + ", " + name);
+        if (const Json* found = extension_of(document, object, name, what))
+            members(*found, expected, what + ", " + name);
     }
 
     template <class Check>
@@ -232,9 +258,8 @@ void check_types(const GltfDocument& document)
     });
     check.all("samplers", "sampler", kSampler, nothing);
     check.all("images", "image", kImage, nothing);
-    check.all("accessors", "accessor", kAccessor, [&](const Json& accessor, const std::string& what) {
-        check.member(accessor, "sparse", kSparse, what);
-    });
+    check.all("accessors", "accessor", kAccessor,
+              [&](const Json& accessor, const std::string& what) { check.member(accessor, "sparse", kSparse, what); });
     check.all("skins", "skin", kSkin, nothing);
     check.all("animations", "animation", kAnimation,
               [&](const Json& animation, const std::string& what) { check.animation(animation, what); });

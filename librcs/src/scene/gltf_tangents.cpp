@@ -35,8 +35,8 @@ void give_face_normals(Mesh& mesh)
     for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
         mesh.triangles[i] = {3 * i, 3 * i + 1, 3 * i + 2};
         const glm::dvec3 a = mesh.positions[3 * i];
-        const glm::dvec3 normal = glm::cross(glm::dvec3(mesh.positions[3 * i + 1]) - a,
-                                             glm::dvec3(mesh.positions[3 * i + 2]) - a);
+        const glm::dvec3 normal =
+            glm::cross(glm::dvec3(mesh.positions[3 * i + 1]) - a, glm::dvec3(mesh.positions[3 * i + 2]) - a);
         mesh.normals.insert(mesh.normals.end(), 3, glm::vec3(glm::normalize(normal)));
     }
 }
@@ -47,7 +47,8 @@ struct Mapping {
     double w = 0.0;           ///< 0 if the mapping has no area
 };
 
-std::vector<Mapping> mappings_of(const Mesh& mesh, const std::vector<glm::vec2>& uvs, const glm::mat3x2& texture_from_uv)
+std::vector<Mapping> mappings_of(const Mesh& mesh, const std::vector<glm::vec2>& uvs,
+                                 const glm::mat3x2& texture_from_uv)
 {
     const glm::dmat3x2 matrix(texture_from_uv);
     std::vector<Mapping> mappings(mesh.triangles.size());

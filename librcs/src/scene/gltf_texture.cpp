@@ -41,10 +41,14 @@ glm::mat3x2 transform_of(const tinygltf::Value& transform)
 Wrap wrap_of(const GltfFile& file, int mode, const std::string& what)
 {
     switch (mode) {
-    case TINYGLTF_TEXTURE_WRAP_REPEAT: return Wrap::repeat;
-    case TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT: return Wrap::mirrored_repeat;
-    case TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE: return Wrap::clamp_to_edge;
-    default: bad_file(file, what + " has the wrap mode " + std::to_string(mode) + ", expected 10497, 33071 or 33648");
+        case TINYGLTF_TEXTURE_WRAP_REPEAT:
+            return Wrap::repeat;
+        case TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT:
+            return Wrap::mirrored_repeat;
+        case TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE:
+            return Wrap::clamp_to_edge;
+        default:
+            bad_file(file, what + " has the wrap mode " + std::to_string(mode) + ", expected 10497, 33071 or 33648");
     }
 }
 
@@ -80,8 +84,8 @@ TextureUse texture_use(const tinygltf::Value& parent, const char* key)
                        static_cast<int>(number_of(info, "texCoord", 0, 0)), extensions);
 }
 
-TextureSlot TextureReader::read(const TextureUse& use, ColorSpace space, const UvSets& uv_sets,
-                                const std::string& user, const std::string& name)
+TextureSlot TextureReader::read(const TextureUse& use, ColorSpace space, const UvSets& uv_sets, const std::string& user,
+                                const std::string& name)
 {
     TextureSlot slot;
     if (use.texture < 0) return slot;
@@ -97,8 +101,10 @@ TextureSlot TextureReader::read(const TextureUse& use, ColorSpace space, const U
         return slot;
     }
     slot.uv_set = static_cast<int>(set - uv_sets.begin());
-    if (is_finite(use.texture_from_uv)) slot.texture_from_uv = use.texture_from_uv;
-    else file_.notes->add(kBadTransform, name);
+    if (is_finite(use.texture_from_uv))
+        slot.texture_from_uv = use.texture_from_uv;
+    else
+        file_.notes->add(kBadTransform, name);
     set_sampler(texture, what, slot);
 
     const int image = image_of(texture, what, name);

@@ -17,8 +17,8 @@ namespace rcs {
 
 /// A textureInfo: which texture a material uses, and how it is mapped.
 struct TextureUse {
-    int texture = -1;     ///< index into the file's textures, -1: none
-    int uv_set = 0;       ///< n of TEXCOORD_n
+    int texture = -1;  ///< index into the file's textures, -1: none
+    int uv_set = 0;    ///< n of TEXCOORD_n
     glm::mat3x2 texture_from_uv{1.0f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f};
 };
 TextureUse texture_use(int index, int uv_set, const tinygltf::ExtensionMap& extensions);

@@ -104,15 +104,17 @@ Texture::Level read_level(OIIO::ImageInput& input, OIIO::TypeDesc type, const Co
 Texture::Level read_level(OIIO::ImageInput& input, ColorSpace space, const std::string& where)
 {
     switch (input.spec().format.basetype) {
-    case OIIO::TypeDesc::UINT8:
-        return read_level<std::uint8_t>(input, OIIO::TypeDesc::UINT8, IntegerCodes{codes_of(256, space)}, where);
-    case OIIO::TypeDesc::UINT16:
-        return read_level<std::uint16_t>(input, OIIO::TypeDesc::UINT16, IntegerCodes{codes_of(65536, space)}, where);
-    case OIIO::TypeDesc::HALF:
-    case OIIO::TypeDesc::FLOAT: return read_level<float>(input, OIIO::TypeDesc::FLOAT, FloatCodes{}, where);
-    default:
-        throw Error(ErrorCode::unsupported, where + " has samples of type " + input.spec().format.c_str() +
-                                                ", expected 8 or 16 bit integers, half or float");
+        case OIIO::TypeDesc::UINT8:
+            return read_level<std::uint8_t>(input, OIIO::TypeDesc::UINT8, IntegerCodes{codes_of(256, space)}, where);
+        case OIIO::TypeDesc::UINT16:
+            return read_level<std::uint16_t>(input, OIIO::TypeDesc::UINT16, IntegerCodes{codes_of(65536, space)},
+                                             where);
+        case OIIO::TypeDesc::HALF:
+        case OIIO::TypeDesc::FLOAT:
+            return read_level<float>(input, OIIO::TypeDesc::FLOAT, FloatCodes{}, where);
+        default:
+            throw Error(ErrorCode::unsupported, where + " has samples of type " + input.spec().format.c_str() +
+                                                    ", expected 8 or 16 bit integers, half or float");
     }
 }
 

@@ -31,8 +31,8 @@ struct Element {
     void expect(bool holds, const char* what) const
     {
         if (holds) return;
-        throw Error(ErrorCode::bad_file, "scene '" + scene.name + "': " + kind + " " + std::to_string(index) + " '" +
-                                             name + "' " + what);
+        throw Error(ErrorCode::bad_file,
+                    "scene '" + scene.name + "': " + kind + " " + std::to_string(index) + " '" + name + "' " + what);
     }
 };
 
@@ -46,10 +46,10 @@ void check(const Element& element, const Texture& texture)
 {
     element.expect(!texture.levels.empty(), "has no texels");
     for (const Texture::Level& level : texture.levels) {
-        element.expect(level.width > 0 && level.height > 0 &&
-                           level.texels.size() ==
-                               static_cast<std::size_t>(level.width) * static_cast<std::size_t>(level.height),
-                       "has a level whose size is not its width x height");
+        element.expect(
+            level.width > 0 && level.height > 0 &&
+                level.texels.size() == static_cast<std::size_t>(level.width) * static_cast<std::size_t>(level.height),
+            "has a level whose size is not its width x height");
     }
     element.expect(texture.levels.back().texels.size() == 1, "lacks its 1 x 1 level");
 }
@@ -171,7 +171,8 @@ void check(const Scene& scene, const EnvironmentImage& image)
     expect(image.width > 0 && image.height > 0 &&
                image.radiance.size() == static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height),
            "has a size that is not its width x height");
-    expect(std::all_of(image.radiance.begin(), image.radiance.end(), is_light), "has a radiance that is negative or not finite");
+    expect(std::all_of(image.radiance.begin(), image.radiance.end(), is_light),
+           "has a radiance that is negative or not finite");
     expect(std::isfinite(image.rotation), "has a rotation that is not finite");
 }
 
@@ -212,8 +213,7 @@ void validate(const Scene& scene)
     check_all(scene, "camera", scene.cameras);
     check(scene, scene.environment);
     if (!is_light(scene.sky_radiance)) {
-        throw Error(ErrorCode::bad_file,
-                    "scene '" + scene.name + "': its sky radiance is negative or not finite");
+        throw Error(ErrorCode::bad_file, "scene '" + scene.name + "': its sky radiance is negative or not finite");
     }
 }
 

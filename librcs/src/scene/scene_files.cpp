@@ -45,8 +45,9 @@ std::vector<std::string> scene_files(const std::string& path)
             if (!(*list)[i].is_object() || uri == (*list)[i].end() || !uri->is_string()) continue;
             const auto text = uri->get<std::string>();
             if (text.starts_with("data:")) continue;
-            const std::string name =
-                external_path(file, text, element_name(kind, i, "")).lexically_relative(folder.empty() ? "." : folder).string();
+            const std::string name = external_path(file, text, element_name(kind, i, ""))
+                                         .lexically_relative(folder.empty() ? "." : folder)
+                                         .string();
             if (std::find(files.begin(), files.end(), name) == files.end()) files.push_back(name);
         }
     }

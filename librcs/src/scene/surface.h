@@ -75,7 +75,8 @@ std::optional<Hit> find_visible(const RayScene& rays, const CameraRay& camera_ra
 
 /// How far inside a triangle the camera ray meets its plane: distance to the nearest edge in pixels, negative
 /// outside; -inf where the ray does not meet the plane in front of the camera.
-double pixels_inside(const RayScene& rays, std::uint32_t instance, std::uint32_t primitive, const CameraRay& camera_ray);
+double pixels_inside(const RayScene& rays, std::uint32_t instance, std::uint32_t primitive,
+                     const CameraRay& camera_ray);
 
 /// Whether the camera sees this side of the surface (glTF culls the backs of single-sided materials).
 inline bool camera_sees(const Material& material, bool front) { return front || material.double_sided; }

@@ -42,8 +42,9 @@ Texel weighted_mean(const Texture::Level& source, const Taps& across, const Taps
     std::uint64_t sum[4] = {0, 0, 0, 0};
     std::uint64_t total = 0;
     for (int j = 0; j < down.count; ++j) {
-        const Texel* row = source.texels.data() + static_cast<std::size_t>(down.first + j) *
-                                                      static_cast<std::size_t>(source.width) + across.first;
+        const Texel* row = source.texels.data() +
+                           static_cast<std::size_t>(down.first + j) * static_cast<std::size_t>(source.width) +
+                           across.first;
         for (int i = 0; i < across.count; ++i) {
             const std::uint64_t weight = across.weight[i] * down.weight[j];
             for (int channel = 0; channel < 4; ++channel) {
@@ -61,8 +62,8 @@ Texel mean_of_four(const Texel* upper, const Texel* lower)
 {
     Texel mean{};
     for (std::size_t channel = 0; channel < 4; ++channel) {
-        const std::uint32_t sum = std::uint32_t{upper[0][channel]} + upper[1][channel] + lower[0][channel] +
-                                  lower[1][channel];
+        const std::uint32_t sum =
+            std::uint32_t{upper[0][channel]} + upper[1][channel] + lower[0][channel] + lower[1][channel];
         mean[channel] = static_cast<std::uint16_t>((sum + 2) / 4);
     }
     return mean;
@@ -78,8 +79,8 @@ Texture::Level halve(const Texture::Level& source)
     const std::vector<Taps> columns = all_taps(source.width, level.width);
     for (int y = 0; y < level.height; ++y) {
         const Taps down = taps_of(y, source.height, level.height);
-        const Texel* upper = source.texels.data() +
-                             static_cast<std::size_t>(down.first) * static_cast<std::size_t>(source.width);
+        const Texel* upper =
+            source.texels.data() + static_cast<std::size_t>(down.first) * static_cast<std::size_t>(source.width);
         for (const Taps& across : columns) {
             level.texels.push_back(even ? mean_of_four(upper + across.first, upper + source.width + across.first)
                                         : weighted_mean(source, across, down));

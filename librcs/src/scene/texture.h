@@ -31,8 +31,8 @@ inline float wrapped_fraction(float x, Wrap wrap)
 
 inline glm::vec4 texel_value(const Texture::Level& level, int x, int y)
 {
-    const auto& texel = level.texels[static_cast<std::size_t>(y) * static_cast<std::size_t>(level.width) +
-                                     static_cast<std::size_t>(x)];
+    const auto& texel =
+        level.texels[static_cast<std::size_t>(y) * static_cast<std::size_t>(level.width) + static_cast<std::size_t>(x)];
     return glm::vec4(texel[0], texel[1], texel[2], texel[3]) * (1.0f / 65535.0f);
 }
 

@@ -25,8 +25,10 @@ Neighbors neighbors(float coordinate, int size, Wrap wrap)
 glm::vec4 bilinear(const Texture::Level& level, glm::vec2 uv, Wrap wrap_u, Wrap wrap_v)
 {
     const Neighbors x = neighbors(uv.x, level.width, wrap_u), y = neighbors(uv.y, level.height, wrap_v);
-    const glm::vec4 upper = glm::mix(texel_value(level, x.before, y.before), texel_value(level, x.after, y.before), x.blend);
-    const glm::vec4 lower = glm::mix(texel_value(level, x.before, y.after), texel_value(level, x.after, y.after), x.blend);
+    const glm::vec4 upper =
+        glm::mix(texel_value(level, x.before, y.before), texel_value(level, x.after, y.before), x.blend);
+    const glm::vec4 lower =
+        glm::mix(texel_value(level, x.before, y.after), texel_value(level, x.after, y.after), x.blend);
     return glm::mix(upper, lower, y.blend);
 }
 

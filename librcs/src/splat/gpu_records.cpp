@@ -23,7 +23,8 @@ gpu::GpuRadiance relative_radiance(const Record& record)
         const float e = record.irradiance[static_cast<int>(i / kHarmonics)];
         out.coefficients[i / 4][static_cast<int>(i % 4)] = e > 0.0f ? record.radiance[i] / e : 0.0f;
     }
-    // The clamped cosine about the normal has zonal coefficients (Ramamoorthi and Hanrahan 2001); over its irradiance pi.
+    // The clamped cosine about the normal has zonal coefficients (Ramamoorthi and Hanrahan 2001); over its irradiance
+    // pi.
     constexpr float kCosine[kBands] = {1.0f, 2.0f / 3.0f, 0.25f, 0.0f, -1.0f / 24.0f, 0.0f};
     float x[kHarmonicLanes], y[kHarmonicLanes], z[kHarmonicLanes];
     std::fill(x, x + kHarmonicLanes, record.normal.x);
@@ -63,23 +64,22 @@ void append_gpu_records(std::span<const Record> records, glm::dvec3 camera_posit
         out.irradiance = glm::vec4(record.irradiance, 1.0f);
         for (std::size_t color = 0; color < 3; ++color) {
             out.rotation_gradient[color] = glm::vec4(record.rotation_gradient[color], 0.0f);
-            out.translation_gradient[color] = glm::vec4(record.gradient_scale * record.translation_gradient[color], 0.0f);
+            out.translation_gradient[color] =
+                glm::vec4(record.gradient_scale * record.translation_gradient[color], 0.0f);
         }
         const float deviation = record.noise * luminance(record.irradiance) * per_unit;
         out.rotation_gradient[0].w = per_unit;
         out.rotation_gradient[1].w = deviation * deviation;
         out.pixels = {bounds.x0, bounds.y0, bounds.x1, bounds.y1};
         gpu_records.records.push_back(out);
-        if (with_radiance)
-            gpu_records.radiance.push_back(relative_radiance(record));
+        if (with_radiance) gpu_records.radiance.push_back(relative_radiance(record));
     }
 }
 
 float luminance_unit(std::span<const Record> records)
 {
     double sum = 0.0;
-    for (const Record& r : records)
-        sum += static_cast<double>(luminance(r.irradiance));
+    for (const Record& r : records) sum += static_cast<double>(luminance(r.irradiance));
     const float mean = records.empty() ? 0.0f : static_cast<float>(sum / static_cast<double>(records.size()));
     return mean > 0.0f && std::isfinite(1.0f / mean) ? mean : 1.0f;
 }

@@ -35,18 +35,18 @@ BandBuffers make_band_buffers(int width, int rows, bool glossy, bool with_errors
     buffers.normals = make_texture(GL_RGBA32F, width, rows);
     buffers.sums = make_texture(GL_RGBA32F, width, rows);
     buffers.counts = make_texture(GL_R32F, width, rows);
-    if (with_errors)
-        buffers.errors = make_texture(GL_RGBA32F, width, rows);
+    if (with_errors) buffers.errors = make_texture(GL_RGBA32F, width, rows);
     static_assert(RCS_SPLAT_TARGET_SUMS == 0 && RCS_SPLAT_TARGET_COUNT == 1 && RCS_SPLAT_TARGET_ERROR == 2 &&
                   RCS_SPLAT_TARGET_GLOSSY == 3);
     if (!glossy) {
-        buffers.framebuffer = make_framebuffer(kStage, {buffers.sums.id(), buffers.counts.id(), buffers.errors.id()}, 0);
+        buffers.framebuffer =
+            make_framebuffer(kStage, {buffers.sums.id(), buffers.counts.id(), buffers.errors.id()}, 0);
         return buffers;
     }
     buffers.glossy = make_texture(GL_RGBA32F, width, rows);
     buffers.lobes = make_buffer(static_cast<GLsizeiptr>(sizeof(glm::vec4)) * kLobeVectors * width * rows);
-    buffers.framebuffer = make_framebuffer(
-        kStage, {buffers.sums.id(), buffers.counts.id(), buffers.errors.id(), buffers.glossy.id()}, 0);
+    buffers.framebuffer =
+        make_framebuffer(kStage, {buffers.sums.id(), buffers.counts.id(), buffers.errors.id(), buffers.glossy.id()}, 0);
     return buffers;
 }
 
@@ -57,11 +57,9 @@ void upload_gbuffer(const GBuffer& gbuffer, int first_row, int rows, const BandB
     std::vector<glm::vec4> texels(count);
     for (std::size_t i = 0; i < count; ++i)
         texels[i] = glm::vec4(gbuffer.position(begin + i), gbuffer.covered(begin + i) ? 1.0f : 0.0f);
-    glTextureSubImage2D(buffers.positions.id(), 0, 0, 0, gbuffer.width, rows, GL_RGBA, GL_FLOAT,
-                        texels.data());
+    glTextureSubImage2D(buffers.positions.id(), 0, 0, 0, gbuffer.width, rows, GL_RGBA, GL_FLOAT, texels.data());
     for (std::size_t i = 0; i < count; ++i) texels[i] = glm::vec4(gbuffer.normal(begin + i), 0.0f);
-    glTextureSubImage2D(buffers.normals.id(), 0, 0, 0, gbuffer.width, rows, GL_RGBA, GL_FLOAT,
-                        texels.data());
+    glTextureSubImage2D(buffers.normals.id(), 0, 0, 0, gbuffer.width, rows, GL_RGBA, GL_FLOAT, texels.data());
 }
 
 void upload_lobes(const GBuffer& gbuffer, const View& view, const Shading& shading, int first_row, int rows,
@@ -76,16 +74,14 @@ void upload_lobes(const GBuffer& gbuffer, const View& view, const Shading& shadi
         glm::vec3 outgoing[kHarmonicLanes] = {};
         for (std::size_t i = 0; i < lanes; ++i) {
             const std::size_t pixel = begin + first + i;
-            if (!gbuffer.covered(pixel))
-                continue;
+            if (!gbuffer.covered(pixel)) continue;
             bsdf[i] = &shading.bsdf[pixel];
             outgoing[i] = outgoing_at(gbuffer, view.camera, pixel);
         }
         HarmonicLanes lobes;
         evaluate_lobes(bsdf, outgoing, lobes);
         for (std::size_t i = 0; i < lanes; ++i)
-            for (std::size_t k = 0; k < kHarmonics; ++k)
-                coefficients[(first + i) * kHarmonics + k] = lobes[k][i];
+            for (std::size_t k = 0; k < kHarmonics; ++k) coefficients[(first + i) * kHarmonics + k] = lobes[k][i];
     }
     glNamedBufferSubData(buffers.lobes.id(), 0, static_cast<GLsizeiptr>(coefficients.size() * sizeof(float)),
                          coefficients.data());
@@ -94,13 +90,10 @@ void upload_lobes(const GBuffer& gbuffer, const View& view, const Shading& shadi
 void set_state(GlContext::Impl& gl, const GBuffer& gbuffer, const BandBuffers& buffers, bool glossy)
 {
     ShaderDefines variant;
-    if (glossy)
-        variant.emplace_back("RCS_SPLAT_GLOSSY");
-    if (buffers.errors.id() != 0)
-        variant.emplace_back("RCS_SPLAT_ERRORS");
+    if (glossy) variant.emplace_back("RCS_SPLAT_GLOSSY");
+    if (buffers.errors.id() != 0) variant.emplace_back("RCS_SPLAT_ERRORS");
     glUseProgram(gl.program("splat.vert", "splat.frag", variant));
-    if (glossy)
-        glBindBufferBase(GL_SHADER_STORAGE_BUFFER, RCS_SPLAT_BUFFER_LOBES, buffers.lobes.id());
+    if (glossy) glBindBufferBase(GL_SHADER_STORAGE_BUFFER, RCS_SPLAT_BUFFER_LOBES, buffers.lobes.id());
     glUniform2i(RCS_SPLAT_UNIFORM_IMAGE_SIZE, gbuffer.width, gbuffer.height);
     glBindTextureUnit(RCS_SPLAT_TEXTURE_POSITION, buffers.positions.id());
     glBindTextureUnit(RCS_SPLAT_TEXTURE_NORMAL, buffers.normals.id());
@@ -118,8 +111,7 @@ void draw_records(const GpuRecords& from, const GlBuffer& block, const GlBuffer&
 {
     const bool glossy = !from.radiance.empty();
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, RCS_SPLAT_BUFFER_RECORDS, block.id());
-    if (glossy)
-        glBindBufferBase(GL_SHADER_STORAGE_BUFFER, RCS_SPLAT_BUFFER_RADIANCE, radiance_block.id());
+    if (glossy) glBindBufferBase(GL_SHADER_STORAGE_BUFFER, RCS_SPLAT_BUFFER_RADIANCE, radiance_block.id());
     for (std::size_t first = 0; first < from.records.size(); first += block_records) {
         const std::size_t count = std::min(block_records, from.records.size() - first);
         glNamedBufferSubData(block.id(), 0, static_cast<GLsizeiptr>(count * sizeof(gpu::GpuRecord)),
@@ -140,15 +132,15 @@ void read_target(int target, int first_row, int rows, int width, std::initialize
     glReadPixels(0, 0, width, rows, GL_RGBA, GL_FLOAT, texels.data());
     int channel = 0;
     for (std::vector<float>* plane : planes) {
-        for (std::size_t i = 0; i < texels.size(); ++i)
-            (*plane)[begin + i] = texels[i][channel];
+        for (std::size_t i = 0; i < texels.size(); ++i) (*plane)[begin + i] = texels[i][channel];
         ++channel;
     }
 }
 
 void read_back(int first_row, int rows, SplatBuffer& s)
 {
-    read_target(RCS_SPLAT_TARGET_SUMS, first_row, rows, s.width, {&s.weighted_r, &s.weighted_g, &s.weighted_b, &s.weight});
+    read_target(RCS_SPLAT_TARGET_SUMS, first_row, rows, s.width,
+                {&s.weighted_r, &s.weighted_g, &s.weighted_b, &s.weight});
     read_target(RCS_SPLAT_TARGET_COUNT, first_row, rows, s.width, {&s.count});
     if (!s.squares.empty())
         read_target(RCS_SPLAT_TARGET_ERROR, first_row, rows, s.width, {&s.squares, &s.variance, &s.variance_of_sum});
@@ -164,18 +156,16 @@ SplatBuffer make_splat_buffer(const GBuffer& gbuffer, bool glossy, bool with_err
     for (auto* plane : {&splats.weighted_r, &splats.weighted_g, &splats.weighted_b, &splats.weight, &splats.count})
         plane->resize(gbuffer.size());
     if (with_errors)
-        for (auto* plane : {&splats.squares, &splats.variance, &splats.variance_of_sum})
-            plane->resize(gbuffer.size());
+        for (auto* plane : {&splats.squares, &splats.variance, &splats.variance_of_sum}) plane->resize(gbuffer.size());
     if (glossy)
-        for (auto* plane : {&splats.glossy_r, &splats.glossy_g, &splats.glossy_b})
-            plane->resize(gbuffer.size());
+        for (auto* plane : {&splats.glossy_r, &splats.glossy_g, &splats.glossy_b}) plane->resize(gbuffer.size());
     return splats;
 }
 
 }  // namespace
 
-SplatBuffer splat_quads(GlContext& gl, const std::vector<Record>& records, const GBuffer& gbuffer,
-                        const View& view, const SplatOptions& options, SplatStats& stats, const Shading* glossy)
+SplatBuffer splat_quads(GlContext& gl, const std::vector<Record>& records, const GBuffer& gbuffer, const View& view,
+                        const SplatOptions& options, SplatStats& stats, const Shading* glossy)
 {
     const bool has_lobes = glossy != nullptr;
     SplatBuffer splats = make_splat_buffer(gbuffer, has_lobes, options.error_sums);
@@ -199,12 +189,11 @@ SplatBuffer splat_quads(GlContext& gl, const std::vector<Record>& records, const
         max_rows = std::max(1, std::min(max_rows, static_cast<int>(block_bytes / row_bytes)));
     }
     const BandBuffers buffers = make_band_buffers(gbuffer.width, max_rows, has_lobes, options.error_sums);
-    const std::size_t block_records = std::min(
-        block_bytes / (has_lobes ? sizeof(gpu::GpuRadiance) : sizeof(gpu::GpuRecord)), from.records.size());
+    const std::size_t block_records =
+        std::min(block_bytes / (has_lobes ? sizeof(gpu::GpuRadiance) : sizeof(gpu::GpuRecord)), from.records.size());
     const GlBuffer block = make_buffer(static_cast<GLsizeiptr>(block_records * sizeof(gpu::GpuRecord)));
     GlBuffer radiance_block;
-    if (has_lobes)
-        radiance_block = make_buffer(static_cast<GLsizeiptr>(block_records * sizeof(gpu::GpuRadiance)));
+    if (has_lobes) radiance_block = make_buffer(static_cast<GLsizeiptr>(block_records * sizeof(gpu::GpuRadiance)));
     const GlVertexArray no_attributes = make_vertex_array();
     glBindVertexArray(no_attributes.id());
     set_state(gl.impl(), gbuffer, buffers, has_lobes);
@@ -213,16 +202,13 @@ SplatBuffer splat_quads(GlContext& gl, const std::vector<Record>& records, const
     for (int first_row = 0; first_row < gbuffer.height; first_row += max_rows) {
         const int rows = std::min(max_rows, gbuffer.height - first_row);
         upload_gbuffer(gbuffer, first_row, rows, buffers);
-        if (has_lobes)
-            upload_lobes(gbuffer, view, *glossy, first_row, rows, buffers);
+        if (has_lobes) upload_lobes(gbuffer, view, *glossy, first_row, rows, buffers);
         // The viewport spans the whole image; the band's rows of it fall on the target.
         glViewport(0, -first_row, gbuffer.width, gbuffer.height);
         glClearBufferfv(GL_COLOR, RCS_SPLAT_TARGET_SUMS, zero);
         glClearBufferfv(GL_COLOR, RCS_SPLAT_TARGET_COUNT, zero);
-        if (options.error_sums)
-            glClearBufferfv(GL_COLOR, RCS_SPLAT_TARGET_ERROR, zero);
-        if (has_lobes)
-            glClearBufferfv(GL_COLOR, RCS_SPLAT_TARGET_GLOSSY, zero);
+        if (options.error_sums) glClearBufferfv(GL_COLOR, RCS_SPLAT_TARGET_ERROR, zero);
+        if (has_lobes) glClearBufferfv(GL_COLOR, RCS_SPLAT_TARGET_GLOSSY, zero);
         draw_records(from, block, radiance_block, block_records);
         read_back(first_row, rows, splats);
     }

@@ -69,10 +69,10 @@ PixelBounds sphere_bounds(const View& view, glm::dvec3 centre, double radius)
         return Interval{interval.low / plane.pixel + axis, interval.high / plane.pixel + axis};
     };
     PixelBounds bounds;
-    covered_pixels(to_pixels(extent(x, depth, radius), plane.axis.x), view.pixel_offset.x, view.width,
-                   bounds.x0, bounds.x1);
-    covered_pixels(to_pixels(extent(y, depth, radius), plane.axis.y), view.pixel_offset.y, view.height,
-                   bounds.y0, bounds.y1);
+    covered_pixels(to_pixels(extent(x, depth, radius), plane.axis.x), view.pixel_offset.x, view.width, bounds.x0,
+                   bounds.x1);
+    covered_pixels(to_pixels(extent(y, depth, radius), plane.axis.y), view.pixel_offset.y, view.height, bounds.y0,
+                   bounds.y1);
     return bounds.empty() ? PixelBounds{} : bounds;
 }
 

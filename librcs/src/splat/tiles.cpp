@@ -35,15 +35,14 @@ Bins bin_records(const std::vector<gpu::GpuRecord>& records, const TiledSurfaces
     Bins bins;
     bins.first.assign(surfaces.tiles.size() + 1, 0);
     for (const gpu::GpuRecord& record : records)
-        for_each_tile(record, surfaces.tiles_x, [&](std::size_t tile) { bins.first[tile + 1] += surfaces.rows[tile] != 0 ? 1 : 0; });
-    for (std::size_t tile = 1; tile < bins.first.size(); ++tile)
-        bins.first[tile] += bins.first[tile - 1];
+        for_each_tile(record, surfaces.tiles_x,
+                      [&](std::size_t tile) { bins.first[tile + 1] += surfaces.rows[tile] != 0 ? 1 : 0; });
+    for (std::size_t tile = 1; tile < bins.first.size(); ++tile) bins.first[tile] += bins.first[tile - 1];
     bins.records.resize(bins.first.back());
     std::vector<std::uint32_t> next(bins.first.begin(), bins.first.end() - 1);
     for (std::uint32_t i = 0; i < records.size(); ++i)
         for_each_tile(records[i], surfaces.tiles_x, [&](std::size_t tile) {
-            if (surfaces.rows[tile] != 0)
-                bins.records[next[tile]++] = i;
+            if (surfaces.rows[tile] != 0) bins.records[next[tile]++] = i;
         });
     return bins;
 }
@@ -120,8 +119,7 @@ RCS_ALWAYS_INLINE void splat_rows(const TiledSurfaces::Tile& t, TileSums& sums, 
                              record.translation_gradient[2]};
     const float per_unit = record.rotation_gradient[0].w, variance = record.rotation_gradient[1].w;
     for (int y = y0; y < y1; ++y) {
-        if ((rows >> y & 1u) == 0u)
-            continue;
+        if ((rows >> y & 1u) == 0u) continue;
         const int row = y * kTile;
         float weighted_r[kTile], weighted_g[kTile], weighted_b[kTile];
         int reached = 0;
@@ -179,8 +177,8 @@ RCS_ALWAYS_INLINE void splat_tile(const TiledSurfaces::Tile& tile, TileSums& sum
     for (const std::uint32_t* i = from.begin; i != from.end; ++i) {
         const gpu::GpuRecord& record = from.records[*i];
         splat_rows<kWhat>(tile, sums, record, std::max(record.pixels.y - from.top, 0),
-                                 std::min(record.pixels.w - from.top, kTile), from.rows, glossy,
-                                 glossy ? from.radiance + *i : nullptr);
+                          std::min(record.pixels.w - from.top, kTile), from.rows, glossy,
+                          glossy ? from.radiance + *i : nullptr);
     }
 }
 
@@ -221,8 +219,7 @@ void for_each_busy_tile(const TiledSurfaces& surfaces, const GpuRecords& from, T
     const Bins bins = bin_records(from.records, surfaces);
     pool.parallel_for(surfaces.tiles.size(), 4, [&](std::size_t begin, std::size_t end, int) {
         for (std::size_t t = begin; t < end; ++t) {
-            if (bins.first[t] == bins.first[t + 1])
-                continue;
+            if (bins.first[t] == bins.first[t + 1]) continue;
             const int top = static_cast<int>(t / static_cast<std::size_t>(surfaces.tiles_x)) * kTile;
             visit(t, TileRecords{from.records.data(), from.radiance.data(), bins.records.data() + bins.first[t],
                                  bins.records.data() + bins.first[t + 1], top, surfaces.rows[t]});
@@ -231,7 +228,8 @@ void for_each_busy_tile(const TiledSurfaces& surfaces, const GpuRecords& from, T
 }
 
 /// Lobes of the tile's pixels; false if none of them is lit by records.
-bool find_lobes(const TiledSurfaces& surfaces, std::size_t t, const Camera& camera, const Shading& shading, GlossyTile& tile)
+bool find_lobes(const TiledSurfaces& surfaces, std::size_t t, const Camera& camera, const Shading& shading,
+                GlossyTile& tile)
 {
     const Bsdf* bsdf[kTilePixels] = {};
     glm::vec3 outgoing[kTilePixels];
@@ -240,8 +238,7 @@ bool find_lobes(const TiledSurfaces& surfaces, std::size_t t, const Camera& came
     bool any = false;
     std::fill(tile.lit, tile.lit + kTile, false);
     for_each_pixel(surfaces, t, [&](std::size_t from, std::size_t to) {
-        if (s.cover[to] == 0.0f || !lit_by_records(shading.bsdf[from]))
-            return;
+        if (s.cover[to] == 0.0f || !lit_by_records(shading.bsdf[from])) return;
         bsdf[to] = &shading.bsdf[from];
         outgoing[to] = camera.projection == Projection::orthographic
                            ? parallel
@@ -249,10 +246,8 @@ bool find_lobes(const TiledSurfaces& surfaces, std::size_t t, const Camera& came
         tile.lit[to / kTile] = any = true;
     });
     for (std::size_t row = 0; row < kTile; ++row)
-        if (tile.lit[row])
-            evaluate_lobes(bsdf + row * kTile, outgoing + row * kTile, tile.lobes[row]);
-    for (float* sums : {tile.r, tile.g, tile.b})
-        std::fill(sums, sums + kTilePixels, 0.0f);
+        if (tile.lit[row]) evaluate_lobes(bsdf + row * kTile, outgoing + row * kTile, tile.lobes[row]);
+    for (float* sums : {tile.r, tile.g, tile.b}) std::fill(sums, sums + kTilePixels, 0.0f);
     return any;
 }
 
@@ -280,8 +275,7 @@ TiledSurfaces make_tiled_surfaces(const GBuffer& g, ThreadPool& pool)
                 tile.ny[to] = g.normal_y[from];
                 tile.nz[to] = g.normal_z[from];
                 tile.cover[to] = g.covered(from) ? 1.0f : 0.0f;
-                if (g.covered(from))
-                    s.rows[t] |= static_cast<std::uint16_t>(1u << to / kTile);
+                if (g.covered(from)) s.rows[t] |= static_cast<std::uint16_t>(1u << to / kTile);
             });
         }
     });
@@ -309,23 +303,22 @@ SplatBuffer splat_tiles(std::span<const Record> records, const TiledSurfaces& su
     for (auto* plane : {&out.weighted_r, &out.weighted_g, &out.weighted_b, &out.weight, &out.count})
         plane->assign(pixels, 0.0f);
     if (options.error_sums)
-        for (auto* plane : {&out.squares, &out.variance, &out.variance_of_sum})
-            plane->assign(pixels, 0.0f);
+        for (auto* plane : {&out.squares, &out.variance, &out.variance_of_sum}) plane->assign(pixels, 0.0f);
     out.luminance_unit = luminance_unit(records);
     if (glossy)
-        for (auto* plane : {&out.glossy_r, &out.glossy_g, &out.glossy_b})
-            plane->assign(pixels, 0.0f);
+        for (auto* plane : {&out.glossy_r, &out.glossy_g, &out.glossy_b}) plane->assign(pixels, 0.0f);
     const GpuRecords from =
         make_gpu_records(records, surfaces.camera_position, view, options, glossy != nullptr, out.luminance_unit, pool);
     stats.splats += from.records.size();
     for (const gpu::GpuRecord& r : from.records)
-        stats.samples += static_cast<std::uint64_t>(r.pixels.z - r.pixels.x) *
-                         static_cast<std::uint64_t>(r.pixels.w - r.pixels.y);
+        stats.samples +=
+            static_cast<std::uint64_t>(r.pixels.z - r.pixels.x) * static_cast<std::uint64_t>(r.pixels.w - r.pixels.y);
     for_each_busy_tile(surfaces, from, pool, [&](std::size_t t, const TileRecords& in_tile) {
         TileSums sums{};
         const auto lobes = glossy ? std::make_unique<GlossyTile>() : nullptr;
         const bool lit = glossy && find_lobes(surfaces, t, view.camera, *glossy, *lobes);
-        (options.error_sums ? splat_tile_sums : splat_tile_light)(surfaces.tiles[t], sums, in_tile, lit ? lobes.get() : nullptr);
+        (options.error_sums ? splat_tile_sums : splat_tile_light)(surfaces.tiles[t], sums, in_tile,
+                                                                  lit ? lobes.get() : nullptr);
         for_each_pixel(surfaces, t, [&](std::size_t to, std::size_t at) {
             out.weighted_r[to] = sums.r[at];
             out.weighted_g[to] = sums.g[at];

@@ -22,8 +22,7 @@ struct CaseRun::Folder {
     Folder()
     {
         path = (std::filesystem::temp_directory_path() / "rcs-stability-XXXXXX").string();
-        if (::mkdtemp(path.data()) == nullptr)
-            throw Error(ErrorCode::io, "cannot make a temporary folder " + path);
+        if (::mkdtemp(path.data()) == nullptr) throw Error(ErrorCode::io, "cannot make a temporary folder " + path);
     }
     ~Folder()
     {
@@ -38,8 +37,7 @@ CaseRun::CaseRun(const StabilityMachine& machine, const StabilityCase& says) : m
 
 const std::string& CaseRun::folder()
 {
-    if (!folder_)
-        folder_ = std::make_shared<Folder>();
+    if (!folder_) folder_ = std::make_shared<Folder>();
     return folder_->path;
 }
 
@@ -59,8 +57,7 @@ RenderResult CaseRun::render(const Scene& scene, const Camera& camera, const Ren
     const RayScene rays = build_ray_scene(scene, pool);
     RenderResult result = rcs::render(machine_.gl, rays, camera, options, pool, std::move(cache));
     check_layers(result, label);
-    if (!machine_.save_folder.empty())
-        pictures_.push_back({label, result.image});
+    if (!machine_.save_folder.empty()) pictures_.push_back({label, result.image});
     return result;
 }
 
@@ -72,7 +69,8 @@ void CaseRun::check_layers(const RenderResult& result, const std::string& label)
             const bool far = name == "depth" && value == std::numeric_limits<float>::infinity();
             bad += !((std::isfinite(value) || far) && (value >= 0.0f || name == "normal"));
         }
-        require(bad == 0, label + ": " + std::to_string(bad) + " values of layer " + name + " are negative or not finite");
+        require(bad == 0,
+                label + ": " + std::to_string(bad) + " values of layer " + name + " are negative or not finite");
     }
     require(result.stats.unserved_pixels == 0,
             label + ": " + std::to_string(result.stats.unserved_pixels) + " pixels that no record serves");
@@ -88,8 +86,7 @@ void CaseRun::figure(double value, const std::string& words)
 
 void CaseRun::require(bool holds, const std::string& words)
 {
-    if (!holds)
-        wrong_.push_back(words);
+    if (!holds) wrong_.push_back(words);
 }
 
 void CaseRun::skip(const std::string& why) { skipped_ = why; }
@@ -101,10 +98,8 @@ StabilityOutcome CaseRun::finish()
     StabilityOutcome outcome;
     outcome.figure = figure_;
     outcome.measured = worst_;
-    if (!notes_.empty())
-        outcome.measured += (outcome.measured.empty() ? "" : "; ") + notes_;
-    for (const std::string& words : wrong_)
-        outcome.measured += (outcome.measured.empty() ? "" : "; ") + words;
+    if (!notes_.empty()) outcome.measured += (outcome.measured.empty() ? "" : "; ") + notes_;
+    for (const std::string& words : wrong_) outcome.measured += (outcome.measured.empty() ? "" : "; ") + words;
     if (!skipped_.empty()) {
         outcome.verdict = StabilityVerdict::skipped;
         outcome.measured = skipped_;
@@ -112,8 +107,7 @@ StabilityOutcome CaseRun::finish()
     }
     const bool passed = wrong_.empty() && figure_ <= says_.tolerance;
     outcome.verdict = passed ? StabilityVerdict::passed : StabilityVerdict::failed;
-    if (!passed && !machine_.save_folder.empty())
-        outcome.saved = save();
+    if (!passed && !machine_.save_folder.empty()) outcome.saved = save();
     return outcome;
 }
 
@@ -124,13 +118,14 @@ std::string CaseRun::save() const
     std::filesystem::create_directories(folder);
     std::ofstream page(folder / "README.md");
     page << "# " << says_.id << ": " << says_.name << "\n\nExpected: " << says_.expectation << ", to "
-         << text_of(says_.tolerance) << " (" << says_.reason << ").\n\nMeasured: " << text_of(figure_) << ". " << worst_ << "\n";
-    for (const std::string& words : wrong_)
-        page << "\n- " << words << "\n";
+         << text_of(says_.tolerance) << " (" << says_.reason << ").\n\nMeasured: " << text_of(figure_) << ". " << worst_
+         << "\n";
+    for (const std::string& words : wrong_) page << "\n- " << words << "\n";
     page << "\nOpenGL: " << machine_.gl.renderer() << ", " << machine_.gl.version() << "\n";
     if (scene_) {
         const std::string left_out = export_glb(*scene_, (folder / "scene.glb").string());
-        page << "\nThe first scene rendered, and its first picture again:\n\n    rcsplat render scene.glb --camera '" << camera_->name << "'";
+        page << "\nThe first scene rendered, and its first picture again:\n\n    rcsplat render scene.glb --camera '"
+             << camera_->name << "'";
         if (!pictures_.empty()) {
             const Image& beauty = pictures_.front().image.layers.at("beauty");
             page << " --size " << beauty.width << "x" << beauty.height;
@@ -138,8 +133,7 @@ std::string CaseRun::save() const
         if (camera_->lens_shift != glm::dvec2(0.0))
             page << std::setprecision(17) << " --lens-shift " << camera_->lens_shift.x << "," << camera_->lens_shift.y;
         page << " --aa 1 -o again.exr\n";
-        if (!left_out.empty())
-            page << "\nscene.glb lacks " << left_out << ".\n";
+        if (!left_out.empty()) page << "\nscene.glb lacks " << left_out << ".\n";
     }
     page << "\nThe case again:\n\n    rcsplat doctor --case " << says_.id << "\n";
     int number = 0;
@@ -150,8 +144,7 @@ std::string CaseRun::save() const
         write_exr((folder / file).string(), kept.image, exact);
         page << "\n" << file << ": " << kept.label << "\n";
     }
-    if (!page.flush())
-        throw Error(ErrorCode::io, "cannot write to " + folder.string());
+    if (!page.flush()) throw Error(ErrorCode::io, "cannot write to " + folder.string());
     return folder.string();
 }
 
@@ -197,8 +190,7 @@ Spread spread_of(const LayeredImage& image, const std::string& layer, int channe
     s.high = -s.low;
     for (int y = 0; y < values.height; ++y) {
         for (int x = 0; x < values.width; ++x) {
-            if (beauty.at(x, y)[3] < 1.0f)
-                continue;
+            if (beauty.at(x, y)[3] < 1.0f) continue;
             const double value = static_cast<double>(values.at(x, y)[channel]);
             s.low = std::min(s.low, value);
             s.high = std::max(s.high, value);
@@ -271,8 +263,7 @@ double polygon_irradiance(const std::vector<glm::dvec3>& corners, glm::dvec3 poi
         const glm::dvec3 b = glm::normalize(corners[(i + 1) % corners.size()] - point);
         const glm::dvec3 across = glm::cross(a, b);
         const double sine = glm::length(across);
-        if (sine > 0.0)
-            sum += std::atan2(sine, glm::dot(a, b)) * glm::dot(across / sine, normal);
+        if (sine > 0.0) sum += std::atan2(sine, glm::dot(a, b)) * glm::dot(across / sine, normal);
     }
     return 0.5 * std::abs(sum);
 }

@@ -22,8 +22,8 @@ public:
     /// Renders the scene's first camera. Whatever is not finite or negative in any layer, and any pixel that no record
     /// serves, is noted as wrong. The picture is kept for the reproducer. @param label  of it
     RenderResult render(const Scene& scene, const RenderOptions& options, const std::string& label = "picture");
-    RenderResult render(const Scene& scene, const Camera& camera, const RenderOptions& options, const std::string& label,
-                        ThreadPool& pool, std::vector<Record> cache = {});
+    RenderResult render(const Scene& scene, const Camera& camera, const RenderOptions& options,
+                        const std::string& label, ThreadPool& pool, std::vector<Record> cache = {});
 
     /// Notes a deviation; the worst one is the case's figure. NaN is worse than anything.
     void figure(double value, const std::string& words);
@@ -99,8 +99,8 @@ double worst_difference(const LayeredImage& a, const LayeredImage& b, const std:
 /// Whether every layer has the same bits; the first that has not is named in `which`.
 bool same_bits(const LayeredImage& a, const LayeredImage& b, std::string& which);
 
-/// Irradiance from a polygon of radiance 1 whose corners all lie above the point's horizon: Lambert's formula, in double
-/// precision, written for this suite alone. The sign of the winding does not count.
+/// Irradiance from a polygon of radiance 1 whose corners all lie above the point's horizon: Lambert's formula, in
+/// double precision, written for this suite alone. The sign of the winding does not count.
 double polygon_irradiance(const std::vector<glm::dvec3>& corners, glm::dvec3 point, glm::dvec3 normal);
 
 }  // namespace rcs::stability

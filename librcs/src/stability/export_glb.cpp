@@ -26,8 +26,7 @@ Json array_of(const glm::dmat4& m)
 {
     Json values = Json::array();
     for (int column = 0; column < 4; ++column)
-        for (int row = 0; row < 4; ++row)
-            values.push_back(m[column][row]);
+        for (int row = 0; row < 4; ++row) values.push_back(m[column][row]);
     return values;
 }
 
@@ -39,10 +38,13 @@ struct Document {
     template <class Value>
     int add(const std::vector<Value>& values, int component, const char* type, std::size_t count)
     {
-        root["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", binary.size()}, {"byteLength", values.size() * sizeof(Value)}});
+        root["bufferViews"].push_back(
+            {{"buffer", 0}, {"byteOffset", binary.size()}, {"byteLength", values.size() * sizeof(Value)}});
         binary.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Value));
-        root["accessors"].push_back({{"bufferView", root["bufferViews"].size() - 1}, {"componentType", component},
-                                     {"type", type}, {"count", count}});
+        root["accessors"].push_back({{"bufferView", root["bufferViews"].size() - 1},
+                                     {"componentType", component},
+                                     {"type", type},
+                                     {"count", count}});
         return static_cast<int>(root["accessors"].size()) - 1;
     }
 };
@@ -59,17 +61,16 @@ Json material_json(const Material& m)
     json["emissiveFactor"] = array_of(m.emission / brightest);
     Json extensions;
     extensions["KHR_materials_emissive_strength"] = {{"emissiveStrength", brightest}};
-    extensions["KHR_materials_specular"] = {{"specularFactor", m.specular}, {"specularColorFactor", array_of(m.specular_color)}};
+    extensions["KHR_materials_specular"] = {{"specularFactor", m.specular},
+                                            {"specularColorFactor", array_of(m.specular_color)}};
     extensions["KHR_materials_ior"] = {{"ior", m.ior}};
     extensions["KHR_materials_transmission"] = {{"transmissionFactor", m.transmission}};
-    extensions["KHR_materials_clearcoat"] = {{"clearcoatFactor", m.clearcoat}, {"clearcoatRoughnessFactor", m.clearcoat_roughness}};
-    if (m.unlit)
-        extensions["KHR_materials_unlit"] = Json::object();
+    extensions["KHR_materials_clearcoat"] = {{"clearcoatFactor", m.clearcoat},
+                                             {"clearcoatRoughnessFactor", m.clearcoat_roughness}};
+    if (m.unlit) extensions["KHR_materials_unlit"] = Json::object();
     json["extensions"] = extensions;
-    if (m.alpha_mode != AlphaMode::opaque)
-        json["alphaMode"] = m.alpha_mode == AlphaMode::mask ? "MASK" : "BLEND";
-    if (m.alpha_mode == AlphaMode::mask)
-        json["alphaCutoff"] = m.alpha_cutoff;
+    if (m.alpha_mode != AlphaMode::opaque) json["alphaMode"] = m.alpha_mode == AlphaMode::mask ? "MASK" : "BLEND";
+    if (m.alpha_mode == AlphaMode::mask) json["alphaCutoff"] = m.alpha_cutoff;
     return json;
 }
 
@@ -84,12 +85,9 @@ Json mesh_json(const Mesh& mesh, Document& document)
     }
     document.root["accessors"].back()["min"] = array_of(low);
     document.root["accessors"].back()["max"] = array_of(high);
-    if (!mesh.normals.empty())
-        attributes["NORMAL"] = document.add(mesh.normals, kFloat, "VEC3", mesh.normals.size());
-    if (!mesh.uvs.empty())
-        attributes["TEXCOORD_0"] = document.add(mesh.uvs, kFloat, "VEC2", mesh.uvs.size());
-    if (!mesh.colors.empty())
-        attributes["COLOR_0"] = document.add(mesh.colors, kFloat, "VEC4", mesh.colors.size());
+    if (!mesh.normals.empty()) attributes["NORMAL"] = document.add(mesh.normals, kFloat, "VEC3", mesh.normals.size());
+    if (!mesh.uvs.empty()) attributes["TEXCOORD_0"] = document.add(mesh.uvs, kFloat, "VEC2", mesh.uvs.size());
+    if (!mesh.colors.empty()) attributes["COLOR_0"] = document.add(mesh.colors, kFloat, "VEC4", mesh.colors.size());
     const int indices = document.add(mesh.triangles, kUnsignedInt, "SCALAR", 3 * mesh.triangles.size());
     const Json primitive = {{"attributes", attributes}, {"indices", indices}, {"material", mesh.material}};
     return {{"name", mesh.name}, {"primitives", Json::array({primitive})}};
@@ -99,11 +97,12 @@ Json light_json(const PunctualLight& light)
 {
     const float brightest = std::max({light.intensity.r, light.intensity.g, light.intensity.b});
     Json json = {{"name", light.name},
-                 {"type", light.kind == LightKind::point ? "point" : light.kind == LightKind::spot ? "spot" : "directional"},
+                 {"type", light.kind == LightKind::point  ? "point"
+                          : light.kind == LightKind::spot ? "spot"
+                                                          : "directional"},
                  {"intensity", brightest},
                  {"color", array_of(brightest > 0.0f ? light.intensity / brightest : glm::vec3(1.0f))}};
-    if (light.range < std::numeric_limits<float>::infinity())
-        json["range"] = light.range;
+    if (light.range < std::numeric_limits<float>::infinity()) json["range"] = light.range;
     if (light.kind == LightKind::spot)
         json["spot"] = {{"innerConeAngle", light.inner_cone}, {"outerConeAngle", light.outer_cone}};
     return json;
@@ -124,29 +123,30 @@ void add_nodes(const Scene& scene, const std::vector<int>& written, Document& do
     for (const Instance& instance : scene.instances) {
         const int mesh = written[static_cast<std::size_t>(instance.mesh)];
         if (mesh >= 0)
-            nodes.push_back({{"name", instance.name}, {"mesh", mesh}, {"matrix", array_of(instance.world_from_object)}});
+            nodes.push_back(
+                {{"name", instance.name}, {"mesh", mesh}, {"matrix", array_of(instance.world_from_object)}});
     }
     for (const PunctualLight& light : scene.lights) {
         lights.push_back(light_json(light));
-        nodes.push_back({{"name", light.name}, {"matrix", array_of(light_matrix(light))},
+        nodes.push_back({{"name", light.name},
+                         {"matrix", array_of(light_matrix(light))},
                          {"extensions", {{"KHR_lights_punctual", {{"light", lights.size() - 1}}}}}});
     }
     for (const Camera& camera : scene.cameras) {
         if (camera.projection == Projection::perspective)
             cameras.push_back({{"type", "perspective"}, {"perspective", {{"yfov", camera.yfov}, {"znear", 1e-3}}}});
         else
-            cameras.push_back({{"type", "orthographic"},
-                               {"orthographic", {{"xmag", camera.ymag}, {"ymag", camera.ymag}, {"znear", 0}, {"zfar", 1e6}}}});
-        nodes.push_back({{"name", camera.name}, {"camera", cameras.size() - 1}, {"matrix", array_of(camera.world_from_view)}});
+            cameras.push_back(
+                {{"type", "orthographic"},
+                 {"orthographic", {{"xmag", camera.ymag}, {"ymag", camera.ymag}, {"znear", 0}, {"zfar", 1e6}}}});
+        nodes.push_back(
+            {{"name", camera.name}, {"camera", cameras.size() - 1}, {"matrix", array_of(camera.world_from_view)}});
     }
     Json roots = Json::array();
-    for (std::size_t i = 0; i < nodes.size(); ++i)
-        roots.push_back(i);
+    for (std::size_t i = 0; i < nodes.size(); ++i) roots.push_back(i);
     document.root["nodes"] = nodes;
-    if (!lights.empty())
-        document.root["extensions"] = {{"KHR_lights_punctual", {{"lights", lights}}}};
-    if (!cameras.empty())
-        document.root["cameras"] = cameras;
+    if (!lights.empty()) document.root["extensions"] = {{"KHR_lights_punctual", {{"lights", lights}}}};
+    if (!cameras.empty()) document.root["cameras"] = cameras;
     document.root["scenes"] = Json::array({{{"nodes", roots}}});
     document.root["scene"] = 0;
 }
@@ -162,8 +162,7 @@ void append(std::string& bytes, std::size_t value)
 std::string what_lacks(const Scene& scene)
 {
     std::string lacks;
-    if (!scene.textures.empty())
-        lacks = "textures";
+    if (!scene.textures.empty()) lacks = "textures";
     if (scene.sky_radiance != glm::vec3(0.0f) || !scene.environment.empty())
         lacks += std::string(lacks.empty() ? "" : " and ") + "the sky (--environment)";
     return lacks;
@@ -174,24 +173,20 @@ std::string what_lacks(const Scene& scene)
 std::string export_glb(const Scene& scene, const std::string& path)
 {
     Document document;
-    document.root["extensionsUsed"] = {"KHR_lights_punctual", "KHR_materials_emissive_strength", "KHR_materials_specular",
-                                       "KHR_materials_ior", "KHR_materials_transmission", "KHR_materials_clearcoat",
-                                       "KHR_materials_unlit"};
-    for (const Material& material : scene.materials)
-        document.root["materials"].push_back(material_json(material));
+    document.root["extensionsUsed"] = {
+        "KHR_lights_punctual",        "KHR_materials_emissive_strength", "KHR_materials_specular", "KHR_materials_ior",
+        "KHR_materials_transmission", "KHR_materials_clearcoat",         "KHR_materials_unlit"};
+    for (const Material& material : scene.materials) document.root["materials"].push_back(material_json(material));
     Json meshes = Json::array();
     std::vector<int> written(scene.meshes.size(), -1);
     for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
-        if (scene.meshes[i].triangles.empty())
-            continue;
+        if (scene.meshes[i].triangles.empty()) continue;
         meshes.push_back(mesh_json(scene.meshes[i], document));
         written[i] = static_cast<int>(meshes.size()) - 1;
     }
-    if (!meshes.empty())
-        document.root["meshes"] = meshes;
+    if (!meshes.empty()) document.root["meshes"] = meshes;
     add_nodes(scene, written, document);
-    if (!document.binary.empty())
-        document.root["buffers"] = Json::array({{{"byteLength", document.binary.size()}}});
+    if (!document.binary.empty()) document.root["buffers"] = Json::array({{{"byteLength", document.binary.size()}}});
     write_glb(document.root.dump(-1, ' ', false, Json::error_handler_t::replace), document.binary, path);
     return what_lacks(scene);
 }
@@ -222,11 +217,11 @@ void rewrite_glb(const std::string& path, const std::function<std::string(std::s
     const std::string file{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
     constexpr std::size_t kHeader = 12, kChunkHeader = 8;
     std::uint32_t length = 0;
-    if (file.size() < kHeader + kChunkHeader)
-        throw Error(ErrorCode::io, "cannot read " + path);
+    if (file.size() < kHeader + kChunkHeader) throw Error(ErrorCode::io, "cannot read " + path);
     std::memcpy(&length, file.data() + kHeader, 4);
     const std::size_t rest = kHeader + kChunkHeader + length;
-    write_glb(change(file.substr(kHeader + kChunkHeader, length)), file.size() > rest ? file.substr(rest + kChunkHeader) : "", path);
+    write_glb(change(file.substr(kHeader + kChunkHeader, length)),
+              file.size() > rest ? file.substr(rest + kChunkHeader) : "", path);
 }
 
 }  // namespace rcs::stability

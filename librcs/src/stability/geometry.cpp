@@ -41,8 +41,7 @@ void compare_changes(CaseRun& run, const Scene& plain, const std::vector<Change>
     const RenderResult expected = run.render(plain, options, "as it is");
     for (const Change& change : changes) {
         RenderResult got = run.render(change.scene, options, change.words);
-        if (change.mirror)
-            got.image = mirrored(std::move(got.image));
+        if (change.mirror) got.image = mirrored(std::move(got.image));
         compare_pictures(run, got, expected, change.words);
     }
 }
@@ -58,9 +57,11 @@ void scaled_scene(CaseRun& run)
     const LayeredImage plain = run.render(room, small_options(48), "as it is, plain options").image;
     for (const int exponent : {-13, 16}) {
         const double factor = std::ldexp(1.0, exponent);
-        const LayeredImage other = run.render(scaled(room, factor), small_options(48), "times 2^" + std::to_string(exponent)).image;
+        const LayeredImage other =
+            run.render(scaled(room, factor), small_options(48), "times 2^" + std::to_string(exponent)).image;
         for (const char* layer : {"emission", "direct", "albedo", "normal"})
-            run.figure(worst_difference(other, plain, layer), std::string("worst pixel of ") + layer + ", times 2^" + std::to_string(exponent));
+            run.figure(worst_difference(other, plain, layer),
+                       std::string("worst pixel of ") + layer + ", times 2^" + std::to_string(exponent));
     }
 }
 
@@ -78,12 +79,13 @@ void turned_scene(CaseRun& run)
     const Scene room = furnished_room();
     const glm::dmat4 one(1.0);
     const glm::dmat4 z_up = glm::rotate(one, glm::radians(-90.0), glm::dvec3(1, 0, 0));
-    compare_changes(run, room,
-                    {{"rotated", transformed(room, glm::rotate(one, 1.1, glm::normalize(glm::dvec3(1, 2, -0.5))))},
-                     {"z up", transformed(room, z_up)},
-                     {"mirrored", transformed(room, glm::scale(one, glm::dvec3(-1, 1, 1))), true},
-                     {"mirrored in z and turned", transformed(room, z_up * glm::scale(one, glm::dvec3(1, 1, -1))), true}},
-                    quiet_options(64));
+    compare_changes(
+        run, room,
+        {{"rotated", transformed(room, glm::rotate(one, 1.1, glm::normalize(glm::dvec3(1, 2, -0.5))))},
+         {"z up", transformed(room, z_up)},
+         {"mirrored", transformed(room, glm::scale(one, glm::dvec3(-1, 1, 1))), true},
+         {"mirrored in z and turned", transformed(room, z_up * glm::scale(one, glm::dvec3(1, 1, -1))), true}},
+        quiet_options(64));
 }
 
 /// A mesh with triangles that are none, and what they were made of.
@@ -91,13 +93,14 @@ Mesh with_defects(const Mesh& plain)
 {
     Mesh mesh = plain;
     const auto n = static_cast<unsigned>(mesh.positions.size());
-    mesh.positions.insert(mesh.positions.end(), {{0.3f, 0.0f, 0.0f}, {0.6f, 0.0f, 0.0f}, {0.9f, 0.0f, 0.0f}, {5, 5, 5}});
+    mesh.positions.insert(mesh.positions.end(),
+                          {{0.3f, 0.0f, 0.0f}, {0.6f, 0.0f, 0.0f}, {0.9f, 0.0f, 0.0f}, {5, 5, 5}});
     std::vector<glm::uvec3> triangles;
     for (const glm::uvec3& t : plain.triangles) {
         triangles.push_back(t);
-        triangles.push_back({t.x, t.y, t.y});         // a line
-        triangles.push_back({t.z, t.z, t.z});         // a point
-        triangles.push_back({n, n + 1, n + 2});       // collinear points
+        triangles.push_back({t.x, t.y, t.y});    // a line
+        triangles.push_back({t.z, t.z, t.z});    // a point
+        triangles.push_back({n, n + 1, n + 2});  // collinear points
     }
     mesh.triangles = triangles;
     return mesh;
@@ -107,8 +110,7 @@ void degenerate_triangles(CaseRun& run)
 {
     const Scene plain = furnished_room();
     Scene defective = plain;
-    for (Mesh& mesh : defective.meshes)
-        mesh = with_defects(mesh);
+    for (Mesh& mesh : defective.meshes) mesh = with_defects(mesh);
     const RenderResult expected = run.render(plain, small_options(64), "without them");
     const RenderResult in_code = run.render(defective, small_options(64), "with them");
     run.figure(worst_difference(in_code.image, expected.image, "beauty"), "worst pixel, scene made in code");
@@ -117,11 +119,15 @@ void degenerate_triangles(CaseRun& run)
     export_glb(plain, run.folder() + "/plain.glb");
     std::string said;
     const LogFunction log = [&](LogLevel, std::string_view line) { said += std::string(line) + "\n"; };
-    const RenderResult from_file = run.render(load_scene(run.folder() + "/defects.glb", log), small_options(64), "with them, from a file");
-    const RenderResult plain_file = run.render(load_scene(run.folder() + "/plain.glb"), small_options(64), "without them, from a file");
+    const RenderResult from_file =
+        run.render(load_scene(run.folder() + "/defects.glb", log), small_options(64), "with them, from a file");
+    const RenderResult plain_file =
+        run.render(load_scene(run.folder() + "/plain.glb"), small_options(64), "without them, from a file");
     std::string layer;
-    run.require(same_bits(from_file.image, plain_file.image, layer), "from a file layer " + layer + " has other bits than without them");
-    run.require(said.find("degenerate") != std::string::npos || said.find("area") != std::string::npos, "the log does not name them: " + said);
+    run.require(same_bits(from_file.image, plain_file.image, layer),
+                "from a file layer " + layer + " has other bits than without them");
+    run.require(said.find("degenerate") != std::string::npos || said.find("area") != std::string::npos,
+                "the log does not name them: " + said);
 }
 
 /// A file of one triangle with these positions and normals. @param more  attributes, in JSON
@@ -129,30 +135,31 @@ std::string one_triangle(const std::vector<glm::vec3>& positions, const std::vec
 {
     std::string binary(12 * (positions.size() + normals.size()), '\0');
     std::memcpy(binary.data(), positions.data(), 12 * positions.size());
-    if (!normals.empty())
-        std::memcpy(binary.data() + 12 * positions.size(), normals.data(), 12 * normals.size());
+    if (!normals.empty()) std::memcpy(binary.data() + 12 * positions.size(), normals.data(), 12 * normals.size());
     return binary;
 }
 
-void write_triangle(const std::string& path, const std::vector<glm::vec3>& positions, const std::vector<glm::vec3>& normals = {})
+void write_triangle(const std::string& path, const std::vector<glm::vec3>& positions,
+                    const std::vector<glm::vec3>& normals = {})
 {
     const std::string split = std::to_string(12 * positions.size()), count = std::to_string(positions.size());
-    std::string json = R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"name":"hull","primitives":[{"attributes":{"POSITION":0)";
-    if (!normals.empty())
-        json += R"(,"NORMAL":1)";
+    std::string json =
+        R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"name":"hull","primitives":[{"attributes":{"POSITION":0)";
+    if (!normals.empty()) json += R"(,"NORMAL":1)";
     json += R"(}}]}],"bufferViews":[{"buffer":0,"byteLength":)" + split + "}";
     if (!normals.empty())
-        json += R"(,{"buffer":0,"byteOffset":)" + split + R"(,"byteLength":)" + std::to_string(12 * normals.size()) + "}";
+        json +=
+            R"(,{"buffer":0,"byteOffset":)" + split + R"(,"byteLength":)" + std::to_string(12 * normals.size()) + "}";
     json += R"(],"accessors":[{"bufferView":0,"componentType":5126,"type":"VEC3","count":)" + count + "}";
-    if (!normals.empty())
-        json += R"(,{"bufferView":1,"componentType":5126,"type":"VEC3","count":)" + count + "}";
+    if (!normals.empty()) json += R"(,{"bufferView":1,"componentType":5126,"type":"VEC3","count":)" + count + "}";
     const std::string binary = one_triangle(positions, normals);
     json += R"(],"buffers":[{"byteLength":)" + std::to_string(binary.size()) + "}]}";
     write_glb(json, binary, path);
 }
 
 /// The file is refused with one line that names it and the part, or it renders. Nothing else.
-void refused_or_rendered(CaseRun& run, const std::string& path, const std::string& part, const std::string& words, bool must_render)
+void refused_or_rendered(CaseRun& run, const std::string& path, const std::string& part, const std::string& words,
+                         bool must_render)
 {
     try {
         Scene scene = load_scene(path);
@@ -188,7 +195,8 @@ void odd_numbers(CaseRun& run)
         validate(scene);
         run.require(false, "validate() takes a NaN");
     } catch (const Error& e) {
-        run.require(std::string(e.what()).find("mesh 1") != std::string::npos, std::string("validate() does not name the mesh: ") + e.what());
+        run.require(std::string(e.what()).find("mesh 1") != std::string::npos,
+                    std::string("validate() does not name the mesh: ") + e.what());
     }
 }
 
@@ -213,25 +221,27 @@ void coincident_faces(CaseRun& run)
     }
     run.require(is_red + is_blue > 500, "the faces are hardly in view");
     run.require(mixed == 0, std::to_string(mixed) + " pixels mix the two");
-    run.figure(static_cast<double>(std::min(is_red, is_blue)) / std::max(is_red + is_blue, 1), "pixels of the other face");
+    run.figure(static_cast<double>(std::min(is_red, is_blue)) / std::max(is_red + is_blue, 1),
+               "pixels of the other face");
 
     // Inside out, or seen from both sides: a closed box is lit alike.
     Scene inwards = furnished_room();
     Scene twisted = inwards;
-    for (glm::uvec3& t : twisted.meshes[1].triangles)
-        std::swap(t.y, t.z);
+    for (glm::uvec3& t : twisted.meshes[1].triangles) std::swap(t.y, t.z);
     for (Scene* s : {&inwards, &twisted})
         s->materials[static_cast<std::size_t>(s->meshes[1].material)].double_sided = true;
-    const RenderResult a = run.render(twisted, quiet_options(64), "block inside out"), b = run.render(inwards, quiet_options(64), "block");
+    const RenderResult a = run.render(twisted, quiet_options(64), "block inside out"),
+                       b = run.render(inwards, quiet_options(64), "block");
     compare_pictures(run, a, b, "block inside out");
 }
 
 void odd_nodes(CaseRun& run)
 {
     const std::string path = run.folder() + "/nodes.glb";
-    const std::string head = R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"meshes":[{"name":"hull","primitives":[{"attributes":{"POSITION":0}}]}],)"
-                             R"("bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36}],)"
-                             R"("accessors":[{"bufferView":0,"componentType":5126,"type":"VEC3","count":3}],"nodes":[)";
+    const std::string head =
+        R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"meshes":[{"name":"hull","primitives":[{"attributes":{"POSITION":0}}]}],)"
+        R"("bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36}],)"
+        R"("accessors":[{"bufferView":0,"componentType":5126,"type":"VEC3","count":3}],"nodes":[)";
     const std::string binary = one_triangle({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {});
     write_glb(head + R"({"mesh":0,"scale":[1,0,1]}]})", binary, path);
     refused_or_rendered(run, path, "node", "a scale of 0 on an axis", false);
@@ -257,7 +267,8 @@ Scene heap(int count)
     std::uniform_real_distribution<double> unit(0.0, 1.0);
     for (int i = 0; i < count; ++i) {
         const glm::dvec3 at(-1.9 + 3.8 * unit(random), 0.3 * unit(random) * unit(random), -1.9 + 3.8 * unit(random));
-        scene.instances.push_back({"grain", mesh, glm::rotate(glm::translate(glm::dmat4(1.0), at), 6.0 * unit(random), glm::dvec3(0, 1, 0))});
+        scene.instances.push_back(
+            {"grain", mesh, glm::rotate(glm::translate(glm::dmat4(1.0), at), 6.0 * unit(random), glm::dvec3(0, 1, 0))});
     }
     return scene;
 }
@@ -273,7 +284,8 @@ Scene wide_ground()
     ground.material = 0;
     scene.meshes[0] = ground;
     for (int i = 0; i < 30; ++i)
-        add_mesh(scene, box({0.3f, 0.0f, 0.3f + 0.02f * static_cast<float>(i)}, {0.9f, 0.002f * static_cast<float>(i + 1), 0.31f + 0.02f * static_cast<float>(i)}, 1));
+        add_mesh(scene, box({0.3f, 0.0f, 0.3f + 0.02f * static_cast<float>(i)},
+                            {0.9f, 0.002f * static_cast<float>(i + 1), 0.31f + 0.02f * static_cast<float>(i)}, 1));
     scene.cameras = {look_at_camera("camera", {1.2, 0.9, 1.8}, {0.2, 0.2, 0.0}, 0.9)};
     return scene;
 }
@@ -336,7 +348,8 @@ void gaps_and_foliage(CaseRun& run)
     add_mesh(leaves, cards);
     for (const Scene* scene : {&blinds, &leaves}) {
         const RenderResult result = run.render(*scene, small_options(64), scene == &blinds ? "slats" : "cards");
-        run.figure(static_cast<double>(result.records.size()) / (64.0 * 64.0), scene == &blinds ? "records a pixel, slats" : "records a pixel, cards");
+        run.figure(static_cast<double>(result.records.size()) / (64.0 * 64.0),
+                   scene == &blinds ? "records a pixel, slats" : "records a pixel, cards");
     }
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     run.require(seconds < 120.0, "took " + text_of(seconds) + " s");
@@ -347,19 +360,41 @@ void gaps_and_foliage(CaseRun& run)
 std::vector<SuiteCase> geometry_cases()
 {
     const std::string group = "geometry";
-    const std::string noise = "of the picture; other random numbers at 512 rays a record: noise of the mean of 64 x 64 pixels";
+    const std::string noise =
+        "of the picture; other random numbers at 512 rays a record: noise of the mean of 64 x 64 pixels";
     return {
-        {{"D1", group, "The same room scaled by 1e-4 to 1e5, and by powers of two", "constants in metres", "same picture; powers of two: direct light the same at every pixel", 0.005, noise, true}, scaled_scene},
-        {{"D2", group, "The same room 1e3, 1e5 and 1e6 m away", "coarse floats far from zero", "same picture", 0.005, noise, true}, translated_scene},
-        {{"D3", group, "Rotated, z up, mirrored, mirrored and turned", "axes treated differently, winding", "same picture", 0.005, noise, true}, turned_scene},
-        {{"D4", group, "Triangles without area, unused vertices", "division by their area", "ignored: same picture, same bits from a file, counted in the log", 1e-4,
-          "none of them catches a ray", true}, degenerate_triangles},
-        {{"D5", group, "NaN, Inf and 1e38 as coordinates and normals, zero and missing normals", "crash, black holes", "one error that names the mesh, or a picture", 0.0, "nothing is measured", true}, odd_numbers},
-        {{"D6", group, "Coincident faces of two colours; a block inside out", "speckle", "one of the two faces everywhere; same light", 0.005, "of pixels for the faces; noise of the mean for the block", true}, coincident_faces},
-        {{"D7", group, "Singular node matrix, hierarchy 10,000 deep, cycle, scale 1e300", "stack overflow, endless loop", "one error that names the node, or a picture", 0.0, "nothing is measured", true}, odd_nodes},
-        {{"D8", group, "Millimetre detail on a triangle 1,000 km wide; 20,000 tiny instances", "rays that start below the surface, cells as large as the scene", "same as the path tracer", 0.02, "of the mean of direct and of indirect light", false}, tiny_beside_huge},
-        {{"D8b", group, "A million tiny instances", "memory, time", "a picture", 0.0, "nothing is measured", false}, million_instances},
-        {{"D9", group, "Slats 0.1 mm apart; 100,000 alpha-tested cards", "records without end", "ends in bounded time and records", 1.0, "records a pixel: one each at the most", true}, gaps_and_foliage},
+        {{"D1", group, "The same room scaled by 1e-4 to 1e5, and by powers of two", "constants in metres",
+          "same picture; powers of two: direct light the same at every pixel", 0.005, noise, true},
+         scaled_scene},
+        {{"D2", group, "The same room 1e3, 1e5 and 1e6 m away", "coarse floats far from zero", "same picture", 0.005,
+          noise, true},
+         translated_scene},
+        {{"D3", group, "Rotated, z up, mirrored, mirrored and turned", "axes treated differently, winding",
+          "same picture", 0.005, noise, true},
+         turned_scene},
+        {{"D4", group, "Triangles without area, unused vertices", "division by their area",
+          "ignored: same picture, same bits from a file, counted in the log", 1e-4, "none of them catches a ray", true},
+         degenerate_triangles},
+        {{"D5", group, "NaN, Inf and 1e38 as coordinates and normals, zero and missing normals", "crash, black holes",
+          "one error that names the mesh, or a picture", 0.0, "nothing is measured", true},
+         odd_numbers},
+        {{"D6", group, "Coincident faces of two colours; a block inside out", "speckle",
+          "one of the two faces everywhere; same light", 0.005,
+          "of pixels for the faces; noise of the mean for the block", true},
+         coincident_faces},
+        {{"D7", group, "Singular node matrix, hierarchy 10,000 deep, cycle, scale 1e300",
+          "stack overflow, endless loop", "one error that names the node, or a picture", 0.0, "nothing is measured",
+          true},
+         odd_nodes},
+        {{"D8", group, "Millimetre detail on a triangle 1,000 km wide; 20,000 tiny instances",
+          "rays that start below the surface, cells as large as the scene", "same as the path tracer", 0.02,
+          "of the mean of direct and of indirect light", false},
+         tiny_beside_huge},
+        {{"D8b", group, "A million tiny instances", "memory, time", "a picture", 0.0, "nothing is measured", false},
+         million_instances},
+        {{"D9", group, "Slats 0.1 mm apart; 100,000 alpha-tested cards", "records without end",
+          "ends in bounded time and records", 1.0, "records a pixel: one each at the most", true},
+         gaps_and_foliage},
     };
 }
 

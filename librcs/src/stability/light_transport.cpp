@@ -49,8 +49,7 @@ void closed_sphere(CaseRun& run)
     const double rho = 0.6, direct = 1.0 / 4.0;  // I / r^2 at r = 2
     for (const int bounces : {1, 4}) {
         for (const SplatMethod method : kBothMethods) {
-            if (bounces > 1 && method == SplatMethod::quads)
-                continue;
+            if (bounces > 1 && method == SplatMethod::quads) continue;
             RenderOptions options = small_options(48, method);
             options.bounces = bounces;
             const LayeredImage image = run.render(lit_sphere(0.6f), options).image;
@@ -58,7 +57,8 @@ void closed_sphere(CaseRun& run)
             run.figure(std::abs(spread_of(image, "irradiance").mean / expected - 1.0),
                        "mean irradiance, " + std::to_string(bounces) + " bounces, " + name_of(method));
             if (bounces == 1)
-                run.figure(worst_deviation(image, "irradiance", expected), "irradiance, worst pixel, " + name_of(method));
+                run.figure(worst_deviation(image, "irradiance", expected),
+                           "irradiance, worst pixel, " + name_of(method));
             run.figure(worst_deviation(image, "direct", rho / kPi * direct), "direct light, worst pixel");
         }
     }
@@ -86,7 +86,8 @@ void parallel_square_lamp(CaseRun& run)
     const LayeredImage image = run.render(square_lamp(), options).image;
     double error = 0.0;
     for_each_point(size, [&](int x, int y, glm::dvec2 p) {
-        const double expected = polygon_irradiance(level_rectangle(-1, 1, -1, 1, 1.0), {p.x, 0.0, p.y}, {0, 1, 0}) / kPi;
+        const double expected =
+            polygon_irradiance(level_rectangle(-1, 1, -1, 1, 1.0), {p.x, 0.0, p.y}, {0, 1, 0}) / kPi;
         error += std::abs(image.layers.at("direct").at(x, y)[0] / expected - 1.0) / (size * size);
     });
     run.figure(error, "mean relative error over the floor");
@@ -150,7 +151,8 @@ void diffuse_reflection_with_obstruction(CaseRun& run)
                 // Seen from there the board hides the part of the patch that lies twice as far behind it.
                 const auto shadow = [](double p, double edge) { return std::clamp(p + 2.0 * (edge - p), -2.0, 2.0); };
                 expected -= polygon_irradiance(
-                    level_rectangle(shadow(px, -0.5), shadow(px, 0.5), shadow(pz, -0.5), shadow(pz, 0.5), 0), {px, 3, pz}, {0, -1, 0});
+                    level_rectangle(shadow(px, -0.5), shadow(px, 0.5), shadow(pz, -0.5), shadow(pz, 0.5), 0),
+                    {px, 3, pz}, {0, -1, 0});
             }
             error += std::abs(image.layers.at("irradiance").at(x, y)[0] - expected);
             sum += expected;
@@ -175,7 +177,8 @@ void internally_reflected_component(CaseRun& run)
         options.bounces = 8;
         const LayeredImage image = run.render(scene, options).image;
         const double expected = flux / area * series(static_cast<double>(albedo), 8);
-        run.figure(std::abs(spread_of(image, "irradiance").mean / expected - 1.0), "mean irradiance, albedo " + text_of(static_cast<double>(albedo)));
+        run.figure(std::abs(spread_of(image, "irradiance").mean / expected - 1.0),
+                   "mean irradiance, albedo " + text_of(static_cast<double>(albedo)));
     }
 }
 
@@ -197,8 +200,7 @@ double ggx_albedo(double alpha, double f0, double cosine)
             const glm::dvec3 h(sh * std::cos(phi), sh * std::sin(phi), ch);
             const double oh = glm::dot(out, h);
             const glm::dvec3 in = 2.0 * oh * h - out;
-            if (!(oh > 0.0) || !(in.z > 0.0))
-                continue;
+            if (!(oh > 0.0) || !(in.z > 0.0)) continue;
             const double fresnel = f0 + (1.0 - f0) * std::pow(1.0 - oh, 5.0);
             const double masking = 1.0 / (1.0 + lambda(cosine) + lambda(in.z));
             sum += fresnel * masking * oh / (cosine * ch);
@@ -241,29 +243,35 @@ std::vector<SuiteCase> light_transport_cases()
     const std::string group = "light transport";
     return {
         {{"A1", group, "White furnace: a diffuse sphere under a constant sky", "energy gained or lost, halos",
-          "= albedo x sky at every pixel, irradiance pi x sky", 0.01, "the sphere is made of facets, whose horizon differs", true},
+          "= albedo x sky at every pixel, irradiance pi x sky", 0.01,
+          "the sphere is made of facets, whose horizon differs", true},
          white_furnace},
-        {{"A2", group, "Closed box that emits and reflects, 0 to 8 bounces, albedo up to 0.95", "bounces missing or counted twice",
-          "= Le (1 - rho^(N+2)) / (1 - rho)", 0.01, "noise of the mean of 1,024 pixels and of cells", true},
+        {{"A2", group, "Closed box that emits and reflects, 0 to 8 bounces, albedo up to 0.95",
+          "bounces missing or counted twice", "= Le (1 - rho^(N+2)) / (1 - rho)", 0.01,
+          "noise of the mean of 1,024 pixels and of cells", true},
          closed_emissive_box},
-        {{"A3", group, "Closed sphere, point light in its middle, 1 and 4 bounces", "spacing at walls that all look alike",
-          "= rho E + ... + rho^n E with E = I / r^2, the same all over", 0.01, "facets are 0.1 % nearer than the sphere; records' noise", true},
+        {{"A3", group, "Closed sphere, point light in its middle, 1 and 4 bounces",
+          "spacing at walls that all look alike", "= rho E + ... + rho^n E with E = I / r^2, the same all over", 0.01,
+          "facets are 0.1 % nearer than the sphere; records' noise", true},
          closed_sphere},
-        {{"A4", group, "Square lamp parallel to a floor", "lamps with area near their edges", "= Lambert's polygon formula", 0.005,
-          "nothing hides the lamp: no noise but rounding is expected", true},
+        {{"A4", group, "Square lamp parallel to a floor", "lamps with area near their edges",
+          "= Lambert's polygon formula", 0.005, "nothing hides the lamp: no noise but rounding is expected", true},
          parallel_square_lamp},
-        {{"A5", group, "Floor lit by a wall at a right angle, into the corner", "irradiance lost or doubled at contacts",
-          "= form factor of the wall at every column of pixels", 0.02, "of the peak; records lie a pixel apart in the corner", true},
+        {{"A5", group, "Floor lit by a wall at a right angle, into the corner",
+          "irradiance lost or doubled at contacts", "= form factor of the wall at every column of pixels", 0.02,
+          "of the peak; records lie a pixel apart in the corner", true},
          corner_of_floor_and_wall},
         {{"A6", group, "Ceiling lit by a floor patch, free and with a board between (after CIE 171:2006, 5.6 and 5.7)",
           "interpolation across the edge of an indirect shadow", "= form factors of the visible part", 0.05,
           "mean error of single pixels at 128 rays a record", true},
          diffuse_reflection_with_obstruction},
-        {{"A6b", group, "Closed cube, point light in its middle, 8 bounces (after CIE 171:2006, 5.8)", "energy lost in edges and corners",
-          "= flux / area x (rho + ... + rho^8), mean of a side", 0.01, "noise of the mean; cells average near edges", true},
+        {{"A6b", group, "Closed cube, point light in its middle, 8 bounces (after CIE 171:2006, 5.8)",
+          "energy lost in edges and corners", "= flux / area x (rho + ... + rho^8), mean of a side", 0.01,
+          "noise of the mean; cells average near edges", true},
          internally_reflected_component},
-        {{"A7", group, "Metal plane of alpha 0.02 to 1 under a constant sky", "lobes that gain or lose light, steps between techniques",
-          "= directional albedo by quadrature", 0.02, "tables of 32 entries, harmonics up to band 5", true},
+        {{"A7", group, "Metal plane of alpha 0.02 to 1 under a constant sky",
+          "lobes that gain or lose light, steps between techniques", "= directional albedo by quadrature", 0.02,
+          "tables of 32 entries, harmonics up to band 5", true},
          glossy_plane_in_a_furnace},
     };
 }

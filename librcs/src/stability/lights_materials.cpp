@@ -23,10 +23,10 @@ void nothing_there(CaseRun& run)
         double most = 0.0;
         const std::vector<float>& beauty = result.image.layers.at("beauty").pixels;
         for (std::size_t i = 0; i < beauty.size(); ++i)
-            if (i % 4 != 3)
-                most = std::max(most, static_cast<double>(beauty[i]));
+            if (i % 4 != 3) most = std::max(most, static_cast<double>(beauty[i]));
         run.figure(most, "radiance, " + words);
-        run.require(!result.stats.plan[Effect::indirect_diffuse].needed && !result.stats.plan[Effect::indirect_diffuse].reason.empty(),
+        run.require(!result.stats.plan[Effect::indirect_diffuse].needed &&
+                        !result.stats.plan[Effect::indirect_diffuse].reason.empty(),
                     words + ": the plan does not say why there is no indirect light");
     };
     black(emissive_box(0.5f, 0.0f), "no light");
@@ -39,13 +39,13 @@ void nothing_there(CaseRun& run)
     Scene dark = furnished_room();
     dark.meshes.resize(2);  // without the lamp's own glow
     dark.instances.resize(2);
-    for (Material& material : dark.materials)
-        material.base_color = glm::vec3(0.0f);
+    for (Material& material : dark.materials) material.base_color = glm::vec3(0.0f);
     black(dark, "all black");
     // Nothing but the sky: its radiance, and no cover.
     empty.sky_radiance = glm::vec3(0.5f);
     const LayeredImage sky = run.render(empty, small_options(16), "sky alone").image;
-    run.require(sky.layers.at("beauty").at(8, 8)[0] == 0.5f && sky.layers.at("beauty").at(8, 8)[3] == 0.0f, "an empty scene does not show the sky");
+    run.require(sky.layers.at("beauty").at(8, 8)[0] == 0.5f && sky.layers.at("beauty").at(8, 8)[3] == 0.0f,
+                "an empty scene does not show the sky");
 }
 
 void awkward_lights(CaseRun& run)
@@ -105,7 +105,8 @@ Scene glossy_panel(float metallic, float roughness, float color)
     Scene scene;
     const int wall = add_material(scene, {0.7f, 0.5f, 0.3f});
     add_mesh(scene, box({-2, 0, -2}, {2, 3, 2}, wall, Facing::inwards));
-    add_mesh(scene, quad({-1.5f, 0.5f, -1.5f}, {3, 0, 0}, {0, 2, 0}, add_material(scene, glossy(metallic, roughness, glm::vec3(color)))));
+    add_mesh(scene, quad({-1.5f, 0.5f, -1.5f}, {3, 0, 0}, {0, 2, 0},
+                         add_material(scene, glossy(metallic, roughness, glm::vec3(color)))));
     scene.lights = {point_light({1.2, 2.2, 1.2}, glm::vec3(2.0f))};
     scene.cameras = {look_at_camera("camera", {0.8, 1.4, 0.8}, {-0.2, 1.5, -1.5}, 0.7)};
     return scene;
@@ -116,7 +117,9 @@ void ends_of_materials(CaseRun& run)
     for (const float metallic : {0.0f, 1.0f})
         for (const float roughness : {0.0f, 1e-4f, 1.0f})
             for (const float color : {0.0f, 1.0f})
-                run.render(glossy_panel(metallic, roughness, color), small_options(32), "metallic " + text_of(static_cast<double>(metallic)) + ", roughness " + text_of(static_cast<double>(roughness)));
+                run.render(glossy_panel(metallic, roughness, color), small_options(32),
+                           "metallic " + text_of(static_cast<double>(metallic)) + ", roughness " +
+                               text_of(static_cast<double>(roughness)));
     run.figure(0.0, "all pictures finite");
     // Factors beyond their range are moved into it by the loader.
     Scene bright = glossy_panel(0.0f, 0.5f, 1.0f);
@@ -125,7 +128,8 @@ void ends_of_materials(CaseRun& run)
     export_glb(bright, path);
     std::string said;
     const Scene clamped = load_scene(path, [&](LogLevel, std::string_view line) { said += std::string(line) + "\n"; });
-    run.require(clamped.materials[0].base_color.r <= 1.0f && !said.empty(), "a base colour of 1.5 is not moved into [0, 1] with a warning");
+    run.require(clamped.materials[0].base_color.r <= 1.0f && !said.empty(),
+                "a base colour of 1.5 is not moved into [0, 1] with a warning");
 }
 
 void continuous_in_roughness(CaseRun& run)
@@ -135,9 +139,13 @@ void continuous_in_roughness(CaseRun& run)
     options.lobe_rays = 64;
     for (const float edge : {std::sqrt(0.3f), std::sqrt(1e-3f)}) {
         for (const float metallic : {0.0f, 1.0f}) {
-            const LayeredImage below = run.render(glossy_panel(metallic, edge - 0.002f, 0.8f), options, "below the switch").image;
-            const LayeredImage above = run.render(glossy_panel(metallic, edge + 0.002f, 0.8f), options, "above the switch").image;
-            run.figure(difference_of_means(above, below, "beauty"), "mean step at roughness " + text_of(static_cast<double>(edge)) + ", metallic " + text_of(static_cast<double>(metallic)));
+            const LayeredImage below =
+                run.render(glossy_panel(metallic, edge - 0.002f, 0.8f), options, "below the switch").image;
+            const LayeredImage above =
+                run.render(glossy_panel(metallic, edge + 0.002f, 0.8f), options, "above the switch").image;
+            run.figure(difference_of_means(above, below, "beauty"),
+                       "mean step at roughness " + text_of(static_cast<double>(edge)) + ", metallic " +
+                           text_of(static_cast<double>(metallic)));
         }
     }
 }
@@ -155,13 +163,16 @@ void grazing_view(CaseRun& run)
         metal.f90 = 1.0f;
         metal.alpha = roughness * roughness;
         for (const double degrees : {60.0, 89.0, 89.9}) {
-            const glm::vec3 a(static_cast<float>(std::sin(glm::radians(degrees))), 0.0f, static_cast<float>(std::cos(glm::radians(degrees))));
+            const glm::vec3 a(static_cast<float>(std::sin(glm::radians(degrees))), 0.0f,
+                              static_cast<float>(std::cos(glm::radians(degrees))));
             const glm::vec3 b = glm::normalize(glm::vec3(-0.6f, 0.2f, 0.5f));
-            const double there = static_cast<double>(evaluate(metal, a, b).g), back = static_cast<double>(evaluate(metal, b, a).g);
+            const double there = static_cast<double>(evaluate(metal, a, b).g),
+                         back = static_cast<double>(evaluate(metal, b, a).g);
             run.require(std::isfinite(there) && std::isfinite(back), "not finite at " + text_of(degrees) + " degrees");
             // Turquin's compensation depends on the viewer's angle alone.
             if (roughness < 0.5f && there + back > 0.0)
-                run.figure(std::abs(there - back) / (there + back), "difference of both ways at " + text_of(degrees) + " degrees");
+                run.figure(std::abs(there - back) / (there + back),
+                           "difference of both ways at " + text_of(degrees) + " degrees");
         }
     }
 }
@@ -172,7 +183,8 @@ void narrow_spots(CaseRun& run)
         const char* inner;
         const char* outer;
     };
-    for (const Cone cone : {Cone{"0", "0"}, {"0.5", "0.5"}, {"0", "1e-9"}, {"1.5707964", "1.5707964"}, {"0.7", "0.3"}}) {
+    for (const Cone cone :
+         {Cone{"0", "0"}, {"0.5", "0.5"}, {"0", "1e-9"}, {"1.5707964", "1.5707964"}, {"0.7", "0.3"}}) {
         Scene scene = furnished_room();
         scene.lights.clear();
         scene.materials[2].emission = glm::vec3(0.0f);
@@ -205,18 +217,18 @@ void narrow_spots(CaseRun& run)
 void white_room(CaseRun& run)
 {
     Scene scene = furnished_room();
-    for (Material& material : scene.materials)
-        material.base_color = glm::vec3(1.0f);
+    for (Material& material : scene.materials) material.base_color = glm::vec3(1.0f);
     double first = 0.0, before = 0.0;
     for (const int bounces : {1, 2, 4, 16, 64}) {
         RenderOptions options = small_options(48);
         options.bounces = bounces;
-        const double mean = spread_of(run.render(scene, options, std::to_string(bounces) + " bounces").image, "indirect").mean;
-        if (bounces == 1)
-            first = mean;
+        const double mean =
+            spread_of(run.render(scene, options, std::to_string(bounces) + " bounces").image, "indirect").mean;
+        if (bounces == 1) first = mean;
         run.require(mean > before, std::to_string(bounces) + " bounces are darker than fewer");
         // No bounce has more power than the one before; the first one's share of what is in view may be small.
-        run.figure(mean / (bounces * first), "light of " + std::to_string(bounces) + " bounces over that of as many first ones");
+        run.figure(mean / (bounces * first),
+                   "light of " + std::to_string(bounces) + " bounces over that of as many first ones");
         before = mean;
     }
 }
@@ -258,7 +270,8 @@ void sun_and_candle(CaseRun& run)
         }
     }
     run.figure(worst, "candle's light in the EXR, worst pixel");
-    const double sunlit = static_cast<double>(back.layers.at("direct").at(2, size / 2)[0]), expected = 1e5 * -sun.direction.y * 0.5 / kPi;
+    const double sunlit = static_cast<double>(back.layers.at("direct").at(2, size / 2)[0]),
+                 expected = 1e5 * -sun.direction.y * 0.5 / kPi;
     run.figure(std::abs(sunlit / expected - 1.0), "the sun's light in the EXR");
     run.note("exposure " + text_of(static_cast<double>(exposure)) + " EV");
 }
@@ -269,16 +282,37 @@ std::vector<SuiteCase> light_and_material_cases()
 {
     const std::string group = "lights and materials";
     return {
-        {{"E1", group, "No light; no geometry; nothing in view; all black", "division by a sum of nothing", "= black, and the plan says why", 0.0, "black is black", true}, nothing_there},
-        {{"E2", group, "Lights in and on surfaces, at the camera; emitters without area", "1/0 at the light", "finite", 0.0, "nothing is measured", true}, awkward_lights},
-        {{"E3", group, "A light 1 mm above a floor; 1e9 cd beside 1e-9 cd", "overflow, the weak one lost", "= I h / r^3", 0.01, "the peak below the lamp is a tenth of a pixel wide", true}, strong_and_near_lights},
-        {{"E4", group, "Roughness 0, 1e-4, 1; metallic 0, 1; base colour 0, 1, 1.5", "division by alpha", "finite; factors moved into their range with a warning", 0.0, "nothing is measured", true}, ends_of_materials},
-        {{"E4b", group, "Roughness just below and above the switch between mirrors, traced lobes and records", "a step where one technique ends", "no step of the mean", 0.03, "records hold a lobe's light with six bands: 3 % rms at hard edges (docs/method.md)", false}, continuous_in_roughness},
-        {{"E5", group, "A floor seen at 89.9 degrees; lobes at grazing angles", "1/cos", "finite; a narrow lobe is the same both ways", 0.05, "multiple scattering is given back by the viewer's angle alone", true}, grazing_view},
-        {{"E6", group, "Spots with no cone, equal cones, cones out of order", "division by their difference", "finite", 0.0, "nothing is measured", true}, narrow_spots},
-        {{"E7", group, "A white room, 1 to 64 bounces", "energy that grows", "finite, rising with bounces, no faster than them", 1.5,
-          "the part of the room in view may get less of the first bounce than of later ones", false}, white_room},
-        {{"E8", group, "A sun of 1e5 lux and a candle of 1 cd in one picture", "one of them lost in exposure or half floats", "= both in the EXR", 0.01, "half floats have 11 bits: 0.05 %; a point lamp has no noise", true}, sun_and_candle},
+        {{"E1", group, "No light; no geometry; nothing in view; all black", "division by a sum of nothing",
+          "= black, and the plan says why", 0.0, "black is black", true},
+         nothing_there},
+        {{"E2", group, "Lights in and on surfaces, at the camera; emitters without area", "1/0 at the light", "finite",
+          0.0, "nothing is measured", true},
+         awkward_lights},
+        {{"E3", group, "A light 1 mm above a floor; 1e9 cd beside 1e-9 cd", "overflow, the weak one lost",
+          "= I h / r^3", 0.01, "the peak below the lamp is a tenth of a pixel wide", true},
+         strong_and_near_lights},
+        {{"E4", group, "Roughness 0, 1e-4, 1; metallic 0, 1; base colour 0, 1, 1.5", "division by alpha",
+          "finite; factors moved into their range with a warning", 0.0, "nothing is measured", true},
+         ends_of_materials},
+        {{"E4b", group, "Roughness just below and above the switch between mirrors, traced lobes and records",
+          "a step where one technique ends", "no step of the mean", 0.03,
+          "records hold a lobe's light with six bands: 3 % rms at hard edges (docs/method.md)", false},
+         continuous_in_roughness},
+        {{"E5", group, "A floor seen at 89.9 degrees; lobes at grazing angles", "1/cos",
+          "finite; a narrow lobe is the same both ways", 0.05,
+          "multiple scattering is given back by the viewer's angle alone", true},
+         grazing_view},
+        {{"E6", group, "Spots with no cone, equal cones, cones out of order", "division by their difference", "finite",
+          0.0, "nothing is measured", true},
+         narrow_spots},
+        {{"E7", group, "A white room, 1 to 64 bounces", "energy that grows",
+          "finite, rising with bounces, no faster than them", 1.5,
+          "the part of the room in view may get less of the first bounce than of later ones", false},
+         white_room},
+        {{"E8", group, "A sun of 1e5 lux and a candle of 1 cd in one picture",
+          "one of them lost in exposure or half floats", "= both in the EXR", 0.01,
+          "half floats have 11 bits: 0.05 %; a point lamp has no noise", true},
+         sun_and_candle},
     };
 }
 

@@ -41,7 +41,8 @@ void any_number_of_threads(CaseRun& run)
             const std::string words = std::to_string(threads) + " threads";
             const RenderResult got = run.render(scene, scene.cameras[0], options, words, pool);
             std::string layer;
-            run.figure(same_bits(got.image, expected.image, layer) ? 0.0 : 1.0, "pictures with other bits, " + words + (layer.empty() ? "" : ", in layer " + layer));
+            run.figure(same_bits(got.image, expected.image, layer) ? 0.0 : 1.0,
+                       "pictures with other bits, " + words + (layer.empty() ? "" : ", in layer " + layer));
         }
     }
 }
@@ -70,21 +71,16 @@ Ended run_program(CaseRun& run, const std::vector<std::string>& arguments, const
     std::vector<std::string> words = {run.program()};
     words.insert(words.end(), arguments.begin(), arguments.end());
     std::vector<char*> argv;
-    for (std::string& word : words)
-        argv.push_back(word.data());
+    for (std::string& word : words) argv.push_back(word.data());
     argv.push_back(nullptr);
     std::vector<std::string> variables;
-    for (char** entry = environ; *entry; ++entry)
-        variables.emplace_back(*entry);
-    for (const auto& [name, value] : with.environment)
-        variables.push_back(name + "=" + value);
+    for (char** entry = environ; *entry; ++entry) variables.emplace_back(*entry);
+    for (const auto& [name, value] : with.environment) variables.push_back(name + "=" + value);
     std::vector<char*> envp;
-    for (std::string& variable : variables)
-        envp.push_back(variable.data());
+    for (std::string& variable : variables) envp.push_back(variable.data());
     envp.push_back(nullptr);
     const pid_t pid = ::fork();
-    if (pid < 0)
-        throw Error(ErrorCode::io, "cannot start a process");
+    if (pid < 0) throw Error(ErrorCode::io, "cannot start a process");
     if (pid == 0) {
         // Other threads' locks are in any state here: system calls alone until exec.
         const int out = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
@@ -111,8 +107,7 @@ Ended run_program(CaseRun& run, const std::vector<std::string>& arguments, const
 
 bool has_program(CaseRun& run)
 {
-    if (run.program().empty())
-        run.skip("needs the program rcsplat");
+    if (run.program().empty()) run.skip("needs the program rcsplat");
     return !run.program().empty();
 }
 
@@ -123,10 +118,13 @@ std::vector<std::string> small_render(const std::string& output)
 
 void require_one_error(CaseRun& run, const Ended& ended, const std::string& names, const std::string& words)
 {
-    run.require(ended.code == 1 || ended.code == 2, words + ": exit code " + std::to_string(ended.code) + ": " + ended.said);
+    run.require(ended.code == 1 || ended.code == 2,
+                words + ": exit code " + std::to_string(ended.code) + ": " + ended.said);
     const std::string start = "rcsplat: error: ";
-    run.require(ended.said.rfind(start, 0) == 0 && ended.said.find('\n') == ended.said.size() - 1, words + ": not one error line: " + ended.said);
-    run.require(ended.said.find(names) != std::string::npos, words + ": the error does not name " + names + ": " + ended.said);
+    run.require(ended.said.rfind(start, 0) == 0 && ended.said.find('\n') == ended.said.size() - 1,
+                words + ": not one error line: " + ended.said);
+    run.require(ended.said.find(names) != std::string::npos,
+                words + ": the error does not name " + names + ": " + ended.said);
 }
 
 void gl_that_fails(CaseRun& run)
@@ -154,24 +152,32 @@ void gl_that_fails(CaseRun& run)
         return;
     }
     const std::string output = run.folder() + "/no.png";
-    require_one_error(run, run_program(run, small_render(output), {{{"__EGL_VENDOR_LIBRARY_FILENAMES", "/nonexistent.json"}}}), "OpenGL", "no driver");
+    require_one_error(
+        run, run_program(run, small_render(output), {{{"__EGL_VENDOR_LIBRARY_FILENAMES", "/nonexistent.json"}}}),
+        "OpenGL", "no driver");
     if (run.gl().version().find("Mesa") != std::string::npos)
-        require_one_error(run, run_program(run, small_render(output), {{{"MESA_GL_VERSION_OVERRIDE", "3.3"}, {"MESA_GLSL_VERSION_OVERRIDE", "330"}}}), "4.5", "OpenGL 3.3");
+        require_one_error(run,
+                          run_program(run, small_render(output),
+                                      {{{"MESA_GL_VERSION_OVERRIDE", "3.3"}, {"MESA_GLSL_VERSION_OVERRIDE", "330"}}}),
+                          "4.5", "OpenGL 3.3");
     run.require(!std::filesystem::exists(output), "a picture without OpenGL");
 }
 
 void outputs_that_fail(CaseRun& run)
 {
-    if (!has_program(run))
-        return;
+    if (!has_program(run)) return;
     const std::string folder = run.folder() + "/out";
     std::filesystem::create_directories(folder + "/taken.png");
     std::filesystem::create_directories(folder + "/closed");
-    std::filesystem::permissions(folder + "/closed", std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
-    require_one_error(run, run_program(run, small_render(folder + "/taken.png")), "taken.png", "the output is a folder");
-    require_one_error(run, run_program(run, small_render(folder + "/missing/a.png")), "missing", "the folder is missing");
+    std::filesystem::permissions(folder + "/closed",
+                                 std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
+    require_one_error(run, run_program(run, small_render(folder + "/taken.png")), "taken.png",
+                      "the output is a folder");
+    require_one_error(run, run_program(run, small_render(folder + "/missing/a.png")), "missing",
+                      "the folder is missing");
     if (::geteuid() != 0)  // root may write anywhere
-        require_one_error(run, run_program(run, small_render(folder + "/closed/a.png")), "closed", "the folder is read-only");
+        require_one_error(run, run_program(run, small_render(folder + "/closed/a.png")), "closed",
+                          "the folder is read-only");
     std::string large = folder + "/full.exr";
     Circumstances full;
     full.largest_file = 4096;
@@ -180,19 +186,18 @@ void outputs_that_fail(CaseRun& run)
     run_program(run, small_render(older));
     const std::string before = contents(older);
     run.require(!before.empty(), "no picture on a disk with room");
-    require_one_error(run, run_program(run, small_render(older), full), "older.exr", "the disk is full and there is a picture");
+    require_one_error(run, run_program(run, small_render(older), full), "older.exr",
+                      "the disk is full and there is a picture");
     run.require(contents(older) == before, "the disk is full, and the picture of before is gone or another one");
     std::size_t files = 0;
-    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
-        files += entry.is_regular_file();
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) files += entry.is_regular_file();
     run.figure(static_cast<double>(files), "files left behind");
     std::filesystem::permissions(folder + "/closed", std::filesystem::perms::owner_all);
 }
 
 void killed_at_any_moment(CaseRun& run)
 {
-    if (!has_program(run))
-        return;
+    if (!has_program(run)) return;
     const std::string output = run.folder() + "/killed.exr";
     const auto arguments = small_render(output);
     const auto begin = std::chrono::steady_clock::now();
@@ -207,8 +212,7 @@ void killed_at_any_moment(CaseRun& run)
         // Mostly near the end, when the file is written.
         killed.kill_after = whole * (0.1 + 0.95 * std::sqrt((i + 0.5) / tries));
         run_program(run, arguments, killed);
-        if (!std::filesystem::exists(output))
-            continue;
+        if (!std::filesystem::exists(output)) continue;
         ++there;
         try {
             const Image& beauty = read_image(output).layers.at("beauty");
@@ -238,10 +242,8 @@ void denormals(CaseRun& run)
     run.figure(worst_difference(flushed.image, plain.image, "beauty"), "worst pixel");
     // Radiance itself near the least float.
     Scene dim = scene;
-    for (Material& material : dim.materials)
-        material.emission *= 0x1p-120f;
-    for (PunctualLight& light : dim.lights)
-        light.intensity *= 0x1p-120f;
+    for (Material& material : dim.materials) material.emission *= 0x1p-120f;
+    for (PunctualLight& light : dim.lights) light.intensity *= 0x1p-120f;
     run.render(dim, dim.cameras[0], options, "radiance of 2^-120", flushing);
 #else
     run.skip("this processor has no such modes");
@@ -254,11 +256,23 @@ std::vector<SuiteCase> machine_cases()
 {
     const std::string group = "machine";
     return {
-        {{"G1", group, "1, 2, 3 and 8 threads, 1 and 4 bounces", "results that depend on timing", "same bits", 0.0, "nothing may depend on threads", true}, any_number_of_threads},
-        {{"G2", group, "No OpenGL driver, OpenGL 3.3, out of its memory, too large a picture", "crash, a library that is of no use afterwards", "one clear error each, then pictures again", 0.0, "nothing is measured", true}, gl_that_fails},
-        {{"G3", group, "Output that is a folder, in a missing or closed folder, on a full disk", "half a file under the final name", "one clear error each, no file; a picture of before stays", 0.0, "nothing may be left", true}, outputs_that_fail},
-        {{"G4", group, "rcsplat killed at 16 moments", "a truncated picture under its final name", "no file, or a whole one", 0.0, "none may be truncated", false}, killed_at_any_moment},
-        {{"G5", group, "Denormals kept and flushed to zero; radiance of 2^-120", "results that hang on denormals", "same picture", 1e-5, "what lies below 1e-38 is no light", true}, denormals},
+        {{"G1", group, "1, 2, 3 and 8 threads, 1 and 4 bounces", "results that depend on timing", "same bits", 0.0,
+          "nothing may depend on threads", true},
+         any_number_of_threads},
+        {{"G2", group, "No OpenGL driver, OpenGL 3.3, out of its memory, too large a picture",
+          "crash, a library that is of no use afterwards", "one clear error each, then pictures again", 0.0,
+          "nothing is measured", true},
+         gl_that_fails},
+        {{"G3", group, "Output that is a folder, in a missing or closed folder, on a full disk",
+          "half a file under the final name", "one clear error each, no file; a picture of before stays", 0.0,
+          "nothing may be left", true},
+         outputs_that_fail},
+        {{"G4", group, "rcsplat killed at 16 moments", "a truncated picture under its final name",
+          "no file, or a whole one", 0.0, "none may be truncated", false},
+         killed_at_any_moment},
+        {{"G5", group, "Denormals kept and flushed to zero; radiance of 2^-120", "results that hang on denormals",
+          "same picture", 1e-5, "what lies below 1e-38 is no light", true},
+         denormals},
     };
 }
 

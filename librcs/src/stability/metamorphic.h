@@ -22,8 +22,8 @@ LayeredImage mirrored(LayeredImage image);
 /// Direct and indirect light times a factor, so that it may be compared.
 LayeredImage dimmed(LayeredImage image, float factor);
 
-/// Notes how far two renders of the same picture with other random numbers are apart: the worst of the means of direct and
-/// indirect light, and that pixels do not differ by more than their noise.
+/// Notes how far two renders of the same picture with other random numbers are apart: the worst of the means of direct
+/// and indirect light, and that pixels do not differ by more than their noise.
 void compare_pictures(CaseRun& run, const RenderResult& got, const RenderResult& expected, const std::string& words);
 
 /// The scene of a metamorphic case, and how to render it.

@@ -18,8 +18,8 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-SplatBuffer splat(CaseRun& run, SplatMethod method, const std::vector<Record>& records, const GBuffer& g, const View& view,
-                  const SplatOptions& options)
+SplatBuffer splat(CaseRun& run, SplatMethod method, const std::vector<Record>& records, const GBuffer& g,
+                  const View& view, const SplatOptions& options)
 {
     SplatStats stats;
     return method == SplatMethod::quads ? splat_quads(run.gl(), records, g, view, options, stats)
@@ -35,8 +35,7 @@ struct OneRecord {
 
     OneRecord()
     {
-        while (!g.covered(pixel))
-            ++pixel;
+        while (!g.covered(pixel)) ++pixel;
         record.position = g.position(pixel);
         record.normal = g.normal(pixel);
         record.irradiance = {1.0f, 2.0f, 3.0f};
@@ -95,8 +94,10 @@ void record_in_a_crease(CaseRun& run)
     run.require(seen > 500, "the crease is hardly in view: " + std::to_string(seen) + " pixels");
     run.figure(static_cast<double>(result.records.size()) / seen, "records a pixel");
     for (const Record& r : result.records)
-        run.require(r.spacing_radius >= 0.999f * options.records.error_tolerance * options.records.min_reach * r.footprint,
-                    "a record's radius of " + text_of(static_cast<double>(r.spacing_radius)) + " m is below the least of pixels");
+        run.require(
+            r.spacing_radius >= 0.999f * options.records.error_tolerance * options.records.min_reach * r.footprint,
+            "a record's radius of " + text_of(static_cast<double>(r.spacing_radius)) +
+                " m is below the least of pixels");
 }
 
 void open_plane(CaseRun& run)
@@ -107,7 +108,8 @@ void open_plane(CaseRun& run)
     scene.cameras = {look_at_camera("camera", {0, 2, 5}, {0, 0, -3}, 0.9)};
     for (const SplatMethod method : kBothMethods) {
         const RenderResult result = run.render(scene, small_options(64, method));
-        run.figure(worst_deviation(result.image, "irradiance", 3.0 * kPi), "irradiance, worst pixel, " + name_of(method));
+        run.figure(worst_deviation(result.image, "irradiance", 3.0 * kPi),
+                   "irradiance, worst pixel, " + name_of(method));
         for (const Record& r : result.records) {
             run.require(std::isinf(r.harmonic_mean_distance), "a record met something on an open plane");
             run.require(std::isfinite(r.spacing_radius) && r.spacing_radius > 0.0f, "a record has no finite radius");
@@ -143,32 +145,31 @@ void steep_gradient(CaseRun& run)
         RenderOptions options = small_options(size);
         options.records.rays = 4096;
         options.records.error_tolerance = accuracy;
-        const LayeredImage image = run.render(bright_spot(), options, "accuracy " + text_of(static_cast<double>(accuracy))).image;
+        const LayeredImage image =
+            run.render(bright_spot(), options, "accuracy " + text_of(static_cast<double>(accuracy))).image;
         double error = 0.0, sum = 0.0, peak = 0.0;
         std::vector<double> columns(size, 0.0);  // of the middle rows
         for (int y = 0; y < size; ++y) {
             for (int x = 0; x < size; ++x) {
-                const glm::dvec3 p(0.6 + 0.59 * ((x + 0.5) / size * 2.0 - 1.0), 0.0, 0.59 * ((y + 0.5) / size * 2.0 - 1.0));
+                const glm::dvec3 p(0.6 + 0.59 * ((x + 0.5) / size * 2.0 - 1.0), 0.0,
+                                   0.59 * ((y + 0.5) / size * 2.0 - 1.0));
                 const double expected = 50.0 * polygon_irradiance(spot, p, {0, 1, 0});
                 const double got = static_cast<double>(image.layers.at("irradiance").at(x, y)[0]);
                 error += std::abs(got - expected);
                 sum += expected;
                 peak = std::max(peak, expected);
-                if (std::abs(y - size / 2) <= 4)
-                    columns[static_cast<std::size_t>(x)] += got / 9.0;
+                if (std::abs(y - size / 2) <= 4) columns[static_cast<std::size_t>(x)] += got / 9.0;
             }
         }
         // Truth rises once and falls once; what goes up and down besides is a ring.
         double variation = 0.0;
-        for (std::size_t x = 1; x < columns.size(); ++x)
-            variation += std::abs(columns[x] - columns[x - 1]);
+        for (std::size_t x = 1; x < columns.size(); ++x) variation += std::abs(columns[x] - columns[x - 1]);
         const double highest = *std::max_element(columns.begin(), columns.end());
         const double rings = (variation - (2.0 * highest - columns.front() - columns.back())) / peak;
         const std::string words = ", accuracy " + text_of(static_cast<double>(accuracy));
         run.figure(rings, "rings, of the peak" + words);
         run.figure(highest / peak - 1.0, "above the peak" + words);
-        if (accuracy < 0.1f)
-            run.figure(error / sum, "mean error over the floor" + words);
+        if (accuracy < 0.1f) run.figure(error / sum, "mean error over the floor" + words);
     }
 }
 
@@ -200,7 +201,9 @@ void light_through_sheet(CaseRun& run, int bounces)
     for (int y = 0; y < size; ++y)
         for (int x = 0; x < size; ++x)
             // The sheet itself lies between two columns.
-            (x < size / 2 ? lit : x < size / 2 + reach ? near : dark) += static_cast<double>(image.layers.at("irradiance").at(x, y)[0]);
+            (x < size / 2           ? lit
+             : x < size / 2 + reach ? near
+                                    : dark) += static_cast<double>(image.layers.at("irradiance").at(x, y)[0]);
     run.require(lit > 0.0, "the lit half is dark");
     run.figure(dark / lit, "dark half over lit half, beyond " + std::to_string(reach) + " px from the sheet");
     run.note("within them " + text_of(near / lit));
@@ -215,12 +218,15 @@ Scene near_surfaces()
     Scene scene = furnished_room();
     const int paper = add_material(scene, glm::vec3(0.8f), glm::vec3(0.0f), true);
     for (int i = 0; i < 12; ++i)
-        add_mesh(scene, box({0.5f + 0.01f * static_cast<float>(i), 0.0f, 0.3f}, {1.5f, 0.01f * static_cast<float>(i + 1), 0.9f}, paper));
+        add_mesh(scene, box({0.5f + 0.01f * static_cast<float>(i), 0.0f, 0.3f},
+                            {1.5f, 0.01f * static_cast<float>(i + 1), 0.9f}, paper));
     add_mesh(scene, quad({-1.9f, 0.001f, 0.5f}, {0, 0, 1}, {1, 0, 0}, paper));
     Mesh folded;
     folded.material = paper;
     for (int i = 0; i < 24; ++i) {
-        const auto at = [](int k) { return glm::vec3(-1.2f + 0.04f * static_cast<float>(k), k % 2 == 0 ? 0.05f : 0.12f, 1.0f); };
+        const auto at = [](int k) {
+            return glm::vec3(-1.2f + 0.04f * static_cast<float>(k), k % 2 == 0 ? 0.05f : 0.12f, 1.0f);
+        };
         merge(folded, quad(at(i), {0, 0, 0.6f}, at(i + 1) - at(i), paper));
     }
     add_mesh(scene, folded);
@@ -255,7 +261,8 @@ void quickly_curved_surface(CaseRun& run)
                     ++seen;
                     unserved += result.image.layers.at("records").at(x, y)[0] < 1.0f;
                 }
-        run.figure(static_cast<double>(unserved) / seen, "pixels without a record, of " + std::to_string(seen) + ", " + name_of(method));
+        run.figure(static_cast<double>(unserved) / seen,
+                   "pixels without a record, of " + std::to_string(seen) + ", " + name_of(method));
         run.require(seen > 300 && seen < 700, "the sphere has " + std::to_string(seen) + " pixels, not some 450");
     }
 }
@@ -277,7 +284,8 @@ void leaning_normals(CaseRun& run)
         scene.cameras = {camera};
         const LayeredImage image = run.render(scene, small_options(32)).image;
         const double expected = kPi * 0.5 * (1.0 + std::max(0.1, std::cos(angle)));
-        run.figure(worst_deviation(image, "irradiance", expected), "irradiance, worst pixel, normals lean by " + text_of(degrees) + " degrees");
+        run.figure(worst_deviation(image, "irradiance", expected),
+                   "irradiance, worst pixel, normals lean by " + text_of(degrees) + " degrees");
     }
 }
 
@@ -299,10 +307,11 @@ void many_records_on_a_pixel(CaseRun& run)
     for (const SplatMethod method : kBothMethods) {
         const SplatBuffer sums = splat(run, method, records, g, view, options);
         for (std::size_t i = 0; i < g.size(); ++i) {
-            if (!g.covered(i) || exact[i].weight < 1.0)
-                continue;
-            run.figure(std::abs(static_cast<double>(sums.weight[i]) / exact[i].weight - 1.0), "sum of weights, " + name_of(method));
-            run.figure(std::abs(static_cast<double>(sums.weighted_g[i]) / exact[i].g - 1.0), "sum of light, " + name_of(method));
+            if (!g.covered(i) || exact[i].weight < 1.0) continue;
+            run.figure(std::abs(static_cast<double>(sums.weight[i]) / exact[i].weight - 1.0),
+                       "sum of weights, " + name_of(method));
+            run.figure(std::abs(static_cast<double>(sums.weighted_g[i]) / exact[i].g - 1.0),
+                       "sum of light, " + name_of(method));
         }
     }
 }
@@ -347,10 +356,12 @@ void order_of_records(CaseRun& run)
         const SplatBuffer a = splat(run, method, records, g, view, {0.3f, 2.0f});
         const SplatBuffer b = splat(run, method, shuffled, g, view, {0.3f, 2.0f});
         const SplatBuffer again = splat(run, method, records, g, view, {0.3f, 2.0f});
-        run.require(a.weight == again.weight && a.weighted_g == again.weighted_g, "the same order gives other bits, " + name_of(method));
+        run.require(a.weight == again.weight && a.weighted_g == again.weighted_g,
+                    "the same order gives other bits, " + name_of(method));
         for (std::size_t i = 0; i < g.size(); ++i)
             if (a.weight[i] > 0.01f)
-                run.figure(std::abs(static_cast<double>(b.weighted_g[i]) - static_cast<double>(a.weighted_g[i])) / static_cast<double>(std::max(a.weighted_g[i], 0.1f * a.weight[i])),
+                run.figure(std::abs(static_cast<double>(b.weighted_g[i]) - static_cast<double>(a.weighted_g[i])) /
+                               static_cast<double>(std::max(a.weighted_g[i], 0.1f * a.weight[i])),
                            "sum of light, " + name_of(method));
     }
 }
@@ -386,13 +397,15 @@ void gradients_of_a_record(CaseRun& run)
         const auto floor = [&](double x) { return polygon_irradiance(wall, {x, 0, 0}, {0, 1, 0}); };
         const double slope = (floor(distance + 1e-4) - floor(distance - 1e-4)) / 2e-4;
         run.figure(std::abs(r.irradiance.g / floor(distance) - 1.0), "irradiance");
-        run.figure(std::abs(r.translation_gradient[1].x / slope - 1.0), "translation gradient, " + text_of(distance) + " m from the wall");
+        run.figure(std::abs(r.translation_gradient[1].x / slope - 1.0),
+                   "translation gradient, " + text_of(distance) + " m from the wall");
         run.figure(std::abs(r.translation_gradient[1].z / slope), "translation gradient along the wall");
-        // Turned towards the wall all of it stays above the horizon; E of a turned plane is the projection of the vector
-        // irradiance, whose other component is that of a plane that faces the wall.
+        // Turned towards the wall all of it stays above the horizon; E of a turned plane is the projection of the
+        // vector irradiance, whose other component is that of a plane that faces the wall.
         const double facing = polygon_irradiance(wall, {distance, 0, 0}, {-1, 0, 0});
         const glm::dvec3 towards = glm::cross(glm::dvec3(0, 1, 0), glm::dvec3(-1, 0, 0));
-        run.figure(std::abs(glm::dot(glm::dvec3(r.rotation_gradient[1]), towards) / facing - 1.0), "rotation gradient, " + text_of(distance) + " m from the wall");
+        run.figure(std::abs(glm::dot(glm::dvec3(r.rotation_gradient[1]), towards) / facing - 1.0),
+                   "rotation gradient, " + text_of(distance) + " m from the wall");
     }
 }
 
@@ -416,10 +429,13 @@ void spacing_of_neighbours(CaseRun& run)
     for (std::size_t i = 0; i < records.size(); ++i) {
         double near = 2.0;
         for (const Record& other : records)
-            near = std::min(near, static_cast<double>(other.harmonic_mean_distance) + glm::distance(glm::dvec3(records[i].position), glm::dvec3(other.position)));
+            near = std::min(near, static_cast<double>(other.harmonic_mean_distance) +
+                                      glm::distance(glm::dvec3(records[i].position), glm::dvec3(other.position)));
         near = std::min(near, static_cast<double>(records[i].harmonic_mean_distance));
-        run.figure(std::abs(records[i].spacing_radius / (options.error_tolerance * near) - 1.0), "radius against the least over all neighbours");
-        run.require(records[i].spacing_radius == reversed[records.size() - 1 - i].spacing_radius, "the order of records changes radii");
+        run.figure(std::abs(records[i].spacing_radius / (options.error_tolerance * near) - 1.0),
+                   "radius against the least over all neighbours");
+        run.require(records[i].spacing_radius == reversed[records.size() - 1 - i].spacing_radius,
+                    "the order of records changes radii");
     }
 }
 
@@ -430,37 +446,58 @@ std::vector<SuiteCase> record_cases()
     const std::string group = "records";
     return {
         {{"B1", group, "A pixel exactly at a record", "weight 1/0", "= weight 1 and the record's own irradiance", 1e-5,
-          "a few roundings of floats", true}, pixel_at_a_record},
+          "a few roundings of floats", true},
+         pixel_at_a_record},
         {{"B2", group, "Normals longer or shorter than 1 by rounding", "square root of a negative", "= weight 1", 6e-3,
-          "sqrt(1e-6) / 0.2: what so small a turn takes from the weight", true}, normals_longer_than_one},
-        {{"B3", group, "A crease of two degrees", "radius 0, records without end", "radius at least that of pixels; few records a pixel",
-          0.5, "where R is 0 a record serves the 3 pixels around it", true}, record_in_a_crease},
+          "sqrt(1e-6) / 0.2: what so small a turn takes from the weight", true},
+         normals_longer_than_one},
+        {{"B3", group, "A crease of two degrees", "radius 0, records without end",
+          "radius at least that of pixels; few records a pixel", 0.5,
+          "where R is 0 a record serves the 3 pixels around it", true},
+         record_in_a_crease},
         {{"B4", group, "An open plane: no ray hits anything", "R infinite or NaN", "= pi x sky, finite radii", 1e-5,
-          "a sum of equal floats", true}, open_plane},
+          "a sum of equal floats", true},
+         open_plane},
         {{"B5", group, "A floor next to a small bright patch of a wall", "extrapolation below 0 or far above: rings",
           "one rise and one fall as in Lambert's formula, its values where accuracy is 0.05", 0.10,
-          "of the peak, and of the mean: records a few pixels apart, next to the wall where light falls to nothing", true},
+          "of the peak, and of the mean: records a few pixels apart, next to the wall where light falls to nothing",
+          true},
          steep_gradient},
-        {{"B6", group, "A room cut in two by a sheet, lamp on one side", "light leaks through the sheet", "dark side black beyond the 6 px that records reach at least", 1e-3,
-          "of the lit side's light", true}, thin_wall},
-        {{"B6b", group, "The same with 4 bounces, beyond the first from world-space cells", "cells that the sheet cuts in two", "dark side nearly black", 0.03,
-          "of the lit side's light: a cell of the floor that lies on both sides keeps their mean", true}, thin_wall_with_cells},
-        {{"B7", group, "Stairs of 1 cm, floors 1 mm apart, a folded sheet", "records serve the wrong one of two near surfaces",
-          "same as the path tracer", 0.05, "of the mean of indirect light; the picture is 96 pixels wide", false}, surfaces_close_to_each_other},
-        {{"B8", group, "A sphere of 12 pixels radius", "no record serves a pixel, since normals turn quickly", "every pixel served", 0.0,
-          "none may be missed", true}, quickly_curved_surface},
-        {{"B9", group, "Vertex normals that lean from the face by up to 120 degrees", "rays below the surface, black fringes",
-          "= pi (1 + cos) / 2 of the sky, cos at least 0.1", 0.03, "strata of 128 rays cut by the horizon", true}, leaning_normals},
-        {{"B10", group, "100,000 records on a pixel, irradiance of 10^6, steep gradients", "sums lose precision, light below 0", "same as a loop in double precision",
-          1e-4, "what quads and tiles may differ by anywhere", false}, many_records_on_a_pixel},
-        {{"B11", group, "A source of 10^6 times the mean that few rays find", "firefly, blotches", "= Lambert's formula on average, no pixel above 10 times the peak",
-          0.25, "some hundred of the picture's rays find it: the error of their number", true}, tiny_bright_source},
-        {{"B12", group, "The same records in another order", "sums depend on order", "same sums; the same order has the same bits", 1e-5,
-          "a few hundred floats added in another order", true}, order_of_records},
-        {{"B13", group, "Gradients of a record beside a lit wall", "a sign or a ring of the hemisphere lost", "= derivatives of Lambert's formula",
-          0.03, "16,384 rays; bias falls as the rings get finer", true}, gradients_of_a_record},
+        {{"B6", group, "A room cut in two by a sheet, lamp on one side", "light leaks through the sheet",
+          "dark side black beyond the 6 px that records reach at least", 1e-3, "of the lit side's light", true},
+         thin_wall},
+        {{"B6b", group, "The same with 4 bounces, beyond the first from world-space cells",
+          "cells that the sheet cuts in two", "dark side nearly black", 0.03,
+          "of the lit side's light: a cell of the floor that lies on both sides keeps their mean", true},
+         thin_wall_with_cells},
+        {{"B7", group, "Stairs of 1 cm, floors 1 mm apart, a folded sheet",
+          "records serve the wrong one of two near surfaces", "same as the path tracer", 0.05,
+          "of the mean of indirect light; the picture is 96 pixels wide", false},
+         surfaces_close_to_each_other},
+        {{"B8", group, "A sphere of 12 pixels radius", "no record serves a pixel, since normals turn quickly",
+          "every pixel served", 0.0, "none may be missed", true},
+         quickly_curved_surface},
+        {{"B9", group, "Vertex normals that lean from the face by up to 120 degrees",
+          "rays below the surface, black fringes", "= pi (1 + cos) / 2 of the sky, cos at least 0.1", 0.03,
+          "strata of 128 rays cut by the horizon", true},
+         leaning_normals},
+        {{"B10", group, "100,000 records on a pixel, irradiance of 10^6, steep gradients",
+          "sums lose precision, light below 0", "same as a loop in double precision", 1e-4,
+          "what quads and tiles may differ by anywhere", false},
+         many_records_on_a_pixel},
+        {{"B11", group, "A source of 10^6 times the mean that few rays find", "firefly, blotches",
+          "= Lambert's formula on average, no pixel above 10 times the peak", 0.25,
+          "some hundred of the picture's rays find it: the error of their number", true},
+         tiny_bright_source},
+        {{"B12", group, "The same records in another order", "sums depend on order",
+          "same sums; the same order has the same bits", 1e-5, "a few hundred floats added in another order", true},
+         order_of_records},
+        {{"B13", group, "Gradients of a record beside a lit wall", "a sign or a ring of the hemisphere lost",
+          "= derivatives of Lambert's formula", 0.03, "16,384 rays; bias falls as the rings get finer", true},
+         gradients_of_a_record},
         {{"B14", group, "Neighbour clamping of 600 random records", "radii that depend on the order of insertion",
-          "= least of R_j + distance over all neighbours, whatever the order", 1e-5, "roundings of a distance", true}, spacing_of_neighbours},
+          "= least of R_j + distance over all neighbours, whatever the order", 1e-5, "roundings of a distance", true},
+         spacing_of_neighbours},
     };
 }
 

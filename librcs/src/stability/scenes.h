@@ -18,8 +18,7 @@
 namespace rcs::stability {
 
 /// @return its index
-inline int add_material(Scene& scene, glm::vec3 albedo, glm::vec3 emission = glm::vec3(0.0f),
-                        bool double_sided = false)
+inline int add_material(Scene& scene, glm::vec3 albedo, glm::vec3 emission = glm::vec3(0.0f), bool double_sided = false)
 {
     Material material;
     material.name = "material " + std::to_string(scene.materials.size());
@@ -104,24 +103,23 @@ inline Mesh box(glm::vec3 low, glm::vec3 high, int material, Facing facing = Fac
 
 /// A sphere of 20 x 4^subdivisions triangles, its corners on the sphere; smooth shaded.
 /// Radii of the facets fall short of `radius` by 1.3 % at 2 subdivisions, 0.09 % at 4 (largest).
-inline Mesh icosphere(glm::vec3 centre, float radius, int subdivisions, int material,
-                      Facing facing = Facing::outwards)
+inline Mesh icosphere(glm::vec3 centre, float radius, int subdivisions, int material, Facing facing = Facing::outwards)
 {
     const float g = 0.5f * (1.0f + std::sqrt(5.0f));  // golden ratio
     Mesh mesh;
     mesh.name = "icosphere";
     mesh.material = material;
-    mesh.normals = {{-1, g, 0}, {1, g, 0}, {-1, -g, 0}, {1, -g, 0}, {0, -1, g}, {0, 1, g},
-                    {0, -1, -g}, {0, 1, -g}, {g, 0, -1}, {g, 0, 1}, {-g, 0, -1}, {-g, 0, 1}};
+    mesh.normals = {{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
+                    {0, -1, -g}, {0, 1, -g}, {g, 0, -1},  {g, 0, 1},  {-g, 0, -1}, {-g, 0, 1}};
     for (glm::vec3& n : mesh.normals) n = glm::normalize(n);
-    mesh.triangles = {{0, 11, 5}, {0, 5, 1}, {0, 1, 7}, {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
-                      {11, 10, 2}, {10, 7, 6}, {7, 1, 8}, {3, 9, 4}, {3, 4, 2}, {3, 2, 6}, {3, 6, 8},
-                      {3, 8, 9}, {4, 9, 5}, {2, 4, 11}, {6, 2, 10}, {8, 6, 7}, {9, 8, 1}};
+    mesh.triangles = {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
+                      {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
+                      {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
     for (int level = 0; level < subdivisions; ++level) {
         std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
         const auto middle = [&](std::uint32_t a, std::uint32_t b) {
-            const auto [entry, is_new] = middles.try_emplace(
-                {std::min(a, b), std::max(a, b)}, static_cast<std::uint32_t>(mesh.normals.size()));
+            const auto [entry, is_new] =
+                middles.try_emplace({std::min(a, b), std::max(a, b)}, static_cast<std::uint32_t>(mesh.normals.size()));
             if (is_new) mesh.normals.push_back(glm::normalize(mesh.normals[a] + mesh.normals[b]));
             return entry->second;
         };
@@ -221,10 +219,7 @@ inline double rectangle_irradiance(double x0, double x1, double z0, double z1, d
 
 /// Irradiance at distance d from the corner between a floor and a wall of radiance 1, of height h and
 /// far longer than h: Lambert's pi (1 - cos(elevation of the wall's top)) / 2.
-inline double wall_irradiance(double d, double h)
-{
-    return 0.5 * std::numbers::pi * (1.0 - d / std::hypot(d, h));
-}
+inline double wall_irradiance(double d, double h) { return 0.5 * std::numbers::pi * (1.0 - d / std::hypot(d, h)); }
 
 /// Floor and wall at a right angle (A5). The wall, 2 m high and 400 m long, is lit by a sun so low
 /// that the floor gets nothing of it, and reflects radiance 1. Its own back and the floor's are dark.

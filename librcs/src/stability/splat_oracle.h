@@ -35,8 +35,7 @@ inline GBuffer wavy_wall(const View& view, glm::dvec3 eye)
             g.normal_x[i] = static_cast<float>(normal.x);
             g.normal_y[i] = static_cast<float>(normal.y);
             g.normal_z[i] = static_cast<float>(normal.z);
-            if ((x + 3 * y) % 41 == 0)
-                g.instance[i] = GBuffer::kNone;
+            if ((x + 3 * y) % 41 == 0) g.instance[i] = GBuffer::kNone;
         }
     }
     return g;
@@ -81,8 +80,7 @@ inline std::vector<SplatSums> double_loop(const std::vector<Record>& records, co
 {
     std::vector<SplatSums> pixels(g.size());
     for (std::size_t i = 0; i < g.size(); ++i) {
-        if (!g.covered(i))
-            continue;
+        if (!g.covered(i)) continue;
         for (const Record& record : records) {
             const glm::dvec3 k = glm::dvec3(record.position) - g.camera_position;
             const glm::dvec3 kn(record.normal);
@@ -98,9 +96,10 @@ inline std::vector<SplatSums> double_loop(const std::vector<Record>& records, co
             const double w = std::max(0.0, 1.0 - error);
             const glm::dvec3 turn = glm::cross(kn, n);
             const auto value = [&](std::size_t c) {
-                return std::max(0.0, record.irradiance[static_cast<int>(c)] +
-                                         record.gradient_scale * glm::dot(d, glm::dvec3(record.translation_gradient[c])) +
-                                         glm::dot(turn, glm::dvec3(record.rotation_gradient[c])));
+                return std::max(0.0,
+                                record.irradiance[static_cast<int>(c)] +
+                                    record.gradient_scale * glm::dot(d, glm::dvec3(record.translation_gradient[c])) +
+                                    glm::dot(turn, glm::dvec3(record.rotation_gradient[c])));
             };
             pixels[i].r += w * value(0);
             pixels[i].g += w * value(1);
@@ -122,8 +121,9 @@ inline double largest_difference(const SplatBuffer& a, const std::vector<SplatSu
     };
     double worst = 0.0;
     for (std::size_t i = 0; i < b.size(); ++i) {
-        worst = std::max({worst, difference(a.weight[i], b[i].weight, 1.0), difference(a.weighted_r[i], b[i].r, brightest.r),
-                          difference(a.weighted_g[i], b[i].g, brightest.g), difference(a.weighted_b[i], b[i].b, brightest.b)});
+        worst = std::max(
+            {worst, difference(a.weight[i], b[i].weight, 1.0), difference(a.weighted_r[i], b[i].r, brightest.r),
+             difference(a.weighted_g[i], b[i].g, brightest.g), difference(a.weighted_b[i], b[i].b, brightest.b)});
     }
     return worst;
 }

@@ -17,8 +17,9 @@ const std::vector<SuiteCase>& suite()
 {
     static const std::vector<SuiteCase> all = [] {
         std::vector<SuiteCase> rows;
-        for (const auto& group : {stability::light_transport_cases, stability::record_cases, stability::view_cases, stability::geometry_cases,
-                                  stability::light_and_material_cases, stability::time_cases, stability::machine_cases}) {
+        for (const auto& group : {stability::light_transport_cases, stability::record_cases, stability::view_cases,
+                                  stability::geometry_cases, stability::light_and_material_cases, stability::time_cases,
+                                  stability::machine_cases}) {
             const std::vector<SuiteCase> more = group();
             rows.insert(rows.end(), more.begin(), more.end());
         }
@@ -30,8 +31,7 @@ const std::vector<SuiteCase>& suite()
 std::vector<StabilityCase> list_of(const std::vector<SuiteCase>& rows)
 {
     std::vector<StabilityCase> list;
-    for (const SuiteCase& row : rows)
-        list.push_back(row.says);
+    for (const SuiteCase& row : rows) list.push_back(row.says);
     return list;
 }
 
@@ -40,8 +40,7 @@ StabilityOutcome run_row(const StabilityMachine& machine, const std::vector<Suit
     const auto row = std::find_if(rows.begin(), rows.end(), [&](const SuiteCase& r) { return r.says.id == id; });
     if (row == rows.end()) {
         std::string names;
-        for (const SuiteCase& r : rows)
-            names += (names.empty() ? "" : ", ") + r.says.id;
+        for (const SuiteCase& r : rows) names += (names.empty() ? "" : ", ") + r.says.id;
         throw Error(ErrorCode::not_found, "there is no case '" + id + "'; there are " + names);
     }
     const auto begin = std::chrono::steady_clock::now();
@@ -70,7 +69,10 @@ const std::vector<StabilityCase>& metamorphic_cases()
     return list;
 }
 
-StabilityOutcome run_stability_case(const StabilityMachine& machine, const std::string& id) { return run_row(machine, suite(), id); }
+StabilityOutcome run_stability_case(const StabilityMachine& machine, const std::string& id)
+{
+    return run_row(machine, suite(), id);
+}
 
 StabilityOutcome run_metamorphic_case(const StabilityMachine& machine, const std::string& id, const Scene& scene,
                                       const Camera& camera, const RenderOptions& options)

@@ -25,10 +25,13 @@ void static_frames(CaseRun& run)
     const RenderResult first = run.render(scene, options, "frame 1");
     std::vector<Record> kept = first.records;
     for (int frame = 2; frame <= 4; ++frame) {
-        const RenderResult next = run.render(scene, scene.cameras[0], options, "frame " + std::to_string(frame), run.pool(), kept);
+        const RenderResult next =
+            run.render(scene, scene.cameras[0], options, "frame " + std::to_string(frame), run.pool(), kept);
         std::string layer;
-        run.figure(same_bits(next.image, first.image, layer) ? 0.0 : 1.0, "frames with other bits" + (layer.empty() ? "" : ", in layer " + layer));
-        run.require(next.stats.records.records == 0, "frame " + std::to_string(frame) + " gathers " + std::to_string(next.stats.records.records) + " records");
+        run.figure(same_bits(next.image, first.image, layer) ? 0.0 : 1.0,
+                   "frames with other bits" + (layer.empty() ? "" : ", in layer " + layer));
+        run.require(next.stats.records.records == 0, "frame " + std::to_string(frame) + " gathers " +
+                                                         std::to_string(next.stats.records.records) + " records");
         kept = next.records;
     }
 }
@@ -52,10 +55,13 @@ void records_in_a_file(CaseRun& run)
     const std::string path = run.folder() + "/shot.records";
     const RecordKey key = record_key(scene, options);
     write_records(path, key, first.records);
-    const RenderResult next = run.render(scene, scene.cameras[0], options, "frame 2", run.pool(), read_records(path, key));
+    const RenderResult next =
+        run.render(scene, scene.cameras[0], options, "frame 2", run.pool(), read_records(path, key));
     std::string layer;
-    run.figure(same_bits(next.image, first.image, layer) ? 0.0 : 1.0, "frames with other bits" + (layer.empty() ? "" : ", in layer " + layer));
-    run.require(next.stats.records.records == 0, "frame 2 gathers " + std::to_string(next.stats.records.records) + " records");
+    run.figure(same_bits(next.image, first.image, layer) ? 0.0 : 1.0,
+               "frames with other bits" + (layer.empty() ? "" : ", in layer " + layer));
+    run.require(next.stats.records.records == 0,
+                "frame 2 gathers " + std::to_string(next.stats.records.records) + " records");
 
     Scene brighter = scene;
     brighter.lights.push_back(point_light({-1.5, 2.0, 1.0}, {3.0f, 1.0f, 0.5f}));
@@ -75,18 +81,22 @@ void records_in_a_file(CaseRun& run)
             damaged[at] = static_cast<char>(damaged[at] ^ 1 << n / 2 % 8);
         std::ofstream(path, std::ios::binary) << damaged;
         const std::string words = complaint(path, key);
-        run.require(words.find("shot.records") != std::string::npos, "damage at byte " + std::to_string(at) + ": '" + words + "'");
+        run.require(words.find("shot.records") != std::string::npos,
+                    "damage at byte " + std::to_string(at) + ": '" + words + "'");
     }
 }
 
 /// Renders the first camera with the records of before and by itself. @return all records
-std::vector<Record> compare_with_fresh(CaseRun& run, const Scene& scene, const RenderOptions& options, std::vector<Record> kept, const std::string& name)
+std::vector<Record> compare_with_fresh(CaseRun& run, const Scene& scene, const RenderOptions& options,
+                                       std::vector<Record> kept, const std::string& name)
 {
     const RenderResult alone = run.render(scene, options, name + " by itself");
-    RenderResult shot = run.render(scene, scene.cameras[0], options, name + " of the shot", run.pool(), std::move(kept));
+    RenderResult shot =
+        run.render(scene, scene.cameras[0], options, name + " of the shot", run.pool(), std::move(kept));
     const double difference = mean_difference(shot.image, alone.image, "indirect");
     // Both have their error; together at most their sum.
-    run.figure(difference / (shot.stats.error.mean_relative + alone.stats.error.mean_relative), "difference of " + name + " over both estimated errors");
+    run.figure(difference / (shot.stats.error.mean_relative + alone.stats.error.mean_relative),
+               "difference of " + name + " over both estimated errors");
     return std::move(shot.records);
 }
 
@@ -95,7 +105,8 @@ void moving_camera(CaseRun& run)
     Scene scene = furnished_room();
     std::vector<Record> kept;
     for (int frame = 0; frame < 5; ++frame) {
-        scene.cameras = {look_at_camera("camera", {1.2 - 0.1 * frame, 1.6, 1.8 - 0.05 * frame}, {-0.3, 0.8, -0.5}, 1.1)};
+        scene.cameras = {
+            look_at_camera("camera", {1.2 - 0.1 * frame, 1.6, 1.8 - 0.05 * frame}, {-0.3, 0.8, -0.5}, 1.1)};
         kept = compare_with_fresh(run, scene, small_options(64), std::move(kept), "frame " + std::to_string(frame));
     }
     const RenderResult coarse = run.render(scene, small_options(8), "small picture");
@@ -107,8 +118,7 @@ Scene frame_of(double time)
 {
     Scene scene = furnished_room();
     scene.instances[1].world_from_object = glm::translate(glm::dmat4(1.0), glm::dvec3(0.8 * time, 0.0, 0.0));
-    if (time > 0.5)
-        scene.lights.push_back(point_light({-1.5, 2.0, 1.0}, {3.0f, 1.0f, 0.5f}));
+    if (time > 0.5) scene.lights.push_back(point_light({-1.5, 2.0, 1.0}, {3.0f, 1.0f, 0.5f}));
     return scene;
 }
 
@@ -121,9 +131,11 @@ void frames_know_nothing_of_each_other(CaseRun& run)
         for (const double earlier : {1.0, 0.0, time})
             after = run.render(frame_of(earlier), options, "after others").image;
         std::string layer;
-        run.figure(same_bits(alone, after, layer) ? 0.0 : 1.0, "frames with other bits" + (layer.empty() ? "" : ", in layer " + layer));
+        run.figure(same_bits(alone, after, layer) ? 0.0 : 1.0,
+                   "frames with other bits" + (layer.empty() ? "" : ", in layer " + layer));
     }
-    const LayeredImage dark = run.render(frame_of(0.4), options, "lamp off").image, lit = run.render(frame_of(1.0), options, "lamp on").image;
+    const LayeredImage dark = run.render(frame_of(0.4), options, "lamp off").image,
+                       lit = run.render(frame_of(1.0), options, "lamp on").image;
     run.require(mean_difference(lit, dark, "direct") > 0.1, "the frames do not differ at all");
 }
 
@@ -133,12 +145,24 @@ std::vector<SuiteCase> time_cases()
 {
     const std::string group = "time";
     return {
-        {{"F1", group, "Four frames of a still scene that hand their records on", "records gathered again, pictures that drift", "same bits, records gathered once", 0.0, "nothing changes", true}, static_frames},
-        {{"F1b", group, "Records saved to a file; the file damaged, or of another scene or accuracy", "old light, garbage taken for records", "same bits, nothing gathered; else one error that names the file", 0.0,
-          "what is read is what was written", true}, records_in_a_file},
-        {{"F2", group, "A camera that moves through a still scene with its records; a larger picture with those of a small one", "records that serve another view wrongly", "each frame within the errors estimated for it and for the frame by itself", 1.0, "in mean over pixels", true}, moving_camera},
-        {{"F3", group, "An object moves and a lamp switches on: frames in any order (F3 to F5)", "ghosts and old light from the frame before", "each frame has the bits it has alone", 0.0,
-          "without handed records frames share nothing", true}, frames_know_nothing_of_each_other},
+        {{"F1", group, "Four frames of a still scene that hand their records on",
+          "records gathered again, pictures that drift", "same bits, records gathered once", 0.0, "nothing changes",
+          true},
+         static_frames},
+        {{"F1b", group, "Records saved to a file; the file damaged, or of another scene or accuracy",
+          "old light, garbage taken for records", "same bits, nothing gathered; else one error that names the file",
+          0.0, "what is read is what was written", true},
+         records_in_a_file},
+        {{"F2", group,
+          "A camera that moves through a still scene with its records; a larger picture with those of a small one",
+          "records that serve another view wrongly",
+          "each frame within the errors estimated for it and for the frame by itself", 1.0, "in mean over pixels",
+          true},
+         moving_camera},
+        {{"F3", group, "An object moves and a lamp switches on: frames in any order (F3 to F5)",
+          "ghosts and old light from the frame before", "each frame has the bits it has alone", 0.0,
+          "without handed records frames share nothing", true},
+         frames_know_nothing_of_each_other},
     };
 }
 

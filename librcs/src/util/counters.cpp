@@ -23,8 +23,7 @@ std::array<std::uint64_t, kCounts> total_counts()
 {
     flush_counts();
     std::array<std::uint64_t, kCounts> result;
-    for (std::size_t i = 0; i < kCounts; ++i)
-        result[i] = totals[i].load(std::memory_order_relaxed);
+    for (std::size_t i = 0; i < kCounts; ++i) result[i] = totals[i].load(std::memory_order_relaxed);
     return result;
 }
 

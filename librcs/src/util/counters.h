@@ -8,8 +8,18 @@ namespace rcs {
 
 /// What hot loops count: each thread by itself, summed up when a parallel loop ends.
 enum class Count : std::size_t {
-    camera_rays, punctual_rays, area_rays, peak_rays, highlight_rays, hit_lamp_rays, hit_sky_rays, alpha_tests,
-    hit_textures, normal_maps, gl_bytes, count
+    camera_rays,
+    punctual_rays,
+    area_rays,
+    peak_rays,
+    highlight_rays,
+    hit_lamp_rays,
+    hit_sky_rays,
+    alpha_tests,
+    hit_textures,
+    normal_maps,
+    gl_bytes,
+    count
 };
 inline constexpr std::size_t kCounts = static_cast<std::size_t>(Count::count);
 

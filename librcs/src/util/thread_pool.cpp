@@ -35,14 +35,12 @@ struct ThreadPool::State {
     {
         for (;;) {
             const std::size_t begin = next.fetch_add(grain, std::memory_order_relaxed);
-            if (begin >= count)
-                return flush_counts();
+            if (begin >= count) return flush_counts();
             try {
                 (*body)(begin, std::min(begin + grain, count), thread);
             } catch (...) {
                 const std::scoped_lock lock(mutex);
-                if (!failure)
-                    failure = std::current_exception();
+                if (!failure) failure = std::current_exception();
                 next.store(count, std::memory_order_relaxed);
             }
         }
@@ -54,14 +52,12 @@ struct ThreadPool::State {
         std::unique_lock lock(mutex);
         for (;;) {
             work_ready.wait(lock, [&] { return stopping || generation != seen; });
-            if (stopping)
-                return;
+            if (stopping) return;
             seen = generation;
             lock.unlock();
             run_chunks(thread);
             lock.lock();
-            if (--busy == 0)
-                work_done.notify_all();
+            if (--busy == 0) work_done.notify_all();
         }
     }
 };
@@ -71,8 +67,7 @@ ThreadPool::ThreadPool(int threads) : state_(std::make_unique<State>())
     if (threads < 0)
         throw Error(ErrorCode::bad_argument,
                     "threads is " + std::to_string(threads) + ", expected 0 (all cores) or more");
-    if (threads == 0)
-        threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    if (threads == 0) threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
     for (int thread = 1; thread < threads; ++thread)
         state_->workers.emplace_back([state = state_.get(), thread] { state->work(thread); });
 }
@@ -86,15 +81,11 @@ ThreadPool::~ThreadPool()
     state_->work_ready.notify_all();
 }
 
-int ThreadPool::size() const noexcept
-{
-    return static_cast<int>(state_->workers.size()) + 1;
-}
+int ThreadPool::size() const noexcept { return static_cast<int>(state_->workers.size()) + 1; }
 
 void ThreadPool::parallel_for(std::size_t count, std::size_t grain, const State::Body& body)
 {
-    if (count == 0)
-        return;
+    if (count == 0) return;
     State& s = *state_;
     {
         const std::scoped_lock lock(s.mutex);
@@ -110,8 +101,7 @@ void ThreadPool::parallel_for(std::size_t count, std::size_t grain, const State:
     s.run_chunks(0);
     std::unique_lock lock(s.mutex);
     s.work_done.wait(lock, [&] { return s.busy == 0; });
-    if (s.failure)
-        std::rethrow_exception(std::exchange(s.failure, nullptr));
+    if (s.failure) std::rethrow_exception(std::exchange(s.failure, nullptr));
 }
 
 }  // namespace rcs

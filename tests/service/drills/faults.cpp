@@ -1,7 +1,7 @@
-// Everything that can go wrong, at random moments: kill -9 of the server and of workers, a full disk, clients that vanish while
-// they upload or fetch, jobs submitted twice with one key. In the end every job that was acknowledged has to have ended once,
-// with the right picture or failed with its reason, and the database has to be whole. faults [ROUNDS [SEED]]
-// As root the state lies on a small tmpfs, which is filled up; else that fault is left out.
+// Everything that can go wrong, at random moments: kill -9 of the server and of workers, a full disk, clients that
+// vanish while they upload or fetch, jobs submitted twice with one key. In the end every job that was acknowledged has
+// to have ended once, with the right picture or failed with its reason, and the database has to be whole. faults
+// [ROUNDS [SEED]] As root the state lies on a small tmpfs, which is filled up; else that fault is left out.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -27,7 +27,9 @@ void pause_ms(unsigned ms) { std::this_thread::sleep_for(std::chrono::millisecon
 class Drill {
 public:
     Drill(const std::string& folder, bool can_fill, unsigned seed)
-        : folder_(folder), can_fill_(can_fill), random_(seed),
+        : folder_(folder),
+          can_fill_(can_fill),
+          random_(seed),
           server_(folder, {"--min-free", "2", "--message-seconds", "2", "--workers", "1", "--threads", "2"})
     {
     }
@@ -39,14 +41,25 @@ public:
         ++faults_[fault];
         pause_ms(random_() % 150);
         switch (fault) {
-            case 0: server_.restart_after(SIGKILL); break;
-            case 1:
-                if (const pid_t worker = server_.worker(); worker > 0 && is_child_of_server(worker)) ::kill(worker, SIGKILL);
+            case 0:
+                server_.restart_after(SIGKILL);
                 break;
-            case 2: vanish_while_uploading(number); break;
-            case 3: vanish_while_fetching(); break;
-            case 4: submit_again(); break;
-            case 5: fill_disk(); break;
+            case 1:
+                if (const pid_t worker = server_.worker(); worker > 0 && is_child_of_server(worker))
+                    ::kill(worker, SIGKILL);
+                break;
+            case 2:
+                vanish_while_uploading(number);
+                break;
+            case 3:
+                vanish_while_fetching();
+                break;
+            case 4:
+                submit_again();
+                break;
+            case 5:
+                fill_disk();
+                break;
         }
     }
 
@@ -88,16 +101,23 @@ public:
             jobs = count.integer(0);
             unfinished = count.integer(1);
         }
-        std::printf("server killed %d times, worker %d, uploads broken off %d, fetches %d, submitted again %d, disk filled %d\n", faults_[0], faults_[1],
-                    faults_[2], faults_[3], faults_[4], faults_[5]);
-        std::printf("%zu jobs acknowledged: %d completed, %d failed with a reason, %d wrong; %d submits refused, %d answers lost\n", acknowledged_.size(),
-                    completed, failed, wrong, refused_, lost_);
+        std::printf(
+            "server killed %d times, worker %d, uploads broken off %d, fetches %d, submitted again %d, disk filled "
+            "%d\n",
+            faults_[0], faults_[1], faults_[2], faults_[3], faults_[4], faults_[5]);
+        std::printf(
+            "%zu jobs acknowledged: %d completed, %d failed with a reason, %d wrong; %d submits refused, %d answers "
+            "lost\n",
+            acknowledged_.size(), completed, failed, wrong, refused_, lost_);
         for (const auto& [reason, count] : reasons) std::printf("  %d x %s\n", count, reason.c_str());
         std::printf("database: %s, %ld jobs, %ld unfinished\n", integrity.c_str(), jobs, unfinished);
         // A job whose answer was lost was submitted again with its key: there are no others than those acknowledged.
-        const bool good = wrong == 0 && integrity == "ok" && jobs == static_cast<long>(acknowledged_.size()) && unfinished == 0 && completed > failed;
+        const bool good = wrong == 0 && integrity == "ok" && jobs == static_cast<long>(acknowledged_.size()) &&
+                          unfinished == 0 && completed > failed;
         std::puts(good ? "all held" : "NOT all held");
-        if (!good) std::filesystem::copy_file(server_.log_path(), "drill-faults.log", std::filesystem::copy_options::overwrite_existing);
+        if (!good)
+            std::filesystem::copy_file(server_.log_path(), "drill-faults.log",
+                                       std::filesystem::copy_options::overwrite_existing);
         return good;
     }
 
@@ -124,7 +144,8 @@ private:
                 const std::uint64_t job = Client(server_.socket()).submit(job_with(key)).job();
                 const auto known = acknowledged_.find(key);
                 if (known != acknowledged_.end() && known->second != job) {
-                    std::printf("key %s was job %llu, now %llu\n", key.c_str(), static_cast<unsigned long long>(known->second), static_cast<unsigned long long>(job));
+                    std::printf("key %s was job %llu, now %llu\n", key.c_str(),
+                                static_cast<unsigned long long>(known->second), static_cast<unsigned long long>(job));
                     std::exit(1);
                 }
                 acknowledged_[key] = job;

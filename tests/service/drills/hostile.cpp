@@ -1,5 +1,6 @@
-// Input that means harm: lengths of 4 GiB, random bytes, broken and nested messages, half frames, connections that say nothing,
-// wrong versions. The server has to stay up and to serve others about as fast as before. hostile [MESSAGES [SEED]]
+// Input that means harm: lengths of 4 GiB, random bytes, broken and nested messages, half frames, connections that say
+// nothing, wrong versions. The server has to stay up and to serve others about as fast as before. hostile [MESSAGES
+// [SEED]]
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -40,7 +41,9 @@ v1::Request any_request(std::mt19937& random)
     v1::Request request;
     request.set_id(random());
     switch (random() % 8) {
-        case 0: *request.mutable_submit()->mutable_job() = test::small_job(1 << 20); break;
+        case 0:
+            *request.mutable_submit()->mutable_job() = test::small_job(1 << 20);
+            break;
         case 1: {
             v1::Job job = test::small_job();
             const char* const paths[] = {"/etc/passwd", "../../etc/shadow", "/proc/self/mem", "//", "/dev/zero", "\n"};
@@ -56,15 +59,22 @@ v1::Request any_request(std::mt19937& random)
             *request.mutable_submit()->mutable_job() = job;
             break;
         }
-        case 3: request.mutable_fetch()->set_name("../../queue.db"), request.mutable_fetch()->set_job(1); break;
-        case 4: request.mutable_watch()->set_job(random()); break;
+        case 3:
+            request.mutable_fetch()->set_name("../../queue.db"), request.mutable_fetch()->set_job(1);
+            break;
+        case 4:
+            request.mutable_watch()->set_job(random());
+            break;
         case 5:
             request.mutable_blob_put()->mutable_blob()->set_sha256(std::string(random() % 40, '/'));
             request.mutable_blob_put()->mutable_blob()->set_size(~0ull);
             request.mutable_blob_put()->set_data("x");
             break;
-        case 6: request.mutable_list()->set_limit(~0u); break;
-        default: request.mutable_job()->set_job(random()), request.mutable_job()->set_first_frame(~0u);
+        case 6:
+            request.mutable_list()->set_limit(~0u);
+            break;
+        default:
+            request.mutable_job()->set_job(random()), request.mutable_job()->set_first_frame(~0u);
     }
     return request;
 }
@@ -76,11 +86,16 @@ std::string evil_bytes(std::mt19937& random)
     hello.mutable_hello();
     if (random() % 4 != 0) bytes += service::frame(hello);
     switch (random() % 7) {
-        case 0: return bytes + "\xff\xff\xff\xff\x0f" + std::string(100, 'x');
-        case 1: for (auto& c : bytes += std::string(random() % 3000, ' ')) c = random() % 10 == 0 ? static_cast<char>(random()) : c; return bytes;
+        case 0:
+            return bytes + "\xff\xff\xff\xff\x0f" + std::string(100, 'x');
+        case 1:
+            for (auto& c : bytes += std::string(random() % 3000, ' '))
+                c = random() % 10 == 0 ? static_cast<char>(random()) : c;
+            return bytes;
         case 2: {
             std::string request = service::frame(any_request(random));
-            for (unsigned i = 0; i < 1 + random() % 4; ++i) request[random() % request.size()] = static_cast<char>(random());
+            for (unsigned i = 0; i < 1 + random() % 4; ++i)
+                request[random() % request.size()] = static_cast<char>(random());
             return bytes + request;
         }
         case 3: {
@@ -89,11 +104,15 @@ std::string evil_bytes(std::mt19937& random)
         }
         case 4: {
             std::string nested;
-            for (int i = 0; i < 60; ++i) nested = std::string(1, '\x2a').append(1, static_cast<char>(nested.size())).append(nested);
+            for (int i = 0; i < 60; ++i)
+                nested = std::string(1, '\x2a').append(1, static_cast<char>(nested.size())).append(nested);
             return bytes + static_cast<char>(nested.size()) + nested;
         }
-        case 5: bytes[4 + random() % 4] = static_cast<char>(random()); return bytes;
-        default: return bytes + service::frame(any_request(random));
+        case 5:
+            bytes[4 + random() % 4] = static_cast<char>(random());
+            return bytes;
+        default:
+            return bytes + service::frame(any_request(random));
     }
 }
 
@@ -177,9 +196,11 @@ int main(int argc, char** argv)
         std::printf("%s\n", e.what());
     }
     const double before = percentile(usual, 0.95), during = percentile(under_fire, 0.95);
-    std::printf("%d hostile connections (%d not taken), 1 in 100 kept open; meanwhile %d of %d jobs completed\n", messages, unreachable, jobs_completed, jobs);
-    std::printf("an honest client's request: median %.2f ms before, %.2f ms meanwhile; p95 %.2f ms before, %.2f ms meanwhile\n",
-                1e3 * percentile(usual, 0.5), 1e3 * percentile(under_fire, 0.5), 1e3 * before, 1e3 * during);
+    std::printf("%d hostile connections (%d not taken), 1 in 100 kept open; meanwhile %d of %d jobs completed\n",
+                messages, unreachable, jobs_completed, jobs);
+    std::printf(
+        "an honest client's request: median %.2f ms before, %.2f ms meanwhile; p95 %.2f ms before, %.2f ms meanwhile\n",
+        1e3 * percentile(usual, 0.5), 1e3 * percentile(under_fire, 0.5), 1e3 * before, 1e3 * during);
     const bool good = up && jobs == jobs_completed && unreachable == 0;
     std::puts(good ? "all held" : "NOT all held");
     return good ? 0 : 1;

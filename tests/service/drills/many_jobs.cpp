@@ -1,5 +1,5 @@
-// Many tiny jobs from many clients at a time: every one has to end once, with the same picture, and the server has to stay as
-// small as it was. Prints what it saw; exit code 0 only if all held. many_jobs [JOBS [CLIENTS]]
+// Many tiny jobs from many clients at a time: every one has to end once, with the same picture, and the server has to
+// stay as small as it was. Prints what it saw; exit code 0 only if all held. many_jobs [JOBS [CLIENTS]]
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -64,7 +64,8 @@ int main(int argc, char** argv)
             acknowledged.push_back(ack);
             overhead.push_back(all - queued - render);
             rendering += render;
-            wrong += end.state() != v1::JOB_STATE_COMPLETED || !numbers.insert(job).second || details.frames(0).attempts() != 1;
+            wrong += end.state() != v1::JOB_STATE_COMPLETED || !numbers.insert(job).second ||
+                     details.frames(0).attempts() != 1;
             for (const v1::OutputFile& file : details.frames(0).files()) pictures.insert(file.sha256());
             if (numbers.size() == 200) memory_at_200 = value(observer, "rcsplat_server_memory_bytes");
         }
@@ -78,13 +79,18 @@ int main(int argc, char** argv)
     const double memory = value(observer, "rcsplat_server_memory_bytes");
     const double p95 = percentile(overhead, 0.95);
     const double growth = memory_at_200 > 0.0 ? memory / memory_at_200 - 1.0 : 0.0;
-    std::printf("%zu jobs from %d clients in %.1f s: %d wrong, %.0f frames completed, %zu different pictures\n", numbers.size(), clients, wall,
-                wrong, completed, pictures.size());
-    std::printf("overhead of a job beyond queue and rendering: median %.1f ms, p95 %.1f ms; acknowledged after: median %.1f ms, p95 %.1f ms\n",
-                1e3 * percentile(overhead, 0.5), 1e3 * p95, 1e3 * percentile(acknowledged, 0.5), 1e3 * percentile(acknowledged, 0.95));
+    std::printf("%zu jobs from %d clients in %.1f s: %d wrong, %.0f frames completed, %zu different pictures\n",
+                numbers.size(), clients, wall, wrong, completed, pictures.size());
+    std::printf(
+        "overhead of a job beyond queue and rendering: median %.1f ms, p95 %.1f ms; acknowledged after: median %.1f "
+        "ms, p95 %.1f ms\n",
+        1e3 * percentile(overhead, 0.5), 1e3 * p95, 1e3 * percentile(acknowledged, 0.5),
+        1e3 * percentile(acknowledged, 0.95));
     std::printf("the worker did not render for %.1f ms a job\n", 1e3 * (wall - rendering) / jobs);
-    std::printf("server's memory: %.1f MB after 200 jobs, %.1f MB after all (%+.1f %%)\n", 1e-6 * memory_at_200, 1e-6 * memory, 100.0 * growth);
-    const bool good = wrong == 0 && numbers.size() == static_cast<std::size_t>(jobs) && completed == jobs && pictures.size() == 1 && growth <= 0.1;
+    std::printf("server's memory: %.1f MB after 200 jobs, %.1f MB after all (%+.1f %%)\n", 1e-6 * memory_at_200,
+                1e-6 * memory, 100.0 * growth);
+    const bool good = wrong == 0 && numbers.size() == static_cast<std::size_t>(jobs) && completed == jobs &&
+                      pictures.size() == 1 && growth <= 0.1;
     std::puts(good ? "all held" : "NOT all held");
     return good ? 0 : 1;
 }

@@ -67,9 +67,11 @@ TEST(BlobStore, AnUploadThatOnlyLacksItsVerificationIsCompleted)
         store.put(right, "a", 0, "all");
         store.put(wrong, "a", 0, "oth");
     }
-    for (const auto& entry : std::filesystem::directory_iterator(folder / "blobs")) {  // as a server leaves them that ends just then
+    for (const auto& entry :
+         std::filesystem::directory_iterator(folder / "blobs")) {  // as a server leaves them that ends just then
         test::write_bytes(entry.path(), entry.path().string().find(hex(right.sha256())) != std::string::npos
-                                            ? "all its bytes" : "and bytes that are not the right");
+                                            ? "all its bytes"
+                                            : "and bytes that are not the right");
     }
     BlobStore store(folder.path(), {});
     EXPECT_EQ(store.held(right, "a"), right.size());

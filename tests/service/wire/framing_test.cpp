@@ -61,8 +61,8 @@ TEST(Framing, AnySplitOfTheBytesGivesTheSameMessages)
 
 TEST(Framing, ALengthBeyondTheLimitIsRefusedBeforeItsBytesArrive)
 {
-    EXPECT_EQ(code_of(std::string("\x81\x80\x40", 3)), v1::ERROR_CODE_PROTOCOL);  // 1 MiB + 1
-    EXPECT_EQ(code_of(std::string("\x80\x80\x40", 3)), v1::ERROR_CODE_UNSPECIFIED);  // 1 MiB
+    EXPECT_EQ(code_of(std::string("\x81\x80\x40", 3)), v1::ERROR_CODE_PROTOCOL);          // 1 MiB + 1
+    EXPECT_EQ(code_of(std::string("\x80\x80\x40", 3)), v1::ERROR_CODE_UNSPECIFIED);       // 1 MiB
     EXPECT_EQ(code_of(std::string("\xff\xff\xff\xff\x0f", 5)), v1::ERROR_CODE_PROTOCOL);  // 4 GiB
     EXPECT_EQ(code_of(std::string(10, '\xff')), v1::ERROR_CODE_PROTOCOL);
     EXPECT_EQ(code_of(std::string(3, '\xff')), v1::ERROR_CODE_UNSPECIFIED) << "may still become a length";

@@ -1,5 +1,5 @@
-// Version 1 of the wire is frozen: these bytes were written by it, and are read and written so for ever. When one of these
-// tests fails, the change needs a new protocol version.
+// Version 1 of the wire is frozen: these bytes were written by it, and are read and written so for ever. When one of
+// these tests fails, the change needs a new protocol version.
 
 #include <gtest/gtest.h>
 

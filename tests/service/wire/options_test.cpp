@@ -20,7 +20,8 @@ using google::protobuf::Message;
 std::map<std::string, std::string> documented_defaults()
 {
     std::ifstream file(RCS_TESTS_DIR "/../proto/rcs/v1/options.proto");
-    const std::regex message_line(R"(^message (\w+) \{)"), field_line(R"(^    optional [\w.]+ (\w+) = \d+;.*Default ([^ ]+)\.$)");
+    const std::regex message_line(R"(^message (\w+) \{)"),
+        field_line(R"(^    optional [\w.]+ (\w+) = \d+;.*Default ([^ ]+)\.$)");
     std::map<std::string, std::string> defaults;
     std::string message;
     std::smatch found;
@@ -36,12 +37,23 @@ std::string text_of(const Message& message, const FieldDescriptor& field)
     const auto& reflection = *message.GetReflection();
     std::ostringstream text;
     switch (field.cpp_type()) {
-        case FieldDescriptor::CPPTYPE_INT32: text << reflection.GetInt32(message, &field); break;
-        case FieldDescriptor::CPPTYPE_UINT64: text << reflection.GetUInt64(message, &field); break;
-        case FieldDescriptor::CPPTYPE_FLOAT: text << reflection.GetFloat(message, &field); break;
-        case FieldDescriptor::CPPTYPE_DOUBLE: text << reflection.GetDouble(message, &field); break;
-        case FieldDescriptor::CPPTYPE_ENUM: text << reflection.GetEnum(message, &field)->name(); break;
-        default: ADD_FAILURE() << field.full_name() << " has a type that this test does not know";
+        case FieldDescriptor::CPPTYPE_INT32:
+            text << reflection.GetInt32(message, &field);
+            break;
+        case FieldDescriptor::CPPTYPE_UINT64:
+            text << reflection.GetUInt64(message, &field);
+            break;
+        case FieldDescriptor::CPPTYPE_FLOAT:
+            text << reflection.GetFloat(message, &field);
+            break;
+        case FieldDescriptor::CPPTYPE_DOUBLE:
+            text << reflection.GetDouble(message, &field);
+            break;
+        case FieldDescriptor::CPPTYPE_ENUM:
+            text << reflection.GetEnum(message, &field)->name();
+            break;
+        default:
+            ADD_FAILURE() << field.full_name() << " has a type that this test does not know";
     }
     return text.str();
 }
@@ -57,7 +69,8 @@ int check_defaults(const Message& message, const std::map<std::string, std::stri
             checked += check_defaults(message.GetReflection()->GetMessage(message, &field), documented);
             continue;
         }
-        EXPECT_TRUE(message.GetReflection()->HasField(message, &field)) << field.full_name() << " is not set by the mapping";
+        EXPECT_TRUE(message.GetReflection()->HasField(message, &field))
+            << field.full_name() << " is not set by the mapping";
         const auto found = documented.find(type.name() + "." + field.name());
         if (found == documented.end()) {
             ADD_FAILURE() << field.full_name() << " has no documented default";
@@ -79,7 +92,12 @@ RenderOptions unusual_options()
 {
     RenderOptions o;
     o.width = 321, o.height = 123, o.aa = 7, o.bounces = 3, o.lobe_rays = 5, o.overlap = 2.5f;
-    o.records = {.error_tolerance = 0.15f, .rays = 77, .noise_target = 0.07f, .min_reach = 9.0f, .max_reach = 44.0f, .gradient_limit = 2.0f};
+    o.records = {.error_tolerance = 0.15f,
+                 .rays = 77,
+                 .noise_target = 0.07f,
+                 .min_reach = 9.0f,
+                 .max_reach = 44.0f,
+                 .gradient_limit = 2.0f};
     o.direct = {.area_samples = 11, .penumbra_samples = 22, .lamp_picks = 33};
     o.splat = SplatMethod::quads;
     o.target_error = 0.03, o.budget_seconds = 12.5, o.seed = 99;
@@ -109,7 +127,8 @@ TEST(WireOptions, EveryFieldThereAndBackIsTheSame)
 
 TEST(WireOptions, AbsentFieldsAreTheLibrarysDefaults)
 {
-    EXPECT_EQ(to_message(from_message(v1::RenderOptions())).SerializeAsString(), to_message(RenderOptions{}).SerializeAsString());
+    EXPECT_EQ(to_message(from_message(v1::RenderOptions())).SerializeAsString(),
+              to_message(RenderOptions{}).SerializeAsString());
     EXPECT_EQ(to_message(from_message(v1::Output())).SerializeAsString(), to_message(OutputFile{}).SerializeAsString());
     EXPECT_EQ(to_message(from_message(v1::Camera())).SerializeAsString(), to_message(Camera{}).SerializeAsString());
     EXPECT_FALSE(from_message(v1::ToneMap()).exposure);
@@ -128,9 +147,11 @@ TEST(WireOptions, ValuesOutsideTheirRangeAreRefusedByName)
         return std::string("accepted");
     };
     EXPECT_NE(message_of([](auto& o) { o.set_width(0); }).find("width is 0"), std::string::npos);
-    EXPECT_NE(message_of([](auto& o) { o.set_overlap(std::numeric_limits<float>::quiet_NaN()); }).find("overlap"), std::string::npos);
+    EXPECT_NE(message_of([](auto& o) { o.set_overlap(std::numeric_limits<float>::quiet_NaN()); }).find("overlap"),
+              std::string::npos);
     EXPECT_NE(message_of([](auto& o) { o.mutable_records()->set_rays(1 << 30); }).find("rays"), std::string::npos);
-    EXPECT_NE(message_of([](auto& o) { o.set_splat(static_cast<v1::SplatMethod>(9)); }).find("splat is 9"), std::string::npos);
+    EXPECT_NE(message_of([](auto& o) { o.set_splat(static_cast<v1::SplatMethod>(9)); }).find("splat is 9"),
+              std::string::npos);
     EXPECT_NE(message_of([](auto& o) { o.add_with_effects("magic"); }).find("magic"), std::string::npos);
 }
 
