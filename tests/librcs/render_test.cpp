@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "rcs/gl_context.h"
 #include "rcs/ray_scene.h"
 #include "support/scenes.h"
+#include "util/random.h"
 
 namespace rcs {
 namespace {
@@ -292,6 +294,46 @@ TEST(Render, TakesPicturesOfOnePixelAndOfOneRow)
         EXPECT_EQ(result.stats.unserved_pixels, 0u);
         for (const float value : result.image.layers.at("beauty").pixels) ASSERT_TRUE(std::isfinite(value));
     }
+}
+
+/// Mean square difference of the direct light of two pictures.
+double difference_of_direct(const LayeredImage& a, const LayeredImage& b)
+{
+    const std::vector<float>&x = a.layers.at("direct").pixels, &y = b.layers.at("direct").pixels;
+    double sum = 0.0;
+    for (std::size_t i = 0; i < x.size(); ++i)
+        sum += static_cast<double>(x[i] - y[i]) * static_cast<double>(x[i] - y[i]);
+    return sum / static_cast<double>(x.size());
+}
+
+TEST(Render, NoTwoPassesOfAnySeedsHaveOneSeed)
+{
+    std::set<std::uint64_t> seeds;
+    for (std::uint64_t seed = 0; seed < 500; ++seed)
+        for (int pass = 0; pass < 64; ++pass) seeds.insert(pass_seed(seed, pass));
+    EXPECT_EQ(seeds.size(), 500u * 64u);
+    EXPECT_EQ(pass_seed(7, 0), 7u);
+}
+
+TEST(Render, PicturesOfNeighbouringSeedsDifferAsMuchAsThoseOfAnySeeds)
+{
+    const Scene scene = load_scene("demo:cornell");
+    RenderOptions options = small(96, 4);
+    options.bounces = 0;
+    options.direct.area_samples = options.direct.penumbra_samples = 4;
+    options.effects.with.set(Effect::anti_aliasing);  // every sample by itself
+    const auto of_seed = [&](std::uint64_t seed) {
+        options.seed = seed;
+        return render_first(scene, options).image;
+    };
+    double near = 0.0, far = 0.0;
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+        const LayeredImage image = of_seed(seed);
+        near += difference_of_direct(image, of_seed(seed + 1));
+        far += difference_of_direct(image, of_seed(seed + 1000));
+    }
+    EXPECT_GT(far, 0.0);
+    EXPECT_GT(near / far, 0.8);  // 0.57 where three of four passes have random numbers in common, at other places
 }
 
 TEST(ValidateRenderOptions, NamesTheFieldItsValueAndItsRange)

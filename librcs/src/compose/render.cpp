@@ -220,6 +220,7 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
     std::optional<SharedSamples> shared;  // by passes after the first
     for (int pass = 0; goal.wants_pass(pass); ++pass) {
         const View& view = views[static_cast<std::size_t>(pass)];
+        direct_options.seed = pass_seed(options.seed, pass);
         Shading shading;
         GBuffer gbuffer = clock.run("gbuffer", [&] {
             return render_gbuffer(gl, rays, view, texture_scale, pool, effects, shading,
@@ -306,7 +307,6 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
             clock.run("gbuffer", [&] { peel_gbuffer(rays, view, texture_scale, pool, weight, gbuffer, shading); });
             ++counts.peeled_layers;
         }
-        ++direct_options.seed;
         if (after_pass && pass + 1 < goal.passes()) {
             after_pass(pass + 1, goal.passes(), [&] {
                 LayeredImage so_far = result.image;

@@ -21,6 +21,13 @@ inline std::uint64_t stream_key(std::uint64_t seed, Stream stream, std::uint64_t
     return mix64(mix64(seed ^ (static_cast<std::uint64_t>(stream) << 56)) ^ index);
 }
 
+/// The seed of one pass of a picture; that of pass 0 is the picture's. Steps by 2^64 over the golden ratio, so that
+/// pictures of seeds s and s + 1 have no pass in common.
+inline std::uint64_t pass_seed(std::uint64_t seed, int pass)
+{
+    return seed + static_cast<std::uint64_t>(pass) * 0x9e3779b97f4a7c15ull;
+}
+
 /// [0, 1), from the upper 24 bits.
 inline float to_unit_float(std::uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-24f; }
 
