@@ -7,8 +7,9 @@
 
 #include <CLI/CLI.hpp>
 
-#include "commands.h"
-#include "interrupt.h"
+#include "cli/commands.h"
+#include "cli/outputs.h"
+#include "process/interrupt.h"
 #include "rcs/error.h"
 #include "rcs/version.h"
 #include "wire/errors.h"
@@ -99,6 +100,7 @@ int run(int argc, char** argv)
         }
         return report(unknown_command(app, argc, argv).value_or(e.what()), kBadUsage);
     }
+    rcs::service::check_written_files(*app.get_subcommands().front());
     action();
     return flush_results();
 }

@@ -7,77 +7,14 @@
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/io/zero_copy_stream_impl_lite.h>
 
+#include "queue/schema.h"
 #include "wire/errors.h"
 #include "wire/sha256.h"
 
 namespace rcs::service {
 namespace {
 
-constexpr int kSchema = 1;
-
-// A frame's rank is its priority less the steps of ageing that its submission lies after the epoch: as all that wait
-// age alike, an order by it never changes, and old jobs come before newer ones of somewhat higher priority.
-constexpr const char* kTables = R"sql(
-CREATE TABLE jobs (
-    id INTEGER PRIMARY KEY AUTOINCREMENT,
-    owner TEXT NOT NULL,
-    key TEXT,
-    digest BLOB NOT NULL,
-    spec BLOB NOT NULL,
-    scene TEXT NOT NULL,
-    scene_key TEXT NOT NULL,
-    priority INTEGER NOT NULL,
-    state INTEGER NOT NULL,
-    submitted INTEGER NOT NULL,
-    started INTEGER NOT NULL DEFAULT 0,
-    finished INTEGER NOT NULL DEFAULT 0,
-    frames INTEGER NOT NULL,
-    completed INTEGER NOT NULL DEFAULT 0,
-    failed INTEGER NOT NULL DEFAULT 0,
-    active INTEGER NOT NULL DEFAULT 0,
-    error_code INTEGER NOT NULL DEFAULT 0,
-    error TEXT NOT NULL DEFAULT '',
-    UNIQUE (owner, key)
-);
-CREATE INDEX jobs_by_state ON jobs (state);
-CREATE TABLE frames (
-    job INTEGER NOT NULL REFERENCES jobs (id),
-    idx INTEGER NOT NULL,
-    number INTEGER NOT NULL,
-    spec BLOB NOT NULL,
-    state INTEGER NOT NULL,
-    rank REAL NOT NULL,
-    not_before INTEGER NOT NULL DEFAULT 0,
-    starts INTEGER NOT NULL DEFAULT 0,
-    tries INTEGER NOT NULL DEFAULT 0,
-    deaths INTEGER NOT NULL DEFAULT 0,
-    started INTEGER NOT NULL DEFAULT 0,
-    finished INTEGER NOT NULL DEFAULT 0,
-    error_code INTEGER NOT NULL DEFAULT 0,
-    error TEXT NOT NULL DEFAULT '',
-    folder TEXT NOT NULL DEFAULT '',
-    estimate REAL NOT NULL DEFAULT 0,
-    stats TEXT NOT NULL DEFAULT '',
-    warnings TEXT NOT NULL DEFAULT '',
-    PRIMARY KEY (job, idx)
-) WITHOUT ROWID;
-CREATE INDEX frames_waiting ON frames (rank DESC, job, idx) WHERE state IN (1, 3);
-CREATE INDEX frames_active ON frames (state) WHERE state = 2;
-CREATE UNIQUE INDEX frames_by_number ON frames (job, number);
-CREATE TABLE files (
-    job INTEGER NOT NULL,
-    idx INTEGER NOT NULL,
-    name TEXT NOT NULL,
-    size INTEGER NOT NULL,
-    sha256 BLOB NOT NULL,
-    PRIMARY KEY (job, idx, name)
-) WITHOUT ROWID;
-CREATE TABLE job_blobs (
-    job INTEGER NOT NULL,
-    digest BLOB NOT NULL,
-    PRIMARY KEY (job, digest)
-) WITHOUT ROWID;
-)sql";
+// As the tables of queue/schema.h have them.
 static_assert(v1::FRAME_STATE_QUEUED == 1 && v1::FRAME_STATE_ACTIVE == 2 && v1::FRAME_STATE_SOFT_FAILED == 3);
 
 constexpr double kLongestBackoff = 300.0;  // [s]
@@ -94,6 +31,9 @@ std::string digest_of(const v1::Job& job)
     }
     return sha256(bytes);
 }
+
+/// A job that names no frame has one.
+std::int64_t frame_count(const v1::Job& job) { return std::max(1, job.frames_size()); }
 
 }  // namespace
 
@@ -193,12 +133,24 @@ JobQueue::Submitted JobQueue::submit(const v1::Job& job, const std::string& owne
             return {static_cast<std::uint64_t>(same.integer(0)), true};
         }
     }
+    check_room(job);
+    begin(Transaction::durable);
+    const std::int64_t id = insert_job(job, owner, digest, scene_key, now_ms);
+    insert_frames(job, id, now_ms);
+    Statement blob(database_, "INSERT INTO job_blobs (job, digest) VALUES (?, ?)");
+    for (const std::string& needed : blobs) blob.bind(id).bind_blob(needed).run();
+    return {static_cast<std::uint64_t>(id), false};
+}
+
+/// @throws ServiceError limit, where the queue has no room for it
+void JobQueue::check_room(const v1::Job& job) const
+{
     std::uint64_t waiting_jobs = 0, waiting_frames = 0;
     for (const auto state : {v1::JOB_STATE_QUEUED, v1::JOB_STATE_RUNNING, v1::JOB_STATE_CANCEL_REQUESTED})
         waiting_jobs += count(state);
     for (const auto state : {v1::FRAME_STATE_QUEUED, v1::FRAME_STATE_ACTIVE, v1::FRAME_STATE_SOFT_FAILED})
         waiting_frames += count(state);
-    const auto frames = static_cast<std::uint64_t>(std::max(1, job.frames_size()));
+    const auto frames = static_cast<std::uint64_t>(frame_count(job));
     if (waiting_jobs >= static_cast<std::uint64_t>(options_.max_unfinished_jobs) ||
         waiting_frames + frames > static_cast<std::uint64_t>(options_.max_unfinished_frames)) {
         throw ServiceError(v1::ERROR_CODE_LIMIT,
@@ -206,8 +158,12 @@ JobQueue::Submitted JobQueue::submit(const v1::Job& job, const std::string& owne
                                std::to_string(options_.max_unfinished_jobs) + ", " + std::to_string(waiting_frames) +
                                " unfinished frames of at most " + std::to_string(options_.max_unfinished_frames));
     }
+}
 
-    begin(Transaction::durable);
+/// @return its number
+std::int64_t JobQueue::insert_job(const v1::Job& job, const std::string& owner, const std::string& digest,
+                                  const std::string& scene_key, std::int64_t now_ms)
+{
     v1::Job spec = job;
     spec.clear_frames();
     Statement insert(
@@ -223,19 +179,19 @@ JobQueue::Submitted JobQueue::submit(const v1::Job& job, const std::string& owne
         .bind(std::int64_t{job.priority()})
         .bind(std::int64_t{v1::JOB_STATE_QUEUED})
         .bind(now_ms)
-        .bind(static_cast<std::int64_t>(frames))
+        .bind(frame_count(job))
         .run();
-    const std::int64_t id = database_.last_row();
+    return database_.last_row();
+}
 
+void JobQueue::insert_frames(const v1::Job& job, std::int64_t id, std::int64_t now_ms)
+{
     const double rank = job.priority() - static_cast<double>(now_ms) * 1e-3 / options_.ageing_seconds;
     Statement frame(database_, "INSERT INTO frames (job, idx, number, spec, state, rank) VALUES (?, ?, ?, ?, 1, ?)");
-    for (std::int64_t i = 0; i < static_cast<std::int64_t>(frames); ++i) {
+    for (std::int64_t i = 0; i < frame_count(job); ++i) {
         const v1::Frame one = job.frames_size() > 0 ? job.frames(static_cast<int>(i)) : v1::Frame();
         frame.bind(id).bind(i).bind(std::int64_t{one.number()}).bind_blob(one.SerializeAsString()).bind(rank).run();
     }
-    Statement blob(database_, "INSERT INTO job_blobs (job, digest) VALUES (?, ?)");
-    for (const std::string& needed : blobs) blob.bind(id).bind_blob(needed).run();
-    return {static_cast<std::uint64_t>(id), false};
 }
 
 void JobQueue::start(FrameKey key, std::int64_t now_ms)

@@ -119,6 +119,10 @@ public:
 private:
     enum class Transaction { none, plain, durable };
     void begin(Transaction kind);
+    void check_room(const v1::Job& job) const;
+    std::int64_t insert_job(const v1::Job& job, const std::string& owner, const std::string& digest,
+                            const std::string& scene_key, std::int64_t now_ms);
+    void insert_frames(const v1::Job& job, std::int64_t id, std::int64_t now_ms);
     void recover(FrameKey key, std::int64_t now_ms);
     void set_frame(FrameKey key, v1::FrameState state, const v1::Error& error, std::int64_t not_before,
                    std::int64_t now_ms);

@@ -31,13 +31,13 @@ ProgressFunction towards(const ProgressFunction& progress, double done, double r
 }  // namespace
 
 ConvergedReference converge(const RayScene& rays, const View& view, const ReferenceOptions& options,
-                            const std::string& cache, const std::string& key, double wanted_error, ThreadPool& pool,
-                            const LogFunction& log, const ProgressFunction& progress)
+                            const KeptHalves& kept, double wanted_error, ThreadPool& pool, const LogFunction& log,
+                            const ProgressFunction& progress)
 {
     ReferenceOptions second = options;
     ++second.seed;
-    GrowingPaths a(cache + "/reference-" + key + "-a.exr", key + "-a", view, options);
-    GrowingPaths b(cache + "/reference-" + key + "-b.exr", key + "-b", view, second);
+    GrowingPaths a(kept.folder + "/reference-" + kept.key + "-a.exr", kept.key + "-a", view, options);
+    GrowingPaths b(kept.folder + "/reference-" + kept.key + "-b.exr", kept.key + "-b", view, second);
     ConvergedReference reference;
     double all = 32.0 * kSmallestRound;  // a guess, until there is something to judge
     while (true) {

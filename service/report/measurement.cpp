@@ -7,8 +7,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "output/stats_json.h"
 #include "rcs/error.h"
-#include "stats_json.h"
 
 namespace rcs::service {
 namespace {

@@ -184,7 +184,7 @@ AccuracyReport run_sweep(GlContext& gl, const RayScene& rays, const View& view, 
     const Bench bench{gl, rays, view, plan, pool, log, progress};
     const std::string key = paths_key(rays.scene(), view, plan.reference);
     const ConvergedReference reference =
-        converge(rays, view, plan.reference, plan.cache, key, plan.reference_error, pool, log, progress);
+        converge(rays, view, plan.reference, {plan.cache, key}, plan.reference_error, pool, log, progress);
     if (!has_light(reference.image.layers.at("indirect")))
         throw Error(ErrorCode::bad_argument, "no indirect light reaches this view: there is no error to measure");
     const Standard standard = make_standard(bench, reference, key);

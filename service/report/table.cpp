@@ -5,10 +5,10 @@
 
 #include <nlohmann/json.hpp>
 
+#include "output/stats_json.h"
 #include "rcs/version.h"
 #include "report/encoding.h"
 #include "report/headline.h"
-#include "stats_json.h"
 
 namespace rcs::service {
 namespace {

@@ -8,10 +8,6 @@
 #include "queue/job_queue.h"
 #include "wire/address.h"
 
-namespace CLI {
-class App;
-}
-
 namespace rcs::service {
 
 /// What a server is told, by flags or by a file of the same names.
@@ -42,8 +38,6 @@ struct ServerConfig {
 
     void adopt_reloadable(const ServerConfig& fresh);  ///< what a running server can change
 };
-
-void add_server_options(CLI::App& command, ServerConfig& config);
 
 /// Fills in what follows from the machine, and checks what can be. @throws rcs::Error bad_argument, not_found
 void complete(ServerConfig& config);

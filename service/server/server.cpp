@@ -3,26 +3,21 @@
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
-#include <cstdlib>
 #include <cstring>
 #include <list>
 #include <memory>
 
-#include <fcntl.h>
 #include <poll.h>
-#include <sys/resource.h>
 #include <sys/signalfd.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <google/protobuf/stubs/logging.h>
-#include <openssl/rand.h>
 
-#include "rcs/error.h"
 #include "rcs/version.h"
 #include "server/connection.h"
+#include "server/daemon.h"
+#include "server/listeners.h"
 #include "server/log.h"
 #include "server/page.h"
 #include "server/service.h"
@@ -34,65 +29,6 @@ namespace {
 
 constexpr std::size_t kMostBrowsers = 32;
 constexpr std::int64_t kAcceptPause = 500;  // where file descriptors ran out [ms]
-
-/// SIGTERM, SIGINT, SIGHUP and SIGCHLD as a file to read from.
-Fd catch_signals()
-{
-    sigset_t set;
-    sigemptyset(&set);
-    for (const int signal : {SIGTERM, SIGINT, SIGHUP, SIGCHLD}) sigaddset(&set, signal);
-    ::sigprocmask(SIG_BLOCK, &set, nullptr);
-    std::signal(SIGPIPE, SIG_IGN);
-    return Fd(::signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK));
-}
-
-/// As many files as this user may have open: each connection is one.
-void raise_file_limit()
-{
-    rlimit limit{};
-    if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
-    limit.rlim_cur = limit.rlim_max;
-    ::setrlimit(RLIMIT_NOFILE, &limit);
-}
-
-/// Tells systemd, if it started us (sd_notify(3)).
-void notify(const std::string& state)
-{
-    const char* path = std::getenv("NOTIFY_SOCKET");
-    if (path == nullptr || *path == '\0') return;
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    const std::string name = path;
-    if (name.size() >= sizeof address.sun_path) return;
-    name.copy(address.sun_path, name.size());
-    if (address.sun_path[0] == '@') address.sun_path[0] = '\0';
-    const Fd socket(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
-    ::sendto(socket.get(), state.data(), state.size(), MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(&address),
-             static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + name.size()));
-}
-
-/// The secret of TCP clients: 32 random bytes in hexadecimal, made if the file is not there. Others must not read it.
-std::string read_token(const std::string& path, bool make)
-{
-    if (make && ::access(path.c_str(), F_OK) != 0) {
-        std::string random(32, '\0');
-        if (RAND_bytes(reinterpret_cast<unsigned char*>(random.data()), static_cast<int>(random.size())) != 1) {
-            throw Error(ErrorCode::internal, "no random bytes for a token");
-        }
-        const Fd file(::open(path.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0600));
-        if (!file) fail_file("write", path);
-        write_all(file.get(), hex(random) + "\n", path);
-    }
-    struct stat status{};
-    if (::stat(path.c_str(), &status) != 0) fail_file("read", path);
-    if ((status.st_mode & 0077) != 0) throw Error(ErrorCode::bad_file, "others can read the token file " + path);
-    std::string token = read_part(path, 0, 4096);
-    while (!token.empty() && (token.back() == '\n' || token.back() == '\r')) token.pop_back();
-    constexpr std::size_t kShortest = 32;
-    if (token.size() < kShortest)
-        throw Error(ErrorCode::bad_file, "the token in " + path + " has fewer than 32 characters");
-    return token;
-}
 
 class Server {
 public:
@@ -120,61 +56,30 @@ private:
     void accept_browsers();
     void drop_connections();
     void reload_config();
-    void prepare_tcp();
 
     ServerConfig config_;
     std::function<ServerConfig()> reload_;
     ServerLog log_;
     Fd signals_;
     Service service_;
-    UnixListener unix_;
-    Fd tcp_, http_;
+    Listeners listeners_;
     std::list<HttpConnection> browsers_;
-    std::string token_;
-    std::optional<TlsContext> tls_;
     Connections connections_;
     std::vector<Answer> answers_;  ///< of this turn; sent once it is committed
     std::vector<FrameEnd> ends_;
     std::vector<std::uint64_t> changed_,
         ended_;  ///< jobs of this turn with news, and with an end of a frame or of waiting
     std::vector<pollfd> polled_;
+    std::size_t first_worker_ = 0;  ///< in polled_
     std::int64_t next_tend_ms_ = 0, accept_after_ms_ = 0;
     std::int64_t stop_at_ms_ = 0;  ///< 0: not stopping
 };
 
 Server::Server(const ServerConfig& config, const std::function<ServerConfig()>& reload)
-    : config_(config),
-      reload_(reload),
-      signals_(catch_signals()),
-      service_(config_, log_),
-      unix_(config.socket, config.group)
+    : config_(config), reload_(reload), signals_(catch_signals()), service_(config_, log_), listeners_(config_, log_)
 {
     log_.set_debug(config_.log_debug);
     raise_file_limit();
-    if (!config_.listen.empty()) {
-        prepare_tcp();
-        tcp_ = listen_tcp(parse_host_port(config_.listen));
-        log_.info(
-            "listening",
-            {{"address", parse_host_port(config_.listen).host}, {"port", port_of(tcp_)}, {"tls", tls_ ? "yes" : "no"}});
-    }
-    if (!config_.http.empty()) {
-        http_ = listen_tcp(parse_host_port(config_.http));
-        log_.info("listening", {{"http", parse_host_port(config_.http).host}, {"port", port_of(http_)}});
-    }
-    log_.info("listening", {{"socket", config_.socket},
-                            {"state", config_.state},
-                            {"workers", config_.workers},
-                            {"threads", config_.threads}});
-}
-
-void Server::prepare_tcp()
-{
-    token_ = read_token(config_.token_file.empty() ? config_.state + "/token" : config_.token_file,
-                        config_.token_file.empty());
-    tls_.reset();
-    if (!config_.tls_certificate.empty())
-        tls_ = TlsContext::server(config_.tls_certificate, config_.tls_key, config_.client_ca);
 }
 
 void Server::run()
@@ -201,7 +106,8 @@ void Server::turn()
     changed_.clear();
     ended_.clear();
     read_signals();
-    std::size_t next = 2 + (tcp_ ? 1u : 0u) + (http_ ? 1u : 0u);
+    const Listeners::Waiting waiting = listeners_.waiting(polled_);
+    std::size_t next = first_worker_;
     for (Worker& worker : service_.workers().workers()) {
         const short events =
             next < polled_.size() && polled_[next].fd == worker.socket.get() ? polled_[next].revents : 0;
@@ -227,9 +133,9 @@ void Server::turn()
         if ((events & (POLLIN | POLLHUP | POLLERR)) != 0 || connection.has_pending()) read_requests(connection);
     }
     finish_turn();
-    if ((polled_[1].revents & POLLIN) != 0) accept_all(unix_.fd(), true);
-    if (tcp_ && (polled_[2].revents & POLLIN) != 0) accept_all(tcp_.get(), false);
-    if (http_ && (polled_[tcp_ ? 3 : 2].revents & POLLIN) != 0) accept_browsers();
+    if (waiting.unix_client) accept_all(listeners_.unix_fd(), true);
+    if (waiting.tcp_client) accept_all(listeners_.tcp_fd(), false);
+    if (waiting.browser) accept_browsers();
     service_.schedule();
     if (now >= next_tend_ms_) next_tend_ms_ = service_.tend();
     tell_watchers();
@@ -244,9 +150,8 @@ void Server::wait()
     polled_.push_back({signals_.get(), POLLIN, 0});
     const bool room =
         now >= accept_after_ms_ && connections_.size() < static_cast<std::size_t>(config_.max_connections) + 8;
-    polled_.push_back({unix_.fd(), static_cast<short>(room ? POLLIN : 0), 0});
-    if (tcp_) polled_.push_back({tcp_.get(), static_cast<short>(room ? POLLIN : 0), 0});
-    if (http_) polled_.push_back({http_.get(), static_cast<short>(browsers_.size() < kMostBrowsers ? POLLIN : 0), 0});
+    listeners_.add_to(polled_, room, browsers_.size() < kMostBrowsers);
+    first_worker_ = polled_.size();
     for (const Worker& worker : service_.workers().workers()) {
         polled_.push_back({worker.socket.get(), static_cast<short>(POLLIN | (worker.out.empty() ? 0 : POLLOUT)), 0});
     }
@@ -286,7 +191,7 @@ void Server::reload_config()
         ServerConfig fresh = config_;
         fresh.adopt_reloadable(reload_());
         std::swap(config_, fresh);
-        if (tcp_) prepare_tcp();
+        listeners_.read_secrets(config_);
         service_.adopt_config();
         log_.set_debug(config_.log_debug);
         log_.info("reloaded");
@@ -322,8 +227,7 @@ void Server::accept_all(int listener, bool unix_socket)
                 connections_.emplace_back(Stream(std::move(fd)), "uid:" + std::to_string(peer.uid),
                                           peer.uid == ::getuid(), now);
             } else {
-                Stream stream = tls_ ? Stream(std::move(fd), tls_->get(), true) : Stream(std::move(fd));
-                connections_.emplace_back(std::move(stream), "", false, now);
+                connections_.emplace_back(listeners_.stream_of(std::move(fd)), "", false, now);
             }
             if (refusal) {
                 ++service_.counters().connections_refused;
@@ -362,7 +266,7 @@ void Server::answer(Connection& connection, const v1::Request& request)
     if (!connection.known()) {
         if (!request.has_hello())
             throw ServiceError(v1::ERROR_CODE_UNAUTHENTICATED, "the first request has to be hello");
-        connection.greet(request.hello(), token_);
+        connection.greet(request.hello(), listeners_.token());
         v1::Response response;
         response.set_id(request.id());
         v1::HelloReply& hello = *response.mutable_hello();
@@ -464,7 +368,7 @@ void Server::tell_watchers()
 void Server::accept_browsers()
 {
     while (browsers_.size() < kMostBrowsers) {
-        Fd fd(::accept4(http_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+        Fd fd(::accept4(listeners_.http_fd(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
         if (!fd) return;
         browsers_.emplace_back(std::move(fd), now_ms());
     }

@@ -1,23 +1,18 @@
+// What Service does for frames and files; requests.cpp answers clients.
 #include "server/service.h"
 
 #include <algorithm>
-#include <cerrno>
-#include <cstdio>
 #include <filesystem>
 #include <set>
-#include <sstream>
 
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "rcs/error.h"
-#include "rcs/version.h"
 #include "server/check_job.h"
 #include "server/sockets.h"
 #include "wire/errors.h"
-#include "wire/framing.h"
 
 namespace rcs::service {
 namespace {
@@ -25,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::int64_t kTendPeriod = 250, kExpiryPeriod = 60'000, kRetryUnsaved = 500;  // [ms]
-constexpr double kMega = 1e6, kGiga = 1e9;
+constexpr double kGiga = 1e9;
 
 std::string prepared_state(const std::string& folder)
 {
@@ -74,161 +69,6 @@ void Service::remove_orphans()
     for (const auto& entry : fs::directory_iterator(config_.state + "/results", ignored)) {
         if (!used.contains("results/" + entry.path().filename().string())) fs::remove_all(entry.path(), ignored);
     }
-}
-
-v1::Response Service::answer(const v1::Request& request, const Caller& caller)
-{
-    ++counters_.requests;
-    v1::Response response;
-    response.set_id(request.id());
-    try {
-        switch (request.call_case()) {
-            case v1::Request::kBlobStatus:
-                for (const v1::Blob& blob : request.blob_status().blobs()) {
-                    response.mutable_blob_status()->add_held(blobs_.held(blob, caller.owner));
-                }
-                response.mutable_blob_status();
-                break;
-            case v1::Request::kBlobPut: {
-                const v1::BlobPutRequest& put = request.blob_put();
-                if (put.data().size() > kMaxChunk)
-                    throw ServiceError(v1::ERROR_CODE_LIMIT, "a chunk is larger than max_chunk_bytes");
-                if (stopping_) throw ServiceError(v1::ERROR_CODE_UNAVAILABLE, "the server is stopping");
-                check_space();
-                response.mutable_blob_put()->set_held(blobs_.put(put.blob(), caller.owner, put.offset(), put.data()));
-                break;
-            }
-            case v1::Request::kSubmit:
-                *response.mutable_submit() = submit(request.submit(), caller);
-                break;
-            case v1::Request::kFetch:
-                *response.mutable_fetch() = fetch(request.fetch(), caller);
-                break;
-            case v1::Request::kCancel:
-                check_may_see(request.cancel().job(), caller);
-                response.mutable_cancel()->set_state(*queue_.cancel(request.cancel().job(), now_ms()));
-                log_.info("job_cancelled", {{"job", request.cancel().job()}, {"by", caller.owner}});
-                break;
-            case v1::Request::kList:
-                if (request.list().limit() > 1000)
-                    throw ServiceError(v1::ERROR_CODE_BAD_ARGUMENT, "limit is above 1000");
-                *response.mutable_list() = queue_.list(request.list(), caller.sees_all ? "" : caller.owner);
-                break;
-            case v1::Request::kJob:
-                if (request.job().frames() > 500)
-                    throw ServiceError(v1::ERROR_CODE_BAD_ARGUMENT, "frames is above 500");
-                check_may_see(request.job().job(), caller);
-                *response.mutable_job() = queue_.details(request.job());
-                *response.mutable_job()->mutable_status() = status(request.job().job(), caller);
-                break;
-            case v1::Request::kStats:
-                *response.mutable_stats() = stats(request.stats().prometheus());
-                break;
-            case v1::Request::kHealth:
-                *response.mutable_health() = health();
-                break;
-            case v1::Request::kPreview:
-                *response.mutable_preview() = preview(request.preview(), caller);
-                break;
-            case v1::Request::kHello:
-            case v1::Request::kWatch:
-            case v1::Request::CALL_NOT_SET:
-                throw ServiceError(v1::ERROR_CODE_PROTOCOL, "a request that this server does not know");
-        }
-    } catch (const ServiceError& e) {
-        ++counters_.errors;
-        if (queue_.has_changes() && e.code() == v1::ERROR_CODE_UNAVAILABLE) throw;
-        *response.mutable_error() = error_message(e.code(), e.what());
-    } catch (const Error& e) {
-        ++counters_.errors;
-        *response.mutable_error() = error_message(to_wire(e.code()), e.what());
-    }
-    return response;
-}
-
-void Service::check_may_see(std::uint64_t job, const Caller& caller) const
-{
-    const std::string owner = queue_.owner(job);
-    if (owner.empty()) throw ServiceError(v1::ERROR_CODE_NOT_FOUND, "there is no job " + std::to_string(job));
-    if (!caller.sees_all && owner != caller.owner) {
-        throw ServiceError(v1::ERROR_CODE_FORBIDDEN, "job " + std::to_string(job) + " belongs to somebody else");
-    }
-}
-
-void Service::check_space() const
-{
-    const double free = static_cast<double>(free_space(config_.state)) / kMega;
-    if (free < config_.min_free_mb) {
-        char text[160];
-        std::snprintf(text, sizeof text,
-                      "the server's disk is nearly full: %.0f MB are free, %.0f MB are kept for jobs it has", free,
-                      config_.min_free_mb);
-        throw ServiceError(v1::ERROR_CODE_UNAVAILABLE, text);
-    }
-}
-
-v1::SubmitReply Service::submit(const v1::SubmitRequest& request, const Caller& caller)
-{
-    if (stopping_) throw ServiceError(v1::ERROR_CODE_UNAVAILABLE, "the server is stopping");
-    check_space();
-    const CheckedJob checked = check_job(request.job(), config_, blobs_);
-    const auto submitted = queue_.submit(checked.job, caller.owner, checked.scene_key, checked.blobs, now_ms());
-    ++(submitted.existed ? counters_.jobs_repeated : counters_.jobs_submitted);
-    log_.info("job_submitted", {{"job", submitted.job},
-                                {"owner", caller.owner},
-                                {"scene", checked.job.scene().label()},
-                                {"frames", std::max(1, checked.job.frames_size())},
-                                {"existed", submitted.existed}});
-    v1::SubmitReply reply;
-    reply.set_job(submitted.job);
-    reply.set_existed(submitted.existed);
-    return reply;
-}
-
-v1::FetchReply Service::fetch(const v1::FetchRequest& request, const Caller& caller) const
-{
-    check_may_see(request.job(), caller);
-    const auto index = queue_.index_of(request.job(), request.frame());
-    const auto found = index ? queue_.file({request.job(), *index}, request.name()) : std::nullopt;
-    if (!found) {
-        throw ServiceError(v1::ERROR_CODE_NOT_FOUND, "job " + std::to_string(request.job()) + " has no picture " +
-                                                         request.name().substr(0, 100) + " of frame " +
-                                                         std::to_string(request.frame()));
-    }
-    const std::size_t length = request.length() != 0 ? std::min<std::size_t>(request.length(), kMaxChunk) : kMaxChunk;
-    const auto& [file, path] = *found;
-    v1::FetchReply reply;
-    *reply.mutable_file() = file;
-    if (request.offset() < file.size()) reply.set_data(read_part(results_path(path), request.offset(), length));
-    if (request.offset() + reply.data().size() < file.size() && reply.data().size() < length) {
-        throw ServiceError(v1::ERROR_CODE_IO, "the picture " + file.name() + " is shorter on disk than it was");
-    }
-    return reply;
-}
-
-v1::PreviewReply Service::preview(const v1::PreviewRequest& request, const Caller& caller) const
-{
-    check_may_see(request.job(), caller);
-    const auto index = queue_.index_of(request.job(), request.frame());
-    const RunningFrame* frame = index ? workers_.running({request.job(), *index}) : nullptr;
-    if (frame == nullptr || frame->preview.empty()) {
-        throw ServiceError(v1::ERROR_CODE_NOT_FOUND,
-                           "there is no preview of frame " + std::to_string(request.frame()) + " now");
-    }
-    v1::PreviewReply reply;
-    reply.set_jpeg(frame->preview);
-    reply.set_number(frame->progress.preview_number());
-    return reply;
-}
-
-v1::JobStatus Service::status(std::uint64_t job, const Caller& caller) const
-{
-    check_may_see(job, caller);
-    v1::JobStatus status = *queue_.status(job);
-    for (const Worker& worker : workers_.workers()) {
-        if (worker.frame && worker.frame->key.job == job) *status.add_running() = worker.frame->progress;
-    }
-    return status;
 }
 
 void Service::take(std::vector<FrameEnd> ends)
@@ -420,27 +260,6 @@ void Service::end()
         std::error_code ignored;
         fs::remove_all(results_path(frame.folder), ignored);
     }
-}
-
-v1::HealthReply Service::health() const
-{
-    v1::HealthReply reply;
-    for (const Worker& worker : workers_.workers()) {
-        reply.set_workers(reply.workers() + (worker.ready ? 1 : 0));
-        reply.set_busy(reply.busy() + (worker.frame ? 1 : 0));
-    }
-    reply.set_queued_frames(queue_.count(v1::FRAME_STATE_QUEUED) + queue_.count(v1::FRAME_STATE_SOFT_FAILED));
-    reply.set_uptime_seconds(1e-3 * static_cast<double>(now_ms() - started_ms_));
-    std::string why = stopping_ ? "the server is stopping" : workers_.trouble();
-    try {
-        check_space();
-    } catch (const ServiceError& e) {
-        why = e.what();
-    }
-    if (!unsaved_.empty()) why = "pictures wait for the database to take them";
-    reply.set_serving(why.empty());
-    reply.set_message(why);
-    return reply;
 }
 
 }  // namespace rcs::service

@@ -65,6 +65,12 @@ public:
     v1::PreviewReply preview(const v1::PreviewRequest& request, const Caller& caller) const;
 
 private:
+    v1::Response reply_to(const v1::Request& request, const Caller& caller);
+    v1::BlobStatusReply held(const v1::BlobStatusRequest& request, const Caller& caller);
+    v1::BlobPutReply put(const v1::BlobPutRequest& request, const Caller& caller);
+    v1::CancelReply cancel(const v1::CancelRequest& request, const Caller& caller);
+    v1::ListReply list(const v1::ListRequest& request, const Caller& caller) const;
+    v1::JobReply details(const v1::JobRequest& request, const Caller& caller) const;
     v1::SubmitReply submit(const v1::SubmitRequest& request, const Caller& caller);
     void check_may_see(std::uint64_t job, const Caller& caller) const;
     void check_space() const;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "output_files.h"
+#include "output/output_files.h"
 #include "rcs/camera.h"
 #include "rcs/render.h"
 #include "rcs/tone_map.h"

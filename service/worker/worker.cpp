@@ -15,11 +15,11 @@
 
 #include <nlohmann/json.hpp>
 
-#include "output_files.h"
-#include "plan_json.h"
+#include "output/output_files.h"
+#include "output/plan_json.h"
+#include "output/stats_json.h"
+#include "process/process.h"
 #include "rcs/rcs.h"
-#include "run_support.h"
-#include "stats_json.h"
 #include "wire/errors.h"
 #include "wire/files.h"
 #include "wire/options.h"
@@ -123,6 +123,7 @@ private:
     internal::Done render_frame(const internal::Task& task);
     KeptScene& scene_of(const internal::Task& task, const RenderOptions& options, RunReport& report,
                         internal::Done& done);
+    LogFunction warnings();
     void tell(FrameProgress& progress);
     void send_preview(const Image& beauty);
     std::vector<v1::OutputFile> settle(const internal::Task& task);
@@ -174,6 +175,17 @@ void FrameRenderer::run(const internal::Task& task)
     send(message);
 }
 
+/// To the server; what is less than a warning is dropped.
+LogFunction FrameRenderer::warnings()
+{
+    return [this](LogLevel level, std::string_view line) {
+        if (level < LogLevel::warning) return;
+        internal::FromWorker message;
+        message.set_warning(utf8_text(std::string(line)));
+        send(message);
+    };
+}
+
 void FrameRenderer::tell(FrameProgress& progress)
 {
     if (!progress.due()) return;
@@ -188,12 +200,7 @@ KeptScene& FrameRenderer::scene_of(const internal::Task& task, const RenderOptio
     const std::string key = key_of(task, options.effects);
     if (kept_ && kept_->key == key) return *kept_;
     kept_.reset();
-    const auto log = [&](LogLevel level, std::string_view line) {
-        if (level < LogLevel::warning) return;
-        internal::FromWorker message;
-        message.set_warning(utf8_text(std::string(line)));
-        send(message);
-    };
+    const LogFunction log = warnings();
     const auto begin = Clock::now();
     auto fresh = std::make_unique<KeptScene>();
     LoadOptions load_options;
@@ -266,12 +273,7 @@ internal::Done FrameRenderer::render_frame(const internal::Task& task)
         tell(progress);
         return !link_.cancelled();
     };
-    const LogFunction log = [&](LogLevel level, std::string_view line) {
-        if (level < LogLevel::warning) return;
-        internal::FromWorker message;
-        message.set_warning(utf8_text(std::string(line)));
-        send(message);
-    };
+    const LogFunction log = warnings();
     const OutputFiles outputs(files, tone_map, log);
     show("load", 0.0f);
     KeptScene& kept = scene_of(task, options, report, done);

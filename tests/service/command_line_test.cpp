@@ -17,6 +17,7 @@
 
 #include "rcs/image_io.h"
 #include "support/rcsplat.h"
+#include "support/small_render.h"
 #include "support/temporary_folder.h"
 
 namespace rcs {
@@ -29,44 +30,11 @@ using test::kBadUsage;
 using test::kFailure;
 using test::Outcome;
 using test::rcsplat;
+using test::small_render;
 using test::start;
 using test::TemporaryFolder;
+using test::triangle_glb;
 using test::write_bytes;
-
-void append_u32(std::string& bytes, std::uint32_t value)
-{
-    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
-
-/// A .glb of one triangle and one camera that looks at it. @param last_z  z of the third vertex [m]
-std::string triangle_glb(float last_z)
-{
-    const float positions[9] = {-1.0f, -1.0f, 0.0f, 1.0f, -1.0f, 0.0f, 0.0f, 1.0f, last_z};
-    std::string json = R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1]}],)"
-                       R"("nodes":[{"mesh":0},{"camera":0,"translation":[0,0,3]}],)"
-                       R"("cameras":[{"type":"perspective","name":"front","perspective":{"yfov":0.8,"znear":0.1}}],)"
-                       R"("meshes":[{"name":"triangle","primitives":[{"attributes":{"POSITION":0}}]}],)"
-                       R"("buffers":[{"byteLength":36}],"bufferViews":[{"buffer":0,"byteLength":36}],)"
-                       R"("accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3",)"
-                       R"("min":[-1,-1,0],"max":[1,1,0]}]})";
-    json.resize((json.size() + 3) / 4 * 4, ' ');
-    std::string glb = "glTF";
-    append_u32(glb, 2);
-    append_u32(glb, static_cast<std::uint32_t>(12 + 8 + json.size() + 8 + sizeof positions));
-    append_u32(glb, static_cast<std::uint32_t>(json.size()));
-    glb += "JSON" + json;
-    append_u32(glb, sizeof positions);
-    glb.append("BIN\0", 4);
-    glb.append(reinterpret_cast<const char*>(positions), sizeof positions);
-    return glb;
-}
-
-std::vector<std::string> small_render(const std::string& scene, const std::vector<std::string>& more)
-{
-    std::vector<std::string> arguments{"render", scene, "--size", "24x24", "--aa", "1", "--rays", "16"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    return arguments;
-}
 
 TEST(CommandLine, RendersACornellBoxToEveryFormatWithStatistics)
 {
@@ -238,130 +206,6 @@ TEST(CommandLine, RecordsAreKeptFromRenderToRender)
     EXPECT_EQ(bytes_of(file).size(), grown.size() / 2) << "what is damaged is left for its owner to look at";
 }
 
-TEST(CommandLine, BadScenesFailWithOneLineThatNamesThem)
-{
-    const TemporaryFolder folder;
-    const std::string picture = folder / "picture.png";
-    write_bytes(folder / "whole.glb", triangle_glb(0.0f));
-    ASSERT_EQ(rcsplat(small_render(folder / "whole.glb", {"-o", folder / "whole.png"})).code, 0)
-        << "the triangle itself is fine";
-
-    expect_error(small_render(folder / "missing.glb", {"-o", picture}), kFailure, "missing.glb", folder);
-    for (const std::size_t length : {0u, 3u, 11u, 15u, 60u, 400u}) {
-        write_bytes(folder / "truncated.glb", triangle_glb(0.0f).substr(0, length));
-        expect_error(small_render(folder / "truncated.glb", {"-o", picture}), kFailure, "truncated.glb", folder);
-    }
-    const std::string whole = triangle_glb(0.0f);
-    write_bytes(folder / "truncated.glb", whole.substr(0, whole.size() - 4));
-    expect_error(small_render(folder / "truncated.glb", {"-o", picture}), kFailure, "truncated.glb", folder);
-
-    for (const float z : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
-        write_bytes(folder / "nan.glb", triangle_glb(z));
-        expect_error(small_render(folder / "nan.glb", {"-o", picture}), kFailure, "nan.glb", folder);
-    }
-    write_bytes(folder / "list.gltf", R"({"shopping": ["eggs", "milk"]})");
-    expect_error(small_render(folder / "list.gltf", {"-o", picture}), kFailure, "list.gltf", folder);
-    write_bytes(folder / "text.gltf", "not even JSON");
-    expect_error(small_render(folder / "text.gltf", {"-o", picture}), kFailure, "text.gltf", folder);
-    expect_error(small_render(folder.path(), {"-o", picture}), kFailure, folder.path(), folder);
-    expect_error(small_render("demo:nope", {"-o", picture}), kFailure, "demo:nope", folder);
-    expect_error(small_render("demo:cornell", {"-o", picture, "--camera", "nope"}), kFailure, "nope", folder);
-    expect_error(small_render("demo:cornell", {"-o", picture, "--camera", "7"}), kFailure, "7", folder);
-}
-
-TEST(CommandLine, BadOutputsFailBeforeAnythingIsRendered)
-{
-    const TemporaryFolder folder;
-    // So large that a test which renders first would run into its time limit.
-    const auto huge = [](std::vector<std::string> more) {
-        std::vector<std::string> arguments{"render", "demo:cornell", "--size", "16384x16384", "--aa", "64"};
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        return arguments;
-    };
-    expect_error(huge({"-o", folder / "nowhere/a.png"}), kFailure, "nowhere", folder);
-    expect_error(huge({"-o", "/proc/a.png"}), kFailure, "/proc/a.png", folder);
-    expect_error(huge({"-o", folder / "a.png", "-o", folder / "nowhere/b.exr"}), kFailure, "b.exr", folder);
-    std::filesystem::create_directory(folder / "dir.png");
-    expect_error(huge({"-o", folder / "dir.png"}), kFailure, "dir.png", folder);
-    expect_error(huge({"-o", folder / "a.gif"}), kBadUsage, "a.gif", folder);
-    expect_error(huge({"-o", folder / "a.png", "-o", folder / "a.png"}), kBadUsage, "a.png", folder);
-    expect_error(huge({"-o", folder / "a.png", "--stats", folder / "nowhere/s.json"}), kFailure, "s.json", folder);
-    expect_error(huge({"-o", folder / "a.png", "--view", "Filmic"}), kFailure, "Filmic", folder);
-    expect_error(huge({"-o", folder / "a.png", "--display", "Wall"}), kFailure, "Wall", folder);
-    expect_error(huge({"-o", folder / "a.png", "--ocio", folder / "no.ocio"}), kFailure, "no.ocio", folder);
-}
-
-TEST(CommandLine, BadValuesNameTheOptionAndTheValue)
-{
-    const TemporaryFolder folder;
-    const std::vector<std::pair<std::string, std::string>> cases{{"--size", "0x0"},
-                                                                 {"--size", "64"},
-                                                                 {"--size", "64x"},
-                                                                 {"--size", "-4x4"},
-                                                                 {"--size", "64x64x64"},
-                                                                 {"--size", "16385x1"},
-                                                                 {"--accuracy", "-1"},
-                                                                 {"--accuracy", "0"},
-                                                                 {"--accuracy", "1.5"},
-                                                                 {"--accuracy", "nan"},
-                                                                 {"--accuracy", "fine"},
-                                                                 {"--rays", "15"},
-                                                                 {"--rays", "64.5"},
-                                                                 {"--noise", "0"},
-                                                                 {"--noise", "1.1"},
-                                                                 {"--lobe-rays", "0"},
-                                                                 {"--bounces", "65"},
-                                                                 {"--bounces", "-1"},
-                                                                 {"--aa", "0"},
-                                                                 {"--aa", "65"},
-                                                                 {"--overlap", "0.5"},
-                                                                 {"--area-samples", "0"},
-                                                                 {"--threads", "-1"},
-                                                                 {"--seed", "-1"},
-                                                                 {"--splat", "cubes"},
-                                                                 {"--exposure", "bright"},
-                                                                 {"--exposure", "inf"},
-                                                                 {"--layers", "nope"},
-                                                                 {"--environment", "sky"},
-                                                                 {"--environment", "1,2"},
-                                                                 {"--environment", "1,2,-3"},
-                                                                 {"--log-level", "all"},
-                                                                 {"--pixel-format", "32"},
-                                                                 {"--environment", "1,2,3,4"},
-                                                                 {"--time", "soon"},
-                                                                 {"--time", "nan"},
-                                                                 {"--lens-shift", "1"},
-                                                                 {"--lens-shift", "0,11"},
-                                                                 {"--lens-shift", "a,b"},
-                                                                 {"--lens-shift", "nan,0"}};
-    for (const auto& [option, value] : cases) {
-        const std::vector<std::string> arguments{"render", "demo:cornell", "-o", folder / "a.exr", option, value};
-        expect_error(arguments, kBadUsage, option + ": " + value + " ", folder);
-    }
-    expect_error({"render", "demo:cornell"}, kBadUsage, "--output", folder);
-    expect_error({"render", "-o", folder / "a.png"}, kBadUsage, "scene", folder);
-    expect_error({"render", "demo:cornell", "-o", folder / "a.png", "--colour"}, kBadUsage, "--colour", folder);
-    const std::string picture = folder / "a.png";
-    expect_error({"render", "demo:cornell", "-o", picture, "--pixel-format", "half"}, kBadUsage, "half", folder);
-    expect_error({"render", "demo:cornell", "-o", picture, "--layers", "depth"}, kBadUsage, "--layers", folder);
-    expect_error({"render", "demo:cornell", "-o", picture, "--budget", "5s", "--rays", "64"}, kBadUsage, "--rays",
-                 folder);
-    expect_error({"render", "demo:cornell", "-o", picture, "--target-error", "5%", "--noise", "0.1"}, kBadUsage,
-                 "--noise", folder);
-    expect_error({"render", "demo:cornell", "--dry-run", "--accuracy", "0.1"}, kBadUsage, "--accuracy", folder);
-    expect_error({"render", "demo:cornell", "-o", folder / "a.png", "--effects", "mirrors"}, kBadUsage, "mirrors",
-                 folder);
-    expect_error({"render", "demo:cornell", "-o", folder / "a.png", "--with", "motion"}, kBadUsage, "motion", folder);
-    expect_error({"render", "demo:cornell", "-o", folder / "a.png", "--with", "highlights", "--without", "highlights"},
-                 kBadUsage, "--without: highlights is also given to --with", folder);
-    expect_error({"plan", "demo:cornell", "--without", "all"}, kBadUsage, "--without", folder);
-    expect_error({"paint", "demo:cornell"}, kBadUsage, "paint", folder);
-    expect_error({}, kBadUsage, "subcommand", folder);
-    expect_error({"reference", "demo:cornell", "-o", folder / "a.exr", "--spp", "8"}, kBadUsage, "--spp", folder);
-    expect_error({"reference", "demo:cornell", "-o", folder / "a.exr", "--stride", "0"}, kBadUsage, "--stride", folder);
-    expect_error({"compare", folder / "a.exr", folder / "b.exr"}, kFailure, "a.exr", folder);
-}
-
 TEST(CommandLine, HelpOfEveryCommandHasAnExampleAndTheDefaults)
 {
     for (const std::string command : {"render", "plan", "reference", "compare", "accuracy"}) {
@@ -446,14 +290,6 @@ TEST(CommandLine, AnInterruptEndsItWithoutLeavingFiles)
     EXPECT_EQ(outcome.code, 130);
     EXPECT_LT(std::chrono::steady_clock::now() - asked, std::chrono::seconds(20));
     EXPECT_TRUE(folder.names().empty());
-}
-
-TEST(CommandLine, NumbersOfJobsAreCheckedBeforeAServerIsAsked)
-{
-    const TemporaryFolder folder;
-    for (const char* command : {"watch", "fetch", "cancel"})
-        for (const char* job : {"abc", "0", "1.5", "12x", "99999999999999999999"})
-            expect_error({command, job, "--server", folder / "socket"}, kBadUsage, job, folder);
 }
 
 TEST(CommandLine, OneInterruptIsEnoughForAnOrderlyEnd)

@@ -72,7 +72,7 @@ TEST(Converge, ReachesTheErrorThatIsWantedAndKnowsItsOwn)
     Room room;
     const double wanted = 0.03;
     const ConvergedReference reference = converge(room.rays, room.view, {.samples = 4096, .seed = 5},
-                                                  room.folder.path(), "key", wanted, room.pool, {}, go_on);
+                                                  {room.folder.path(), "key"}, wanted, room.pool, {}, go_on);
     EXPECT_LE(reference.error, wanted);
     EXPECT_LT(reference.paths, 4096) << "stops when it is good enough";
     // What it says of itself holds against a much better image of another seed: to a third, with 144 pixels.
@@ -86,7 +86,7 @@ TEST(Converge, GoesOnToABetterErrorFromWhatIsKept)
     Room room;
     const auto converged = [&](const std::string& folder, double wanted) {
         std::filesystem::create_directories(room.folder / folder);
-        return converge(room.rays, room.view, {.samples = 4096}, room.folder / folder, "key", wanted, room.pool, {},
+        return converge(room.rays, room.view, {.samples = 4096}, {room.folder / folder, "key"}, wanted, room.pool, {},
                         go_on);
     };
     const ConvergedReference coarse = converged("a", 0.3);
@@ -106,7 +106,7 @@ TEST(Converge, WarnsWhenItMayTakeNoMorePaths)
         if (level == LogLevel::warning) warning = line;
     };
     const ConvergedReference reference =
-        converge(room.rays, room.view, {.samples = 64}, room.folder.path(), "key", 1e-4, room.pool, log, go_on);
+        converge(room.rays, room.view, {.samples = 64}, {room.folder.path(), "key"}, 1e-4, room.pool, log, go_on);
     EXPECT_EQ(reference.paths, 64);
     EXPECT_NE(warning.find("64 paths a pixel, the most allowed"), std::string::npos) << warning;
 }

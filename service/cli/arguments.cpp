@@ -1,0 +1,90 @@
+#include "cli/arguments.h"
+
+namespace rcs::service {
+namespace {
+
+constexpr int kMostThreads = 1024;
+
+}  // namespace
+
+void add_scene_arguments(CLI::App& app, SceneArguments& arguments, Size default_size)
+{
+    app.add_option("scene", arguments.scene, "A .gltf or .glb file, or a built-in scene such as demo:atrium")
+        ->required()
+        ->type_name("SCENE");
+    app.add_option("--camera", arguments.camera, "Name of the scene's camera, or its number from 0; default: the first")
+        ->type_name("NAME");
+    app.add_option("--lens-shift", arguments.lens_shift,
+                   "Moves the picture beside the camera's axis, in its heights, each in [-10, 10]: 0,0.5 puts the "
+                   "horizon at the lower edge")
+        ->type_name("RIGHT,UP")
+        ->check(checked_by(parse_lens_shift), "");
+    app.add_option("--time", arguments.time, "Pose of the scene's animations at that time [s]; default: the rest pose")
+        ->type_name("SECONDS")
+        ->check(checked_by(parse_time), "");
+    arguments.size = std::to_string(default_size.width) + "x" + std::to_string(default_size.height);
+    app.add_option("--size", arguments.size, "Width and height of the picture [px], each in [1, 16384]")
+        ->type_name("WxH")
+        ->check(checked_by(parse_size), "")
+        ->capture_default_str();
+    app.add_option("--environment", arguments.environment,
+                   "Radiance from outside the scene: a latitude-longitude image (.hdr, .exr, ...), or a constant "
+                   "[W m^-2 sr^-1], each >= 0; default: what the scene says, which for a file is none, or 1 if it has "
+                   "no light at all")
+        ->type_name("scene|none|R,G,B|FILE")
+        ->check(checked_by(parse_environment), "")
+        ->capture_default_str();
+    add_number(app, "--environment-rotation", arguments.environment_rotation, {-360.0, 360.0},
+               "Turns that image about the vertical, counter-clockwise seen from above [degrees]");
+    add_number(app, "--threads", arguments.threads, {0, kMostThreads}, "Worker threads; 0 takes every core");
+}
+
+void add_output_arguments(CLI::App& app, OutputArguments& arguments, const std::vector<std::string>& layers)
+{
+    app.add_option("-o,--output", arguments.files,
+                   "File to write, may be given several times: .exr keeps scene-linear values and layers, "
+                   ".png and .jpg are tone mapped")
+        ->required()
+        ->type_name("FILE")
+        ->allow_extra_args(false);
+    std::string names;
+    for (const std::string& layer : layers) {
+        names.append(names.empty() ? "" : ", ").append(layer);
+    }
+    app.add_option("--layers", arguments.layers,
+                   "Layers to keep in the EXR, where beauty always is, of: " + names + "; default: all")
+        ->type_name("A,B,...")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->check(CLI::IsMember(layers).description(""));
+    app.add_option("--pixel-format", arguments.pixel_formats,
+                   "How values are stored: half or float in EXR, 8 or 16 bits in PNG; may be given for both")
+        ->type_name("F")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->check(CLI::IsMember({"half", "float", "8", "16"}).description(""));
+    app.add_option("--exposure", arguments.exposure,
+                   "Exposure of .png and .jpg [EV], in [-64, 64]; auto brings the average to middle grey")
+        ->type_name("EV|auto")
+        ->check(checked_by(parse_exposure), "")
+        ->capture_default_str();
+    app.add_option("--ocio", arguments.tone_map.ocio_config,
+                   "OpenColorIO configuration; default: $OCIO, or a built-in one with the ACES 1.0 view")
+        ->type_name("FILE");
+    app.add_option("--display", arguments.tone_map.display, "Display of that configuration; default: its first")
+        ->type_name("NAME");
+    app.add_option("--view", arguments.tone_map.view, "View of that display; default: its first")->type_name("NAME");
+}
+
+void add_report_arguments(CLI::App& app, ReportArguments& arguments)
+{
+    app.add_option("--stats", arguments.stats_file, "Write stage times, counts and memory as JSON")->type_name("FILE");
+    app.add_flag("--json", arguments.json, "Print the same JSON on standard output instead of the table");
+    app.add_flag("-q,--quiet", arguments.quiet, "Show no progress and no table");
+    app.add_option("--log-level", arguments.log_level, "Least important messages to show")
+        ->type_name("debug|info|warning")
+        ->check(checked_by(parse_log_level), "")
+        ->capture_default_str();
+}
+
+}  // namespace rcs::service

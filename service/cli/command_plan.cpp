@@ -1,0 +1,63 @@
+#include "cli/commands.h"
+
+#include <chrono>
+#include <cstdio>
+#include <memory>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "cli/progress_bar.h"
+#include "cli/render_arguments.h"
+#include "cli/run_support.h"
+#include "output/plan_json.h"
+#include "rcs/rcs.h"
+
+namespace rcs::service {
+namespace {
+
+void print_plan(const RenderArguments& arguments, const CLI::App& command)
+{
+    ProgressBar bar(parse_log_level(arguments.report.log_level), arguments.report.quiet);
+    const RenderOptions options = final_options(arguments);
+    check_text_path(arguments.report.stats_file);
+    ThreadPool pool(arguments.scene.threads);
+    RunReport report = begin_report(command, arguments.scene, pool);
+    const Scene scene = load(arguments.scene, bar, report);
+    const Camera camera = choose_camera(scene, arguments.scene);
+    const RayScene rays = build_rays(scene, options.effects, pool, bar, report);
+    const EffectPlan plan = timed(report, "plan", [&] { return plan_effects(rays, camera, options); });
+    bar.finish();
+    nlohmann::ordered_json json = {{"version", kVersion},
+                                   {"command", "plan"},
+                                   {"scene", arguments.scene.scene},
+                                   {"camera", camera.name},
+                                   {"seconds", report.stage_seconds.back().second},
+                                   {"plan", to_json(plan)}};
+    const std::string text = json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+    if (!arguments.report.stats_file.empty()) {
+        write_text_file(arguments.report.stats_file, text);
+    }
+    if (arguments.report.json) {
+        std::fputs(text.c_str(), stdout);
+    } else if (!arguments.report.quiet) {
+        std::fputs(to_text(plan).c_str(), stdout);
+    }
+}
+
+}  // namespace
+
+void add_plan_command(CLI::App& app, Action& action)
+{
+    CLI::App& command =
+        *app.add_subcommand("plan", "Says which effects a render of this view simulates, which not, and why");
+    const auto arguments = std::make_shared<RenderArguments>();
+    add_render_arguments(command, *arguments);
+    command.footer(
+        "Takes the options of render; nothing is drawn or written to --output.\n"
+        "Example: rcsplat plan sponza.glb --camera atrium");
+    command.callback(
+        [arguments, &command, &action] { action = [arguments, &command] { print_plan(*arguments, command); }; });
+}
+
+}  // namespace rcs::service

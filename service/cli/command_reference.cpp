@@ -1,0 +1,82 @@
+#include "cli/commands.h"
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "cli/arguments.h"
+#include "cli/outputs.h"
+#include "cli/progress_bar.h"
+#include "cli/run_support.h"
+#include "rcs/rcs.h"
+
+namespace rcs::service {
+namespace {
+
+struct ReferenceArguments {
+    SceneArguments scene;
+    OutputArguments output;
+    ReportArguments report;
+    ReferenceOptions options;
+};
+
+void trace_reference(const ReferenceArguments& arguments, const CLI::App& command)
+{
+    const auto begin = std::chrono::steady_clock::now();
+    ProgressBar bar(parse_log_level(arguments.report.log_level), arguments.report.quiet);
+    // What others are judged by keeps all its digits.
+    const OutputFiles outputs(parse_outputs(arguments.output, PixelFormat::full_float),
+                              parse_tone_map(arguments.output), bar.log());
+    check_text_path(arguments.report.stats_file);
+
+    ThreadPool pool(arguments.scene.threads);
+    RunReport report = begin_report(command, arguments.scene, pool);
+    const Scene scene = load(arguments.scene, bar, report);
+    const View view{choose_camera(scene, arguments.scene), report.width, report.height};
+    report.camera = view.camera.name;
+    const RayScene rays = build_rays(scene, EffectChoice{}, pool, bar, report);
+
+    LayeredImage image = timed(report, "reference",
+                               [&] { return render_reference(rays, view, arguments.options, pool, bar.progress()); });
+    const Image& beauty = image.layers.at("beauty");
+    report.paths = static_cast<std::uint64_t>(beauty.width) * static_cast<std::uint64_t>(beauty.height) *
+                   static_cast<std::uint64_t>(std::stoi(image.metadata.at("rcs:samples")));
+    image.metadata["rcs:version"] = kVersion;
+    image.metadata["rcs:scene"] = arguments.scene.scene;
+    image.metadata["rcs:camera"] = view.camera.name;
+    image.metadata["rcs:environment"] = arguments.scene.environment;
+    outputs.write(image, pool, bar.progress(), report);
+    bar.finish();
+    deliver(report, arguments.report, begin);
+}
+
+}  // namespace
+
+void add_reference_command(CLI::App& app, Action& action)
+{
+    CLI::App& command =
+        *app.add_subcommand("reference", "Path traces the same light, slowly: the truth that render is judged by");
+    const auto arguments = std::make_shared<ReferenceArguments>();
+    ReferenceOptions& options = arguments->options;
+    const RenderOptions render_defaults;
+    add_scene_arguments(command, arguments->scene, {render_defaults.width, render_defaults.height});
+    add_number(command, "--spp", options.samples, {16, 1048576}, "Paths a pixel, rounded up to a multiple of 16");
+    add_number(command, "--bounces", options.bounces, {0, 64}, "Bounces of indirect light");
+    add_number(command, "--aa", options.aa, {1, 64},
+               "1 samples pixel centres; more spreads the paths over the pixel and filters textures as render does");
+    add_number(command, "--stride", options.stride, {1, 16384},
+               "Trace every so many pixels of every so many rows; compare then takes the same pixels");
+    add_number(command, "--seed", options.seed, {0, kLargestSeed}, "Seed of all random numbers");
+    add_output_arguments(command, arguments->output,
+                         {"beauty", "emission", "direct", "indirect", "albedo", "normal", "depth", "standard_error",
+                          "indirect_standard_error"});
+    add_report_arguments(command, arguments->report);
+    command.footer("Example: rcsplat reference demo:cornell --size 256x256 --spp 4096 -o reference.exr");
+    command.callback(
+        [arguments, &command, &action] { action = [arguments, &command] { trace_reference(*arguments, command); }; });
+}
+
+}  // namespace rcs::service

@@ -1,0 +1,183 @@
+#include "cli/commands.h"
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <system_error>
+#include <utility>
+
+#include <CLI/CLI.hpp>
+
+#include "cli/outputs.h"
+#include "cli/progress_bar.h"
+#include "cli/remote_render.h"
+#include "cli/render_arguments.h"
+#include "cli/run_support.h"
+#include "process/process.h"
+#include "rcs/rcs.h"
+
+namespace rcs::service {
+namespace {
+
+/// About what writing the pictures takes, for a budget to leave [s]: measured on two cores (docs/accuracy.md).
+double writing_seconds(const std::vector<std::string>& files, const RenderOptions& options)
+{
+    const double megapixels = 1e-6 * options.width * options.height;
+    double seconds = 0.0;
+    for (const std::string& file : files) {
+        seconds += megapixels * (file.ends_with(".exr") ? 0.75 : 0.25);
+    }
+    return seconds;
+}
+
+std::string to_text(const Forecast& forecast)
+{
+    std::string text = "\nerror of indirect light   seconds in all\n";
+    char line[128];
+    for (const Forecast::Point& point : forecast.points) {
+        std::snprintf(line, sizeof line, "%20.0f %%   %14.1f\n", 100.0 * point.error, point.seconds);
+        text += line;
+    }
+    std::snprintf(line, sizeof line, "aims at %.1f %%, which takes %.1f s with %d sample%s a pixel\n\n",
+                  100.0 * forecast.goal_error, forecast.goal_seconds, forecast.passes, forecast.passes == 1 ? "" : "s");
+    return text + line;
+}
+
+/// Records that a file holds from one render to the next; nothing without a file.
+class KeptRecords {
+public:
+    /// @throws rcs::Error that names the file: before any work if it could not be written
+    explicit KeptRecords(std::string file) : file_(std::move(file))
+    {
+        if (!file_.empty()) check_record_path(file_);
+    }
+
+    std::vector<Record> load(const Scene& scene, const RenderOptions& options, RunReport& report)
+    {
+        if (file_.empty()) return {};
+        return timed(report, "read records", [&] {
+            key_ = record_key(scene, options);
+            std::error_code ignored;
+            std::vector<Record> records;
+            if (std::filesystem::exists(file_, ignored)) records = read_records(file_, key_);
+            report.record_file = {file_, records.size(), 0};
+            return records;
+        });
+    }
+
+    /// Leaves a file to which nothing was added as it is.
+    void save(const RenderResult& result, RunReport& report) const
+    {
+        if (file_.empty()) return;
+        std::error_code ignored;
+        if (result.stats.records.records > 0 || !std::filesystem::exists(file_, ignored)) {
+            timed(report, "write records", [&] { write_records(file_, key_, result.records); });
+        }
+        report.record_file->saved = result.records.size();
+    }
+
+private:
+    std::string file_;
+    RecordKey key_;
+};
+
+void render_scene(const RenderArguments& arguments, const std::string& record_file, const CLI::App& command)
+{
+    const auto begin = std::chrono::steady_clock::now();
+    ProgressBar bar(parse_log_level(arguments.report.log_level), arguments.report.quiet);
+    RenderOptions options = final_options(arguments);
+    const OutputFiles outputs(parse_outputs(arguments.output, PixelFormat::half_float),
+                              parse_tone_map(arguments.output), bar.log());
+    check_text_path(arguments.report.stats_file);
+    KeptRecords kept(record_file);
+
+    ThreadPool pool(arguments.scene.threads);
+    RunReport report = begin_report(command, arguments.scene, pool);
+    const Scene scene = load(arguments.scene, bar, report);
+    const Camera camera = choose_camera(scene, arguments.scene);
+    report.camera = camera.name;
+    std::vector<Record> records = kept.load(scene, options, report);
+    const RayScene rays = build_rays(scene, options.effects, pool, bar, report);
+    limit_gl_threads(pool.size());
+    const std::unique_ptr<GlContext> gl = timed(report, "gl", [&] { return std::make_unique<GlContext>(bar.log()); });
+
+    // What comes before and after render() counts as well.
+    const double around = seconds_of_process() + writing_seconds(arguments.output.files, options);
+    if (options.budget_seconds > 0.0) {
+        options.budget_seconds = std::max(1e-3, options.budget_seconds - around);
+    }
+    const auto tell_forecast = [&](Forecast forecast) {
+        for (Forecast::Point& point : forecast.points) {
+            point.seconds += around;
+        }
+        forecast.goal_seconds += around;
+        report.forecast = forecast;
+        if (!arguments.report.quiet && !arguments.report.json) {
+            bar.finish();
+            std::fputs(to_text(forecast).c_str(), stdout);
+            std::fflush(stdout);
+        }
+    };
+    RenderResult result =
+        render(*gl, rays, camera, options, pool, std::move(records), bar.log(), bar.progress(), tell_forecast);
+    for (const auto& [stage, seconds] : result.stats.stage_seconds) {
+        report.add(stage, seconds);
+    }
+    if (options.dry_run) {
+        bar.finish();
+        if (!report.forecast && !arguments.report.quiet && !arguments.report.json)
+            std::puts("there is no indirect light to forecast the error of");
+        report.render = std::move(result.stats);
+        if (!arguments.report.stats_file.empty() || arguments.report.json) {
+            deliver(report, arguments.report, begin);
+        }
+        return;
+    }
+    result.image.metadata["rcs:scene"] = arguments.scene.scene;
+    result.image.metadata["rcs:environment"] = arguments.scene.environment;
+    outputs.write(result.image, pool, bar.progress(), report);
+    kept.save(result, report);
+    bar.finish();
+    report.render = std::move(result.stats);
+    deliver(report, arguments.report, begin);
+}
+
+}  // namespace
+
+void add_render_command(CLI::App& app, Action& action)
+{
+    CLI::App& command = *app.add_subcommand("render", "Renders one view of a scene");
+    const auto arguments = std::make_shared<RenderArguments>();
+    const auto server = std::make_shared<ServerArguments>();
+    const auto record_file = std::make_shared<std::string>();
+    add_render_arguments(command, *arguments);
+    command
+        .add_option("--records", *record_file,
+                    "Start from the records in this file, if there is one, and save them there with those this view "
+                    "adds: other views of "
+                    "the scene need not gather them again")
+        ->type_name("FILE")
+        ->excludes("--target-error")
+        ->excludes("--budget")
+        ->excludes("--dry-run");
+    add_server_arguments(command, *server);
+    command.get_option("--server")
+        ->envname("")
+        ->default_str("")
+        ->description("Let this render server do it: a socket or HOST:PORT");
+    for (const char* local : {"--threads", "--dry-run", "--records"}) command.get_option("--server")->excludes(local);
+    command.footer("Example: rcsplat render sponza.glb --camera atrium --size 1000x1000 -o sponza.png -o sponza.exr");
+    command.callback([arguments, server, record_file, &command, &action] {
+        if (arguments->output.files.empty() && !arguments->options.dry_run) {
+            throw CLI::RequiredError("--output");
+        }
+        const bool remote = command.get_option("--server")->count() > 0;
+        action = [arguments, server, record_file, remote, &command] {
+            remote ? render_on_server(*arguments, *server) : render_scene(*arguments, *record_file, command);
+        };
+    });
+}
+
+}  // namespace rcs::service

@@ -1,0 +1,120 @@
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "cli/commands.h"
+#include "cli/job_run.h"
+#include "cli/render_arguments.h"
+#include "cli/server_arguments.h"
+#include "rcs/image_io.h"
+#include "wire/errors.h"
+
+namespace rcs::service {
+namespace {
+
+struct SubmitArguments {
+    RenderArguments render;
+    ServerArguments server;
+    std::string frames;
+    double fps = 24.0;
+    int priority = 0;
+    std::string key;
+    std::vector<std::string> labels;
+    double time_limit = 0.0;
+    bool detach = false, on_server = false;
+};
+
+void add_frames(const SubmitArguments& arguments, RequestedJob& requested)
+{
+    if (arguments.frames.empty()) {
+        *requested.job.add_frames() = request_frame(arguments.render, 0);
+        return;
+    }
+    const std::vector<int> numbers = parse_frames(arguments.frames);
+    for (const std::string& path : requested.paths) {
+        if (numbers.size() > 1 && !has_frame_pattern(path)) {
+            throw Error(ErrorCode::bad_argument, "--output " + path + " needs a #### for the frame's number");
+        }
+    }
+    for (const int number : numbers) {
+        v1::Frame& frame = *requested.job.add_frames() = request_frame(arguments.render, number);
+        if (!arguments.render.scene.time) frame.set_time(number / arguments.fps);
+    }
+}
+
+void run_submit(const SubmitArguments& arguments)
+{
+    ProgressBar bar(parse_log_level(arguments.render.report.log_level), arguments.render.report.quiet);
+    RequestedJob requested = request_job(arguments.render, arguments.on_server);
+    add_frames(arguments, requested);
+    requested.job.set_priority(arguments.priority);
+    requested.job.set_idempotency_key(arguments.key);
+    requested.job.set_time_limit_seconds(arguments.time_limit);
+    for (const std::string& label : arguments.labels) {
+        const std::size_t equals = label.find('=');
+        if (equals == label.npos || equals == 0)
+            throw Error(ErrorCode::bad_argument, "--label " + label + " is no NAME=VALUE");
+        (*requested.job.mutable_labels())[label.substr(0, equals)] = label.substr(equals + 1);
+    }
+    if (!arguments.detach) {
+        for (const std::string& path : requested.paths) check_output_path(path_of_frame(path, 0), {});
+    }
+    Client client = connect(arguments.server);
+    const v1::SubmitReply submitted = submit(client, requested, bar);
+    bar.finish();
+    std::printf("job %llu%s\n", static_cast<unsigned long long>(submitted.job()),
+                submitted.existed() ? " (submitted before)" : "");
+    std::fflush(stdout);
+    if (arguments.detach) return;
+    follow(client, submitted.job(), bar);
+    for_each_frame(client, submitted.job(), [&](const v1::FrameStatus& frame) {
+        for (int i = 0; i < requested.job.outputs_size(); ++i) {
+            const std::string path = path_of_frame(requested.paths[static_cast<std::size_t>(i)], frame.number());
+            client.fetch(submitted.job(), frame.number(), requested.job.outputs(i).name(), path);
+            if (!arguments.render.report.quiet) std::printf("wrote %s\n", path.c_str());
+        }
+        for (const std::string& warning : frame.warnings()) bar.log()(LogLevel::warning, warning);
+    });
+}
+
+}  // namespace
+
+void add_submit_command(CLI::App& app, Action& action)
+{
+    CLI::App& command =
+        *app.add_subcommand("submit", "Lets a render server render a scene, and waits for the pictures");
+    const auto arguments = std::make_shared<SubmitArguments>();
+    add_render_arguments(command, arguments->render);
+    add_server_arguments(command, arguments->server);
+    command.remove_option(command.get_option("--threads"));
+    command.remove_option(command.get_option("--dry-run"));
+    command.remove_option(command.get_option("--stats"));
+    command.remove_option(command.get_option("--json"));
+    command
+        .add_option("--frames", arguments->frames,
+                    "Frames of an animation, such as 1-100x2,150; outputs have #### for the number")
+        ->type_name("LIST");
+    add_number(command, "--fps", arguments->fps, {0, 1e6, true},
+               "Frames a second: frame N shows the animations at N / fps");
+    add_number(command, "--priority", arguments->priority, {-100, 100}, "Larger ones come first; waiting raises it");
+    command.add_option("--key", arguments->key, "Submitted again with the same key, it stays one job")
+        ->type_name("KEY");
+    command.add_option("--label", arguments->labels, "For whoever looks at the queue; may be given several times")
+        ->type_name("NAME=VALUE")
+        ->allow_extra_args(false);
+    add_number(command, "--time-limit", arguments->time_limit, {0, 1e6}, "Wall time of a frame [s]; 0: the server's");
+    command.add_flag("--detach", arguments->detach, "Print the job's number and do not wait");
+    command.add_flag("--on-server", arguments->on_server,
+                     "SCENE is an absolute path on the server, beneath one of its roots");
+    command.get_option("--output")->required();
+    command.footer(
+        "Example: rcsplat submit sponza.glb --camera atrium -o sponza.png\n"
+        "While it waits, Ctrl-C leaves the job in the queue; rcsplat cancel ends it.");
+    command.callback([arguments, &action] { action = [arguments] { run_submit(*arguments); }; });
+}
+
+}  // namespace rcs::service

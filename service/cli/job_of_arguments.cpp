@@ -1,0 +1,117 @@
+#include "cli/job_of_arguments.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cstdlib>
+#include <filesystem>
+#include <set>
+
+#include "cli/outputs.h"
+#include "rcs/error.h"
+#include "rcs/scene.h"
+#include "wire/errors.h"
+#include "wire/options.h"
+
+namespace rcs::service {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string lower(std::string text)
+{
+    std::transform(text.begin(), text.end(), text.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return text;
+}
+
+/// A file's name as outputs may have it, unlike those in `taken`.
+std::string output_name(const std::string& path, std::set<std::string>& taken)
+{
+    std::string stem = fs::path(path).stem().string();
+    for (char& c : stem) {
+        if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '-' && c != '_') c = '_';
+    }
+    constexpr std::size_t kLongest = 80;
+    stem.resize(std::min(stem.size(), kLongest));
+    const std::string ending = lower(fs::path(path).extension().string());
+    std::string name = stem + ending;
+    for (int i = 2; !taken.insert(name).second; ++i) name = stem + "-" + std::to_string(i) + ending;
+    return name;
+}
+
+const v1::Blob& add_upload(const std::string& path, RequestedJob& requested)
+{
+    requested.uploads.push_back(local_file(path));
+    return requested.uploads.back().blob;
+}
+
+void request_scene(const RenderArguments& arguments, bool on_server, RequestedJob& requested)
+{
+    const std::string& source = arguments.scene.scene;
+    v1::Scene& scene = *requested.job.mutable_scene();
+    scene.set_label(utf8_text(source));
+    if (source.starts_with("demo:")) {
+        scene.set_builtin(utf8_text(source));
+    } else if (on_server) {
+        scene.set_path(source);
+    } else {
+        const fs::path folder = fs::path(source).parent_path();
+        for (const std::string& name : scene_files(source)) {
+            v1::SceneFile& file = *scene.mutable_files()->add_files();
+            file.set_path(name);
+            *file.mutable_content() = add_upload((folder / name).string(), requested);
+        }
+    }
+}
+
+void request_environment(const SceneArguments& arguments, RequestedJob& requested)
+{
+    v1::Environment& environment = *requested.job.mutable_environment();
+    environment.set_label(utf8_text(arguments.environment));
+    environment.set_rotation_degrees(arguments.environment_rotation);
+    const EnvironmentChoice choice = parse_environment(arguments.environment);
+    if (choice.radiance) {
+        environment.mutable_constant()->set_red(choice.radiance->x);
+        environment.mutable_constant()->set_green(choice.radiance->y);
+        environment.mutable_constant()->set_blue(choice.radiance->z);
+    } else if (!choice.file.empty()) {
+        *environment.mutable_image() = add_upload(choice.file, requested);
+        environment.set_image_ending(lower(fs::path(choice.file).extension().string()));
+    }
+}
+
+}  // namespace
+
+RequestedJob request_job(const RenderArguments& arguments, bool on_server)
+{
+    RequestedJob requested;
+    *requested.job.mutable_options() = to_message(final_options(arguments));
+    std::set<std::string> names;
+    for (OutputFile& file : parse_outputs(arguments.output, PixelFormat::half_float)) {
+        requested.paths.push_back(file.path);
+        file.path = output_name(file.path, names);
+        *requested.job.add_outputs() = to_message(file);
+    }
+    ToneMapOptions tone_map = parse_tone_map(arguments.output);
+    *requested.job.mutable_tone_map() = to_message(tone_map);
+    const char* ocio = std::getenv("OCIO");
+    if (tone_map.ocio_config.empty() && ocio != nullptr) tone_map.ocio_config = ocio;
+    if (!tone_map.ocio_config.empty())
+        *requested.job.mutable_tone_map()->mutable_ocio_config() = add_upload(tone_map.ocio_config, requested);
+    request_environment(arguments.scene, requested);
+    request_scene(arguments, on_server, requested);
+    return requested;
+}
+
+v1::Frame request_frame(const RenderArguments& arguments, int number)
+{
+    v1::Frame frame;
+    frame.set_number(number);
+    if (!arguments.scene.camera.empty()) frame.set_camera_name(utf8_text(arguments.scene.camera));
+    if (!arguments.scene.lens_shift.empty())
+        *frame.mutable_lens_shift() = to_message(parse_lens_shift(arguments.scene.lens_shift));
+    if (arguments.scene.time) frame.set_time(*arguments.scene.time);
+    return frame;
+}
+
+}  // namespace rcs::service

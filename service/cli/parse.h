@@ -1,0 +1,59 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include <glm/glm.hpp>
+
+#include "rcs/error.h"
+#include "rcs/log.h"
+#include "rcs/splat.h"
+
+namespace rcs::service {
+
+struct Size {
+    int width = 0;   ///< [px]
+    int height = 0;  ///< [px]
+};
+
+// Texts to values. Each throws rcs::Error bad_argument; they also are the checks of the options above, so
+// that a command line that parsed cannot fail here, and CLI11 puts the option's name before the message.
+Size parse_size(const std::string& text);
+double parse_time(const std::string& text);
+/// "0.1,-0.5", to the right and up, in heights of the picture.
+glm::dvec2 parse_lens_shift(const std::string& text);
+/// "5%" or "0.05". @return in (0, 1]
+double parse_error_target(const std::string& text);
+/// "20s", "2m" or "20", in seconds. @return [s], in (0, 1e6]
+double parse_budget(const std::string& text);
+/// What --environment says: nothing, a constant, or the name of a file.
+struct EnvironmentChoice {
+    std::optional<glm::vec3> radiance;
+    std::string file;
+};
+EnvironmentChoice parse_environment(const std::string& text);
+std::optional<float> parse_exposure(const std::string& text);
+LogLevel parse_log_level(const std::string& text);
+SplatMethod parse_splat_method(const std::string& text);
+
+/// One of the functions above as a check: what is wrong with `text`, or nothing.
+template <typename Parse>
+std::string check_text(Parse parse, const std::string& text)
+{
+    try {
+        parse(text);
+        return {};
+    } catch (const Error& e) {
+        return e.what();
+    }
+}
+
+/// The same as a check of an option.
+template <typename Parse>
+std::function<std::string(const std::string&)> checked_by(Parse parse)
+{
+    return [parse](const std::string& text) { return check_text(parse, text); };
+}
+
+}  // namespace rcs::service

@@ -1,0 +1,101 @@
+#include "cli/run_support.h"
+
+#include <cstdio>
+#include <numbers>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "process/interrupt.h"
+
+namespace rcs::service {
+namespace {
+
+std::string value_of(const CLI::Option& option)
+{
+    if (option.get_expected_max() == 0) {
+        return option.count() > 0 ? "true" : "false";  // a flag
+    }
+    if (option.count() == 0) {
+        return option.get_default_str();
+    }
+    std::string joined;
+    for (const std::string& value : option.results()) {
+        joined.append(joined.empty() ? "" : ",").append(value);
+    }
+    return joined;
+}
+
+/// A constant or an image takes the place of all that the scene says about its sky.
+void set_environment(Scene& scene, const SceneArguments& arguments, ProgressBar& bar)
+{
+    const EnvironmentChoice choice = parse_environment(arguments.environment);
+    if (choice.radiance || !choice.file.empty()) {
+        scene.sky_radiance = choice.radiance.value_or(glm::vec3(0.0f));
+        scene.environment = choice.file.empty() ? EnvironmentImage{} : load_environment(choice.file, bar.log());
+    }
+    scene.environment.rotation += arguments.environment_rotation * std::numbers::pi / 180.0;
+}
+
+}  // namespace
+
+RunReport begin_report(const CLI::App& command, const SceneArguments& arguments, const ThreadPool& pool)
+{
+    RunReport report;
+    report.command = command.get_name();
+    report.scene = arguments.scene;
+    report.threads = pool.size();
+    const Size size = parse_size(arguments.size);
+    report.width = size.width;
+    report.height = size.height;
+    for (const CLI::Option* option : command.get_options()) {
+        const std::string name = option->get_single_name();
+        if (name != "help") {
+            report.options.emplace_back(name, value_of(*option));
+        }
+    }
+    return report;
+}
+
+Scene load(const SceneArguments& arguments, ProgressBar& bar, RunReport& report)
+{
+    bar.show("load", 0.0f);
+    Scene scene = timed(report, "load", [&] { return load_scene(arguments.scene, bar.log(), {arguments.time}); });
+    set_environment(scene, arguments, bar);
+    stop_if_interrupted();
+    return scene;
+}
+
+Camera choose_camera(const Scene& scene, const SceneArguments& arguments)
+{
+    Camera camera = find_camera(scene, arguments.camera);
+    if (!arguments.lens_shift.empty()) camera.lens_shift = parse_lens_shift(arguments.lens_shift);
+    return camera;
+}
+
+RayScene build_rays(const Scene& scene, const EffectChoice& effects, const ThreadPool& pool, ProgressBar& bar,
+                    RunReport& report)
+{
+    bar.show("bvh", 0.0f);
+    RayScene rays = timed(report, "bvh", [&] { return build_ray_scene(scene, pool, effects); });
+    stop_if_interrupted();
+    return rays;
+}
+
+void deliver(RunReport& report, const ReportArguments& arguments, std::chrono::steady_clock::time_point begin)
+{
+    report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    // A scene may be named in bytes that are no UTF-8; they are replaced, not refused.
+    const std::string json =
+        to_json(report).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+    if (!arguments.stats_file.empty()) {
+        write_text_file(arguments.stats_file, json);
+    }
+    if (arguments.json) {
+        std::fputs(json.c_str(), stdout);
+    } else if (!arguments.quiet) {
+        std::fputs(to_text(report).c_str(), stdout);
+    }
+}
+
+}  // namespace rcs::service

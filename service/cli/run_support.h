@@ -1,0 +1,33 @@
+#pragma once
+
+#include <chrono>
+
+#include <CLI/CLI.hpp>
+
+#include "cli/arguments.h"
+#include "cli/progress_bar.h"
+#include "output/stats_json.h"
+#include "rcs/effect_plan.h"
+#include "rcs/ray_scene.h"
+#include "rcs/scene.h"
+#include "rcs/thread_pool.h"
+
+namespace rcs::service {
+
+/// A report that names the command and lists all its options with the values they have.
+RunReport begin_report(const CLI::App& command, const SceneArguments& arguments, const ThreadPool& pool);
+
+/// The scene with the sky that the command line asks for.
+Scene load(const SceneArguments& arguments, ProgressBar& bar, RunReport& report);
+
+/// The camera that the command line asks for.
+Camera choose_camera(const Scene& scene, const SceneArguments& arguments);
+
+RayScene build_rays(const Scene& scene, const EffectChoice& effects, const ThreadPool& pool, ProgressBar& bar,
+                    RunReport& report);
+
+/// Writes and prints what was asked for; the last step of a command.
+/// @param begin  when the command began
+void deliver(RunReport& report, const ReportArguments& arguments, std::chrono::steady_clock::time_point begin);
+
+}  // namespace rcs::service

@@ -1,0 +1,116 @@
+#include "output/plan_json.h"
+
+#include <cmath>
+#include <cstdio>
+
+#include <nlohmann/json.hpp>
+
+namespace rcs::service {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+const char* name_of(PlannedEffect::Basis basis)
+{
+    switch (basis) {
+        case PlannedEffect::Basis::exact:
+            return "exact";
+        case PlannedEffect::Basis::bound:
+            return "bound";
+        case PlannedEffect::Basis::measured:
+            return "measured";
+    }
+    return "";
+}
+
+Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json to_json(const PlannedEffect& e)
+{
+    Json json = {{"name", std::string(rcs::name_of(e.effect))},
+                 {"needed", e.needed},
+                 {"available", e.available},
+                 {"chosen_by_user", e.chosen},
+                 {"scene_has_material", e.has_material},
+                 {"reason", e.reason}};
+    if (!e.of.empty()) {
+        json["contribution"] = {{"of", e.of}, {"basis", name_of(e.basis)}, {"share", finite_or_null(e.share)}};
+        if (e.basis == PlannedEffect::Basis::measured) {
+            json["contribution"]["confidence_95"] = {e.low, e.high};
+        }
+    }
+    json["loss"] = finite_or_null(e.loss);
+    json["cost"] = {{"text", e.cost}, {"rays", e.rays}, {"bytes", e.bytes}};
+    return json;
+}
+
+}  // namespace
+
+Json to_json(const EffectPlan& plan)
+{
+    Json json = {{"bounces", plan.bounces},
+                 {"passes", plan.passes},
+                 {"pilot_rays", plan.pilot_rays},
+                 {"effects", Json::array()}};
+    for (const PlannedEffect& e : plan.effects) {
+        json["effects"].push_back(to_json(e));
+    }
+    return json;
+}
+
+Json to_json(const EffectCounts& counts)
+{
+    return {{"rays",
+             {{"camera", counts.camera_rays},
+              {"punctual", counts.punctual_rays},
+              {"area", counts.area_rays},
+              {"peaks", counts.peak_rays},
+              {"highlights", counts.highlight_rays},
+              {"hit_lamps", counts.hit_lamp_rays},
+              {"hit_sky", counts.hit_sky_rays}}},
+            {"alpha_tests", counts.alpha_tests},
+            {"hit_textures", counts.hit_textures},
+            {"normal_maps", counts.normal_maps},
+            {"passes",
+             {{"gbuffer", counts.gbuffers},
+              {"peeled_layers", counts.peeled_layers},
+              {"direct", counts.direct_passes},
+              {"splat", counts.splats},
+              {"splat_glossy", counts.glossy_splats},
+              {"lobes", counts.lobe_passes},
+              {"error", counts.error_passes}}},
+            {"shared_samples", counts.shared_samples},
+            {"bytes",
+             {{"gl", counts.gl_bytes},
+              {"shading", counts.shading_bytes},
+              {"records", counts.record_bytes},
+              {"radiance", counts.radiance_bytes},
+              {"layers", counts.layer_bytes}}},
+            {"shaders", counts.shaders}};
+}
+
+std::string to_text(const EffectPlan& plan)
+{
+    std::string text;
+    for (const PlannedEffect& e : plan.effects) {
+        char name[64];
+        std::snprintf(name, sizeof name, "%-4s %-22s ",
+                      e.needed      ? "on"
+                      : e.available ? "off"
+                                    : "none",
+                      std::string(rcs::name_of(e.effect)).c_str());
+        text.append(name).append(e.reason);
+        if (e.loss > 0.0) {
+            char loss[64];
+            std::snprintf(loss, sizeof loss, "; loses at most %.2g of ", e.loss);
+            text.append(loss).append(e.of.empty() ? "it" : e.of);
+        }
+        text.append("\n");
+    }
+    char line[128];
+    std::snprintf(line, sizeof line, "bounces %d, passes %d; planned with %llu rays\n", plan.bounces, plan.passes,
+                  static_cast<unsigned long long>(plan.pilot_rays));
+    return text + line;
+}
+
+}  // namespace rcs::service

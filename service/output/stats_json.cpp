@@ -1,0 +1,301 @@
+#include "output/stats_json.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <nlohmann/json.hpp>
+
+#include "output/plan_json.h"
+#include "rcs/error.h"
+#include "rcs/version.h"
+
+namespace rcs::service {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Largest amount of memory this process ever held [bytes].
+std::uint64_t peak_memory()
+{
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024u;  // Linux counts in KiB
+}
+
+std::uint64_t all_rays(const RenderStats& stats)
+{
+    return stats.records.hemisphere_rays + stats.records.shadow_rays + stats.direct_shadow_rays +
+           stats.light_cache.rays + stats.light_cache.shadow_rays + stats.traced.rays + stats.traced.shadow_rays;
+}
+
+double seconds_of(const RunReport& report, const std::string& stage)
+{
+    double sum = 0.0;
+    for (const auto& [name, seconds] : report.stage_seconds) {
+        sum += name == stage ? seconds : 0.0;
+    }
+    return sum;
+}
+
+/// JSON knows no infinity and no NaN; null stands for both.
+Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+double per(double amount, double count) { return count > 0.0 ? amount / count : 0.0; }
+
+void add_render(Json& json, const RunReport& report)
+{
+    const RenderStats& stats = *report.render;
+    const double record_seconds = seconds_of(report, "records");
+    json["records"] = stats.records.records;
+    json["waves"] = stats.records.waves;
+    json["refined_records"] = stats.records.refined;
+    json["unserved_pixels"] = stats.unserved_pixels;
+    json["rays"] = {{"hemisphere", stats.records.hemisphere_rays},
+                    {"refining", stats.records.refining_rays},
+                    {"hemisphere_shadow", stats.records.shadow_rays},
+                    {"direct_shadow", stats.direct_shadow_rays},
+                    {"lobe", stats.traced.rays},
+                    {"lobe_shadow", stats.traced.shadow_rays}};
+    json["record_rays_per_second"] =
+        per(static_cast<double>(stats.records.hemisphere_rays + stats.records.shadow_rays), record_seconds);
+    if (stats.light_cache.cells > 0) {
+        json["light_cache"] = {{"cells", stats.light_cache.cells}, {"links", stats.light_cache.links},
+                               {"rays", stats.light_cache.rays},   {"shadow_rays", stats.light_cache.shadow_rays},
+                               {"bytes", stats.light_cache.bytes}, {"seconds", seconds_of(report, "bounces")}};
+    }
+    json["error_estimate"] = {{"mean_relative", stats.error.mean_relative},
+                              {"median_relative", stats.error.median_relative},
+                              {"p95_relative", stats.error.p95_relative}};
+    json["splats"] = stats.splats.splats;
+    json["pixels_per_splat"] = per(static_cast<double>(stats.splats.samples), static_cast<double>(stats.splats.splats));
+    json["splat_method"] = stats.splat_method;
+    json["plan"] = to_json(stats.plan);
+    json["counts"] = to_json(stats.counts);
+    json["gl"] = {{"renderer", stats.gl_renderer}, {"version", stats.gl_version}, {"platform", stats.gl_platform}};
+}
+
+__attribute__((format(printf, 2, 3))) void append(std::string& text, const char* format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    char line[512];
+    std::vsnprintf(line, sizeof line, format, arguments);
+    va_end(arguments);
+    text += line;
+}
+
+/// 1234567 as "1.23 M".
+std::string short_count(double count)
+{
+    char text[32];
+    if (count >= 1e9) {
+        std::snprintf(text, sizeof text, "%.3g G", count * 1e-9);
+    } else if (count >= 1e6) {
+        std::snprintf(text, sizeof text, "%.3g M", count * 1e-6);
+    } else if (count >= 1e4) {
+        std::snprintf(text, sizeof text, "%.3g k", count * 1e-3);
+    } else {
+        std::snprintf(text, sizeof text, "%.0f", count);
+    }
+    return text;
+}
+
+std::string short_count(std::uint64_t count) { return short_count(static_cast<double>(count)); }
+
+void append_render(std::string& text, const RunReport& report)
+{
+    const RenderStats& stats = *report.render;
+    const auto record_rays = static_cast<double>(stats.records.hemisphere_rays + stats.records.shadow_rays);
+    append(text, "records  %s in %s waves; %s in noisy places took %s more rays\n",
+           short_count(stats.records.records).c_str(), short_count(stats.records.waves).c_str(),
+           short_count(stats.records.refined).c_str(), short_count(stats.records.refining_rays).c_str());
+    append(text, "rays     %s: hemisphere %s, its shadows %s, direct shadows %s; records shoot %s a second\n",
+           short_count(all_rays(stats)).c_str(), short_count(stats.records.hemisphere_rays).c_str(),
+           short_count(stats.records.shadow_rays).c_str(), short_count(stats.direct_shadow_rays).c_str(),
+           short_count(per(record_rays, seconds_of(report, "records"))).c_str());
+    const double pixels = per(static_cast<double>(stats.splats.samples), static_cast<double>(stats.splats.splats));
+    if (stats.light_cache.cells > 0) {
+        append(text, "bounces  %s cells, %s links from %s rays, their shadows %s\n",
+               short_count(stats.light_cache.cells).c_str(), short_count(stats.light_cache.links).c_str(),
+               short_count(stats.light_cache.rays).c_str(), short_count(stats.light_cache.shadow_rays).c_str());
+    }
+    if (stats.traced.rays > 0) {
+        append(text, "glossy   %s rays along narrow lobes, their shadows %s\n", short_count(stats.traced.rays).c_str(),
+               short_count(stats.traced.shadow_rays).c_str());
+    }
+    append(text, "splats   %s as %s, %s pixels each\n", short_count(stats.splats.splats).c_str(),
+           stats.splat_method.c_str(), short_count(pixels).c_str());
+    append(text,
+           "error    indirect light is off by about %.1f %% in the mean, %.1f %% in the median, %.1f %% at the 95th "
+           "percentile\n",
+           100.0 * stats.error.mean_relative, 100.0 * stats.error.median_relative, 100.0 * stats.error.p95_relative);
+    std::string left_out;
+    for (const PlannedEffect& e : stats.plan.effects) {
+        if (!e.needed && e.has_material) {
+            left_out.append(left_out.empty() ? "" : ", ").append(name_of(e.effect));
+        }
+    }
+    if (!left_out.empty()) {
+        text.append("left out ").append(left_out).append(" (rcsplat plan says why)\n");
+    }
+    append(text, "OpenGL   %s (%s)\n", stats.gl_renderer.c_str(), stats.gl_platform.c_str());
+    if (stats.unserved_pixels > 0) {
+        append(text, "warning  %s visible pixels have no record\n", short_count(stats.unserved_pixels).c_str());
+    }
+}
+
+[[noreturn]] void fail_write(const std::string& path, int error)
+{
+    throw Error(ErrorCode::io, "cannot write " + path + ": " + std::strerror(error));
+}
+
+std::string temporary_name(const std::string& path) { return path + ".tmp-" + std::to_string(::getpid()); }
+
+}  // namespace
+
+void RunReport::add(const std::string& stage, double stage_time) { stage_seconds.emplace_back(stage, stage_time); }
+
+Json to_json(const RunReport& report)
+{
+    Json json;
+    json["version"] = kVersion;
+    json["command"] = report.command;
+    json["scene"] = report.scene;
+    json["camera"] = report.camera;
+    json["width"] = report.width;
+    json["height"] = report.height;
+    json["options"] = Json::object();
+    for (const auto& [name, value] : report.options) {
+        json["options"][name] = value;
+    }
+    json["threads"] = report.threads;
+    json["seconds"] = report.seconds;
+    json["stage_seconds"] = Json::object();
+    json["stages"] = Json::array();  // the same in order; objects have none for many readers
+    for (const auto& [stage, seconds] : report.stage_seconds) {
+        json["stage_seconds"][stage] = seconds_of(report, stage);
+        json["stages"].push_back({{"name", stage}, {"seconds", seconds}});
+    }
+    if (report.render) {
+        add_render(json, report);
+    } else {
+        json["paths"] = report.paths;
+    }
+    if (report.forecast) {
+        json["forecast"] = {{"error", report.forecast->goal_error},
+                            {"seconds", report.forecast->goal_seconds},
+                            {"passes", report.forecast->passes},
+                            {"points", Json::array()}};
+        for (const Forecast::Point& point : report.forecast->points) {
+            json["forecast"]["points"].push_back({{"error", point.error}, {"seconds", finite_or_null(point.seconds)}});
+        }
+    }
+    if (report.record_file) {
+        json["record_file"] = {{"file", report.record_file->file},
+                               {"loaded", report.record_file->loaded},
+                               {"saved", report.record_file->saved}};
+    }
+    if (report.shown_with) {
+        json["tone_map"] = {{"config", report.shown_with->config},
+                            {"display", report.shown_with->display},
+                            {"view", report.shown_with->view},
+                            {"exposure", report.shown_with->exposure}};
+    }
+    json["peak_memory_bytes"] = peak_memory();
+    json["images"] = report.written;
+    return json;
+}
+
+Json to_json(const ErrorMetrics& metrics)
+{
+    return {{"pixels", metrics.pixels},
+            {"not_finite", metrics.not_finite},
+            {"relmse", finite_or_null(metrics.relmse)},
+            {"rmse", finite_or_null(metrics.rmse)},
+            {"mean_relative_error", finite_or_null(metrics.mean_relative_error)},
+            {"median_relative_error", finite_or_null(metrics.median_relative_error)},
+            {"p95_relative_error", finite_or_null(metrics.p95_relative_error)},
+            {"ratio_of_means", finite_or_null(metrics.ratio_of_means)},
+            {"display_psnr", finite_or_null(metrics.display_psnr)},
+            {"flip", finite_or_null(metrics.flip)}};
+}
+
+std::string to_text(const RunReport& report)
+{
+    std::string text;
+    text.append(report.scene).append(", camera \"").append(report.camera).append("\"");
+    append(text, ", %dx%d, %d threads\n", report.width, report.height, report.threads);
+    append(text, "\n%-12s %9s %7s\n", "stage", "seconds", "share");
+    for (const auto& [stage, seconds] : report.stage_seconds) {
+        append(text, "%-12s %9.3f %5.1f %%\n", stage.c_str(), seconds, 100.0 * per(seconds, report.seconds));
+    }
+    append(text, "%-12s %9.3f\n\n", "all", report.seconds);
+    if (report.render) {
+        append_render(text, report);
+    } else {
+        append(text, "paths    %s\n", short_count(report.paths).c_str());
+    }
+    if (report.forecast) {
+        append(text, "forecast %.1f s for %.1f %%; it took %.1f s\n", report.forecast->goal_seconds,
+               100.0 * report.forecast->goal_error, report.seconds);
+    }
+    if (report.record_file) {
+        append(text, "kept     %s records in %s, %s of them from before\n",
+               short_count(report.record_file->saved).c_str(), report.record_file->file.c_str(),
+               short_count(report.record_file->loaded).c_str());
+    }
+    append(text, "memory   %.0f MB at the most\n", static_cast<double>(peak_memory()) * 1e-6);
+    if (report.shown_with) {
+        append(text, "shown    %s on %s (%s), exposure %+.2f EV\n", report.shown_with->view.c_str(),
+               report.shown_with->display.c_str(), report.shown_with->config.c_str(), report.shown_with->exposure);
+    }
+    for (const std::string& file : report.written) {
+        text.append("wrote    ").append(file).append("\n");
+    }
+    return text;
+}
+
+void check_text_path(const std::string& path)
+{
+    if (path.empty()) {
+        return;
+    }
+    std::error_code ignored;
+    if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored)) {
+        throw Error(ErrorCode::io, "cannot write " + path + ": it is not a regular file");
+    }
+    const std::string temporary = temporary_name(path);
+    std::FILE* file = std::fopen(temporary.c_str(), "w");
+    if (file == nullptr) {
+        fail_write(path, errno);
+    }
+    std::fclose(file);
+    ::unlink(temporary.c_str());
+}
+
+void write_text_file(const std::string& path, const std::string& text)
+{
+    const std::string temporary = temporary_name(path);
+    std::FILE* file = std::fopen(temporary.c_str(), "w");
+    if (file == nullptr) {
+        fail_write(path, errno);
+    }
+    errno = 0;
+    const bool written = std::fwrite(text.data(), 1, text.size(), file) == text.size();
+    const bool closed = std::fclose(file) == 0;
+    if (!written || !closed || std::rename(temporary.c_str(), path.c_str()) != 0) {
+        const int error = errno;
+        ::unlink(temporary.c_str());
+        fail_write(path, error);
+    }
+}
+
+}  // namespace rcs::service

@@ -1,0 +1,227 @@
+// What Service answers clients.
+#include <algorithm>
+#include <cstdio>
+
+#include "rcs/error.h"
+#include "server/check_job.h"
+#include "server/service.h"
+#include "server/sockets.h"
+#include "wire/errors.h"
+#include "wire/framing.h"
+
+namespace rcs::service {
+namespace {
+
+constexpr double kMega = 1e6;
+
+}  // namespace
+
+v1::Response Service::answer(const v1::Request& request, const Caller& caller)
+{
+    ++counters_.requests;
+    v1::Response response;
+    try {
+        response = reply_to(request, caller);
+    } catch (const ServiceError& e) {
+        ++counters_.errors;
+        if (queue_.has_changes() && e.code() == v1::ERROR_CODE_UNAVAILABLE) throw;
+        *response.mutable_error() = error_message(e.code(), e.what());
+    } catch (const Error& e) {
+        ++counters_.errors;
+        *response.mutable_error() = error_message(to_wire(e.code()), e.what());
+    }
+    response.set_id(request.id());
+    return response;
+}
+
+v1::Response Service::reply_to(const v1::Request& request, const Caller& caller)
+{
+    v1::Response response;
+    switch (request.call_case()) {
+        case v1::Request::kBlobStatus:
+            *response.mutable_blob_status() = held(request.blob_status(), caller);
+            break;
+        case v1::Request::kBlobPut:
+            *response.mutable_blob_put() = put(request.blob_put(), caller);
+            break;
+        case v1::Request::kSubmit:
+            *response.mutable_submit() = submit(request.submit(), caller);
+            break;
+        case v1::Request::kFetch:
+            *response.mutable_fetch() = fetch(request.fetch(), caller);
+            break;
+        case v1::Request::kCancel:
+            *response.mutable_cancel() = cancel(request.cancel(), caller);
+            break;
+        case v1::Request::kList:
+            *response.mutable_list() = list(request.list(), caller);
+            break;
+        case v1::Request::kJob:
+            *response.mutable_job() = details(request.job(), caller);
+            break;
+        case v1::Request::kStats:
+            *response.mutable_stats() = stats(request.stats().prometheus());
+            break;
+        case v1::Request::kHealth:
+            *response.mutable_health() = health();
+            break;
+        case v1::Request::kPreview:
+            *response.mutable_preview() = preview(request.preview(), caller);
+            break;
+        case v1::Request::kHello:
+        case v1::Request::kWatch:
+        case v1::Request::CALL_NOT_SET:
+            throw ServiceError(v1::ERROR_CODE_PROTOCOL, "a request that this server does not know");
+    }
+    return response;
+}
+
+void Service::check_may_see(std::uint64_t job, const Caller& caller) const
+{
+    const std::string owner = queue_.owner(job);
+    if (owner.empty()) throw ServiceError(v1::ERROR_CODE_NOT_FOUND, "there is no job " + std::to_string(job));
+    if (!caller.sees_all && owner != caller.owner) {
+        throw ServiceError(v1::ERROR_CODE_FORBIDDEN, "job " + std::to_string(job) + " belongs to somebody else");
+    }
+}
+
+void Service::check_space() const
+{
+    const double free = static_cast<double>(free_space(config_.state)) / kMega;
+    if (free < config_.min_free_mb) {
+        char text[160];
+        std::snprintf(text, sizeof text,
+                      "the server's disk is nearly full: %.0f MB are free, %.0f MB are kept for jobs it has", free,
+                      config_.min_free_mb);
+        throw ServiceError(v1::ERROR_CODE_UNAVAILABLE, text);
+    }
+}
+
+v1::BlobStatusReply Service::held(const v1::BlobStatusRequest& request, const Caller& caller)
+{
+    v1::BlobStatusReply reply;
+    for (const v1::Blob& blob : request.blobs()) reply.add_held(blobs_.held(blob, caller.owner));
+    return reply;
+}
+
+v1::BlobPutReply Service::put(const v1::BlobPutRequest& request, const Caller& caller)
+{
+    if (request.data().size() > kMaxChunk)
+        throw ServiceError(v1::ERROR_CODE_LIMIT, "a chunk is larger than max_chunk_bytes");
+    if (stopping_) throw ServiceError(v1::ERROR_CODE_UNAVAILABLE, "the server is stopping");
+    check_space();
+    v1::BlobPutReply reply;
+    reply.set_held(blobs_.put(request.blob(), caller.owner, request.offset(), request.data()));
+    return reply;
+}
+
+v1::SubmitReply Service::submit(const v1::SubmitRequest& request, const Caller& caller)
+{
+    if (stopping_) throw ServiceError(v1::ERROR_CODE_UNAVAILABLE, "the server is stopping");
+    check_space();
+    const CheckedJob checked = check_job(request.job(), config_, blobs_);
+    const auto submitted = queue_.submit(checked.job, caller.owner, checked.scene_key, checked.blobs, now_ms());
+    ++(submitted.existed ? counters_.jobs_repeated : counters_.jobs_submitted);
+    log_.info("job_submitted", {{"job", submitted.job},
+                                {"owner", caller.owner},
+                                {"scene", checked.job.scene().label()},
+                                {"frames", std::max(1, checked.job.frames_size())},
+                                {"existed", submitted.existed}});
+    v1::SubmitReply reply;
+    reply.set_job(submitted.job);
+    reply.set_existed(submitted.existed);
+    return reply;
+}
+
+v1::CancelReply Service::cancel(const v1::CancelRequest& request, const Caller& caller)
+{
+    check_may_see(request.job(), caller);
+    v1::CancelReply reply;
+    reply.set_state(*queue_.cancel(request.job(), now_ms()));
+    log_.info("job_cancelled", {{"job", request.job()}, {"by", caller.owner}});
+    return reply;
+}
+
+v1::ListReply Service::list(const v1::ListRequest& request, const Caller& caller) const
+{
+    if (request.limit() > 1000) throw ServiceError(v1::ERROR_CODE_BAD_ARGUMENT, "limit is above 1000");
+    return queue_.list(request, caller.sees_all ? "" : caller.owner);
+}
+
+v1::JobReply Service::details(const v1::JobRequest& request, const Caller& caller) const
+{
+    if (request.frames() > 500) throw ServiceError(v1::ERROR_CODE_BAD_ARGUMENT, "frames is above 500");
+    check_may_see(request.job(), caller);
+    v1::JobReply reply = queue_.details(request);
+    *reply.mutable_status() = status(request.job(), caller);
+    return reply;
+}
+
+v1::FetchReply Service::fetch(const v1::FetchRequest& request, const Caller& caller) const
+{
+    check_may_see(request.job(), caller);
+    const auto index = queue_.index_of(request.job(), request.frame());
+    const auto found = index ? queue_.file({request.job(), *index}, request.name()) : std::nullopt;
+    if (!found) {
+        throw ServiceError(v1::ERROR_CODE_NOT_FOUND, "job " + std::to_string(request.job()) + " has no picture " +
+                                                         request.name().substr(0, 100) + " of frame " +
+                                                         std::to_string(request.frame()));
+    }
+    const std::size_t length = request.length() != 0 ? std::min<std::size_t>(request.length(), kMaxChunk) : kMaxChunk;
+    const auto& [file, path] = *found;
+    v1::FetchReply reply;
+    *reply.mutable_file() = file;
+    if (request.offset() < file.size()) reply.set_data(read_part(results_path(path), request.offset(), length));
+    if (request.offset() + reply.data().size() < file.size() && reply.data().size() < length) {
+        throw ServiceError(v1::ERROR_CODE_IO, "the picture " + file.name() + " is shorter on disk than it was");
+    }
+    return reply;
+}
+
+v1::PreviewReply Service::preview(const v1::PreviewRequest& request, const Caller& caller) const
+{
+    check_may_see(request.job(), caller);
+    const auto index = queue_.index_of(request.job(), request.frame());
+    const RunningFrame* frame = index ? workers_.running({request.job(), *index}) : nullptr;
+    if (frame == nullptr || frame->preview.empty()) {
+        throw ServiceError(v1::ERROR_CODE_NOT_FOUND,
+                           "there is no preview of frame " + std::to_string(request.frame()) + " now");
+    }
+    v1::PreviewReply reply;
+    reply.set_jpeg(frame->preview);
+    reply.set_number(frame->progress.preview_number());
+    return reply;
+}
+
+v1::JobStatus Service::status(std::uint64_t job, const Caller& caller) const
+{
+    check_may_see(job, caller);
+    v1::JobStatus status = *queue_.status(job);
+    for (const Worker& worker : workers_.workers()) {
+        if (worker.frame && worker.frame->key.job == job) *status.add_running() = worker.frame->progress;
+    }
+    return status;
+}
+
+v1::HealthReply Service::health() const
+{
+    v1::HealthReply reply;
+    for (const Worker& worker : workers_.workers()) {
+        reply.set_workers(reply.workers() + (worker.ready ? 1 : 0));
+        reply.set_busy(reply.busy() + (worker.frame ? 1 : 0));
+    }
+    reply.set_queued_frames(queue_.count(v1::FRAME_STATE_QUEUED) + queue_.count(v1::FRAME_STATE_SOFT_FAILED));
+    reply.set_uptime_seconds(1e-3 * static_cast<double>(now_ms() - started_ms_));
+    std::string why = stopping_ ? "the server is stopping" : workers_.trouble();
+    try {
+        check_space();
+    } catch (const ServiceError& e) {
+        why = e.what();
+    }
+    if (!unsaved_.empty()) why = "pictures wait for the database to take them";
+    reply.set_serving(why.empty());
+    reply.set_message(why);
+    return reply;
+}
+
+}  // namespace rcs::service

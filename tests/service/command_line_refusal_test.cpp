@@ -1,0 +1,165 @@
+// What rcsplat refuses, and in which words.
+
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "support/rcsplat.h"
+#include "support/small_render.h"
+#include "support/temporary_folder.h"
+
+namespace rcs {
+namespace {
+
+using test::expect_error;
+using test::kBadUsage;
+using test::kFailure;
+using test::rcsplat;
+using test::small_render;
+using test::TemporaryFolder;
+using test::triangle_glb;
+using test::write_bytes;
+
+const std::vector<std::pair<std::string, std::string>> kBadValues{{"--size", "0x0"},
+                                                                  {"--size", "64"},
+                                                                  {"--size", "64x"},
+                                                                  {"--size", "-4x4"},
+                                                                  {"--size", "64x64x64"},
+                                                                  {"--size", "16385x1"},
+                                                                  {"--accuracy", "-1"},
+                                                                  {"--accuracy", "0"},
+                                                                  {"--accuracy", "1.5"},
+                                                                  {"--accuracy", "nan"},
+                                                                  {"--accuracy", "fine"},
+                                                                  {"--rays", "15"},
+                                                                  {"--rays", "64.5"},
+                                                                  {"--noise", "0"},
+                                                                  {"--noise", "1.1"},
+                                                                  {"--lobe-rays", "0"},
+                                                                  {"--bounces", "65"},
+                                                                  {"--bounces", "-1"},
+                                                                  {"--aa", "0"},
+                                                                  {"--aa", "65"},
+                                                                  {"--overlap", "0.5"},
+                                                                  {"--area-samples", "0"},
+                                                                  {"--threads", "-1"},
+                                                                  {"--seed", "-1"},
+                                                                  {"--splat", "cubes"},
+                                                                  {"--exposure", "bright"},
+                                                                  {"--exposure", "inf"},
+                                                                  {"--layers", "nope"},
+                                                                  {"--environment", "sky"},
+                                                                  {"--environment", "1,2"},
+                                                                  {"--environment", "1,2,-3"},
+                                                                  {"--log-level", "all"},
+                                                                  {"--pixel-format", "32"},
+                                                                  {"--environment", "1,2,3,4"},
+                                                                  {"--time", "soon"},
+                                                                  {"--time", "nan"},
+                                                                  {"--lens-shift", "1"},
+                                                                  {"--lens-shift", "0,11"},
+                                                                  {"--lens-shift", "a,b"},
+                                                                  {"--lens-shift", "nan,0"}};
+
+TEST(CommandLine, BadScenesFailWithOneLineThatNamesThem)
+{
+    const TemporaryFolder folder;
+    const std::string picture = folder / "picture.png";
+    write_bytes(folder / "whole.glb", triangle_glb(0.0f));
+    ASSERT_EQ(rcsplat(small_render(folder / "whole.glb", {"-o", folder / "whole.png"})).code, 0)
+        << "the triangle itself is fine";
+
+    expect_error(small_render(folder / "missing.glb", {"-o", picture}), kFailure, "missing.glb", folder);
+    for (const std::size_t length : {0u, 3u, 11u, 15u, 60u, 400u}) {
+        write_bytes(folder / "truncated.glb", triangle_glb(0.0f).substr(0, length));
+        expect_error(small_render(folder / "truncated.glb", {"-o", picture}), kFailure, "truncated.glb", folder);
+    }
+    const std::string whole = triangle_glb(0.0f);
+    write_bytes(folder / "truncated.glb", whole.substr(0, whole.size() - 4));
+    expect_error(small_render(folder / "truncated.glb", {"-o", picture}), kFailure, "truncated.glb", folder);
+
+    for (const float z : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+        write_bytes(folder / "nan.glb", triangle_glb(z));
+        expect_error(small_render(folder / "nan.glb", {"-o", picture}), kFailure, "nan.glb", folder);
+    }
+    write_bytes(folder / "list.gltf", R"({"shopping": ["eggs", "milk"]})");
+    expect_error(small_render(folder / "list.gltf", {"-o", picture}), kFailure, "list.gltf", folder);
+    write_bytes(folder / "text.gltf", "not even JSON");
+    expect_error(small_render(folder / "text.gltf", {"-o", picture}), kFailure, "text.gltf", folder);
+    expect_error(small_render(folder.path(), {"-o", picture}), kFailure, folder.path(), folder);
+    expect_error(small_render("demo:nope", {"-o", picture}), kFailure, "demo:nope", folder);
+    expect_error(small_render("demo:cornell", {"-o", picture, "--camera", "nope"}), kFailure, "nope", folder);
+    expect_error(small_render("demo:cornell", {"-o", picture, "--camera", "7"}), kFailure, "7", folder);
+}
+
+TEST(CommandLine, BadOutputsFailBeforeAnythingIsRendered)
+{
+    const TemporaryFolder folder;
+    // So large that a test which renders first would run into its time limit.
+    const auto huge = [](std::vector<std::string> more) {
+        std::vector<std::string> arguments{"render", "demo:cornell", "--size", "16384x16384", "--aa", "64"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return arguments;
+    };
+    expect_error(huge({"-o", folder / "nowhere/a.png"}), kFailure, "nowhere", folder);
+    expect_error(huge({"-o", "/proc/a.png"}), kFailure, "/proc/a.png", folder);
+    expect_error(huge({"-o", folder / "a.png", "-o", folder / "nowhere/b.exr"}), kFailure, "b.exr", folder);
+    std::filesystem::create_directory(folder / "dir.png");
+    expect_error(huge({"-o", folder / "dir.png"}), kFailure, "dir.png", folder);
+    expect_error(huge({"-o", folder / "a.gif"}), kBadUsage, "a.gif", folder);
+    expect_error(huge({"-o", folder / "a.png", "-o", folder / "a.png"}), kBadUsage, "a.png", folder);
+    expect_error(huge({"-o", folder / "a.png", "--stats", folder / "nowhere/s.json"}), kFailure, "s.json", folder);
+    expect_error(huge({"-o", folder / "a.png", "--view", "Filmic"}), kFailure, "Filmic", folder);
+    expect_error(huge({"-o", folder / "a.png", "--display", "Wall"}), kFailure, "Wall", folder);
+    expect_error(huge({"-o", folder / "a.png", "--ocio", folder / "no.ocio"}), kFailure, "no.ocio", folder);
+}
+
+TEST(CommandLine, BadValuesNameTheOptionAndTheValue)
+{
+    const TemporaryFolder folder;
+    for (const auto& [option, value] : kBadValues) {
+        const std::vector<std::string> arguments{"render", "demo:cornell", "-o", folder / "a.exr", option, value};
+        expect_error(arguments, kBadUsage, option + ": " + value + " ", folder);
+    }
+}
+
+TEST(CommandLine, OptionsThatDoNotGoTogetherAreNamed)
+{
+    const TemporaryFolder folder;
+    expect_error({"render", "demo:cornell"}, kBadUsage, "--output", folder);
+    expect_error({"render", "-o", folder / "a.png"}, kBadUsage, "scene", folder);
+    expect_error({"render", "demo:cornell", "-o", folder / "a.png", "--colour"}, kBadUsage, "--colour", folder);
+    const std::string picture = folder / "a.png";
+    expect_error({"render", "demo:cornell", "-o", picture, "--pixel-format", "half"}, kBadUsage, "half", folder);
+    expect_error({"render", "demo:cornell", "-o", picture, "--layers", "depth"}, kBadUsage, "--layers", folder);
+    expect_error({"render", "demo:cornell", "-o", picture, "--budget", "5s", "--rays", "64"}, kBadUsage, "--rays",
+                 folder);
+    expect_error({"render", "demo:cornell", "-o", picture, "--target-error", "5%", "--noise", "0.1"}, kBadUsage,
+                 "--noise", folder);
+    expect_error({"render", "demo:cornell", "--dry-run", "--accuracy", "0.1"}, kBadUsage, "--accuracy", folder);
+    expect_error({"render", "demo:cornell", "-o", folder / "a.png", "--effects", "mirrors"}, kBadUsage, "mirrors",
+                 folder);
+    expect_error({"render", "demo:cornell", "-o", folder / "a.png", "--with", "motion"}, kBadUsage, "motion", folder);
+    expect_error({"render", "demo:cornell", "-o", folder / "a.png", "--with", "highlights", "--without", "highlights"},
+                 kBadUsage, "--without: highlights is also given to --with", folder);
+    expect_error({"plan", "demo:cornell", "--without", "all"}, kBadUsage, "--without", folder);
+    expect_error({"paint", "demo:cornell"}, kBadUsage, "paint", folder);
+    expect_error({}, kBadUsage, "subcommand", folder);
+    expect_error({"reference", "demo:cornell", "-o", folder / "a.exr", "--spp", "8"}, kBadUsage, "--spp", folder);
+    expect_error({"reference", "demo:cornell", "-o", folder / "a.exr", "--stride", "0"}, kBadUsage, "--stride", folder);
+    expect_error({"compare", folder / "a.exr", folder / "b.exr"}, kFailure, "a.exr", folder);
+}
+
+TEST(CommandLine, NumbersOfJobsAreCheckedBeforeAServerIsAsked)
+{
+    const TemporaryFolder folder;
+    for (const char* command : {"watch", "fetch", "cancel"})
+        for (const char* job : {"abc", "0", "1.5", "12x", "99999999999999999999"})
+            expect_error({command, job, "--server", folder / "socket"}, kBadUsage, job, folder);
+}
+
+}  // namespace
+}  // namespace rcs
