@@ -39,6 +39,20 @@ void add_scene_arguments(CLI::App& app, SceneArguments& arguments, Size default_
     add_number(app, "--threads", arguments.threads, {0, kMostThreads}, "Worker threads; 0 takes every core");
 }
 
+SceneChoice scene_choice(const SceneArguments& arguments)
+{
+    SceneChoice choice{arguments.scene, arguments.time, parse_environment(arguments.environment)};
+    choice.environment.rotation_degrees = arguments.environment_rotation;
+    return choice;
+}
+
+CameraChoice camera_choice(const SceneArguments& arguments)
+{
+    CameraChoice choice{arguments.camera, {}, {}};
+    if (!arguments.lens_shift.empty()) choice.lens_shift = parse_lens_shift(arguments.lens_shift);
+    return choice;
+}
+
 void add_output_arguments(CLI::App& app, OutputArguments& arguments, const std::vector<std::string>& layers)
 {
     app.add_option("-o,--output", arguments.files,

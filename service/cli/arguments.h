@@ -8,6 +8,7 @@
 
 #include "cli/number.h"
 #include "cli/parse.h"
+#include "rcs/scene_choice.h"
 #include "rcs/tone_map.h"
 
 namespace rcs::service {
@@ -24,6 +25,10 @@ struct SceneArguments {
     int threads = 0;
 };
 void add_scene_arguments(CLI::App& app, SceneArguments& arguments, Size default_size);
+
+// What these say, as the library takes it.
+SceneChoice scene_choice(const SceneArguments& arguments);
+CameraChoice camera_choice(const SceneArguments& arguments);
 
 /// Where pictures go and how they are shown.
 struct OutputArguments {

@@ -152,7 +152,7 @@ void measure_accuracy(const AccuracyArguments& arguments, const CLI::App& comman
     ThreadPool pool(arguments.scene.threads);
     RunReport run = begin_report(command, arguments.scene, pool);
     const Scene scene = load(arguments.scene, bar, run);
-    const View view{choose_camera(scene, arguments.scene), run.width, run.height};
+    const View view{choose_camera(scene, camera_choice(arguments.scene)), run.width, run.height};
     const RayScene rays = build_rays(scene, EffectChoice{}, pool, bar, run);
     limit_gl_threads(pool.size());
     GlContext gl(bar.log());

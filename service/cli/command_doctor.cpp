@@ -143,7 +143,7 @@ void examine(const DoctorArguments& arguments)
     if (!arguments.scene.scene.empty()) {
         RunReport unused;
         scene = load(arguments.scene, bar, unused);
-        camera = choose_camera(scene, arguments.scene);
+        camera = choose_camera(scene, camera_choice(arguments.scene));
     }
     bar.finish();
     if (!arguments.json) print_machine(report);

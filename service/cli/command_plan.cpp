@@ -24,7 +24,7 @@ void print_plan(const RenderArguments& arguments, const CLI::App& command)
     ThreadPool pool(arguments.scene.threads);
     RunReport report = begin_report(command, arguments.scene, pool);
     const Scene scene = load(arguments.scene, bar, report);
-    const Camera camera = choose_camera(scene, arguments.scene);
+    const Camera camera = choose_camera(scene, camera_choice(arguments.scene));
     const RayScene rays = build_rays(scene, options.effects, pool, bar, report);
     const EffectPlan plan = timed(report, "plan", [&] { return plan_effects(rays, camera, options); });
     bar.finish();

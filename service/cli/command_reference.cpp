@@ -35,7 +35,7 @@ void trace_reference(const ReferenceArguments& arguments, const CLI::App& comman
     ThreadPool pool(arguments.scene.threads);
     RunReport report = begin_report(command, arguments.scene, pool);
     const Scene scene = load(arguments.scene, bar, report);
-    const View view{choose_camera(scene, arguments.scene), report.width, report.height};
+    const View view{choose_camera(scene, camera_choice(arguments.scene)), report.width, report.height};
     report.camera = view.camera.name;
     const RayScene rays = build_rays(scene, EffectChoice{}, pool, bar, report);
 

@@ -96,7 +96,7 @@ void render_scene(const RenderArguments& arguments, const std::string& record_fi
     ThreadPool pool(arguments.scene.threads);
     RunReport report = begin_report(command, arguments.scene, pool);
     const Scene scene = load(arguments.scene, bar, report);
-    const Camera camera = choose_camera(scene, arguments.scene);
+    const Camera camera = choose_camera(scene, camera_choice(arguments.scene));
     report.camera = camera.name;
     std::vector<Record> records = kept.load(scene, options, report);
     const RayScene rays = build_rays(scene, options.effects, pool, bar, report);

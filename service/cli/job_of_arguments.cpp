@@ -11,6 +11,7 @@
 #include "rcs/scene.h"
 #include "wire/errors.h"
 #include "wire/options.h"
+#include "wire/scene.h"
 
 namespace rcs::service {
 namespace {
@@ -66,17 +67,12 @@ void request_scene(const RenderArguments& arguments, bool on_server, RequestedJo
 
 void request_environment(const SceneArguments& arguments, RequestedJob& requested)
 {
+    const EnvironmentChoice choice = scene_choice(arguments).environment;
     v1::Environment& environment = *requested.job.mutable_environment();
-    environment.set_label(utf8_text(arguments.environment));
-    environment.set_rotation_degrees(arguments.environment_rotation);
-    const EnvironmentChoice choice = parse_environment(arguments.environment);
-    if (choice.radiance) {
-        environment.mutable_constant()->set_red(choice.radiance->x);
-        environment.mutable_constant()->set_green(choice.radiance->y);
-        environment.mutable_constant()->set_blue(choice.radiance->z);
-    } else if (!choice.file.empty()) {
-        *environment.mutable_image() = add_upload(choice.file, requested);
-        environment.set_image_ending(lower(fs::path(choice.file).extension().string()));
+    environment = to_message(choice, utf8_text(arguments.environment));
+    if (!choice.image.empty()) {
+        *environment.mutable_image() = add_upload(choice.image, requested);
+        environment.set_image_ending(lower(fs::path(choice.image).extension().string()));
     }
 }
 
@@ -108,8 +104,8 @@ v1::Frame request_frame(const RenderArguments& arguments, int number)
     v1::Frame frame;
     frame.set_number(number);
     if (!arguments.scene.camera.empty()) frame.set_camera_name(utf8_text(arguments.scene.camera));
-    if (!arguments.scene.lens_shift.empty())
-        *frame.mutable_lens_shift() = to_message(parse_lens_shift(arguments.scene.lens_shift));
+    const CameraChoice camera = camera_choice(arguments.scene);
+    if (camera.lens_shift) *frame.mutable_lens_shift() = to_message(*camera.lens_shift);
     if (arguments.scene.time) frame.set_time(*arguments.scene.time);
     return frame;
 }

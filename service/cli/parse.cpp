@@ -102,7 +102,7 @@ EnvironmentChoice parse_environment(const std::string& text)
         return {};
     }
     if (text == "none") {
-        return {glm::vec3(0.0f), {}};
+        return {glm::vec3(0.0f), {}, 0.0};
     }
     glm::vec3 radiance(0.0f);
     const char* cursor = text.c_str();
@@ -114,12 +114,12 @@ EnvironmentChoice parse_environment(const std::string& text)
         }
         radiance[c] = static_cast<float>(value);
         if (c == 2 && *cursor == '\0' && std::isfinite(radiance.x + radiance.y + radiance.z)) {
-            return {radiance, {}};
+            return {radiance, {}, 0.0};
         }
     }
     std::error_code ignored;
     if (std::filesystem::is_regular_file(text, ignored)) {
-        return {std::nullopt, text};
+        return {std::nullopt, text, 0.0};
     }
     throw Error(ErrorCode::bad_argument,
                 text + " is neither scene nor none nor R,G,B with three values of at least 0 nor a file");

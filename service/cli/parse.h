@@ -8,6 +8,7 @@
 
 #include "rcs/error.h"
 #include "rcs/log.h"
+#include "rcs/scene_choice.h"
 #include "rcs/splat.h"
 
 namespace rcs::service {
@@ -28,10 +29,6 @@ double parse_error_target(const std::string& text);
 /// "20s", "2m" or "20", in seconds. @return [s], in (0, 1e6]
 double parse_budget(const std::string& text);
 /// What --environment says: nothing, a constant, or the name of a file.
-struct EnvironmentChoice {
-    std::optional<glm::vec3> radiance;
-    std::string file;
-};
 EnvironmentChoice parse_environment(const std::string& text);
 std::optional<float> parse_exposure(const std::string& text);
 LogLevel parse_log_level(const std::string& text);

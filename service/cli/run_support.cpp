@@ -1,7 +1,6 @@
 #include "cli/run_support.h"
 
 #include <cstdio>
-#include <numbers>
 #include <string>
 
 #include <nlohmann/json.hpp>
@@ -24,17 +23,6 @@ std::string value_of(const CLI::Option& option)
         joined.append(joined.empty() ? "" : ",").append(value);
     }
     return joined;
-}
-
-/// A constant or an image takes the place of all that the scene says about its sky.
-void set_environment(Scene& scene, const SceneArguments& arguments, ProgressBar& bar)
-{
-    const EnvironmentChoice choice = parse_environment(arguments.environment);
-    if (choice.radiance || !choice.file.empty()) {
-        scene.sky_radiance = choice.radiance.value_or(glm::vec3(0.0f));
-        scene.environment = choice.file.empty() ? EnvironmentImage{} : load_environment(choice.file, bar.log());
-    }
-    scene.environment.rotation += arguments.environment_rotation * std::numbers::pi / 180.0;
 }
 
 }  // namespace
@@ -60,17 +48,9 @@ RunReport begin_report(const CLI::App& command, const SceneArguments& arguments,
 Scene load(const SceneArguments& arguments, ProgressBar& bar, RunReport& report)
 {
     bar.show("load", 0.0f);
-    Scene scene = timed(report, "load", [&] { return load_scene(arguments.scene, bar.log(), {arguments.time}); });
-    set_environment(scene, arguments, bar);
+    Scene scene = timed(report, "load", [&] { return load_scene(scene_choice(arguments), bar.log()); });
     stop_if_interrupted();
     return scene;
-}
-
-Camera choose_camera(const Scene& scene, const SceneArguments& arguments)
-{
-    Camera camera = find_camera(scene, arguments.camera);
-    if (!arguments.lens_shift.empty()) camera.lens_shift = parse_lens_shift(arguments.lens_shift);
-    return camera;
 }
 
 RayScene build_rays(const Scene& scene, const EffectChoice& effects, const ThreadPool& pool, ProgressBar& bar,

@@ -20,9 +20,6 @@ RunReport begin_report(const CLI::App& command, const SceneArguments& arguments,
 /// The scene with the sky that the command line asks for.
 Scene load(const SceneArguments& arguments, ProgressBar& bar, RunReport& report);
 
-/// The camera that the command line asks for.
-Camera choose_camera(const Scene& scene, const SceneArguments& arguments);
-
 RayScene build_rays(const Scene& scene, const EffectChoice& effects, const ThreadPool& pool, ProgressBar& bar,
                     RunReport& report);
 

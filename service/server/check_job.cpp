@@ -7,6 +7,7 @@
 #include "server/sockets.h"
 #include "wire/errors.h"
 #include "wire/options.h"
+#include "wire/scene.h"
 
 namespace rcs::service {
 namespace {

@@ -1,7 +1,6 @@
 #include "wire/options.h"
 
 #include <cmath>
-#include <numbers>
 #include <string>
 
 #include "rcs/error.h"
@@ -236,64 +235,6 @@ OutputFile from_message(const v1::Output& m)
     if (m.has_jpeg_quality()) file.options.jpeg_quality = m.jpeg_quality();
     file.options.layers.assign(m.layers().begin(), m.layers().end());
     return file;
-}
-
-v1::LensShift to_message(const glm::dvec2& lens_shift)
-{
-    v1::LensShift m;
-    m.set_right(lens_shift.x);
-    m.set_up(lens_shift.y);
-    return m;
-}
-
-glm::dvec2 from_message(const v1::LensShift& m)
-{
-    for (const double part : {m.right(), m.up()}) {
-        if (!(std::abs(part) <= kMostLensShift))
-            refuse("lens_shift has " + std::to_string(part) + ", expected values in [-10, 10]");
-    }
-    return {m.right(), m.up()};
-}
-
-v1::Camera to_message(const Camera& camera)
-{
-    const auto& [name, projection, world_from_view, yfov, ymag, lens_shift] = camera;
-    v1::Camera m;
-    m.set_name(name);
-    m.set_projection(projection == Projection::perspective ? v1::Camera::PROJECTION_PERSPECTIVE
-                                                           : v1::Camera::PROJECTION_ORTHOGRAPHIC);
-    for (int column = 0; column < 4; ++column) {
-        for (int row = 0; row < 4; ++row) m.add_world_from_view(world_from_view[column][row]);
-    }
-    m.set_yfov(yfov);
-    m.set_ymag(ymag);
-    *m.mutable_lens_shift() = to_message(lens_shift);
-    return m;
-}
-
-Camera from_message(const v1::Camera& m)
-{
-    Camera camera;
-    camera.name = m.name();
-    camera.projection =
-        m.projection() == v1::Camera::PROJECTION_ORTHOGRAPHIC ? Projection::orthographic : Projection::perspective;
-    if (m.world_from_view_size() != 0 && m.world_from_view_size() != 16) {
-        refuse("world_from_view has " + std::to_string(m.world_from_view_size()) + " values, expected 16");
-    }
-    for (int i = 0; i < m.world_from_view_size(); ++i) {
-        if (!std::isfinite(m.world_from_view(i))) refuse("world_from_view has a value that is not finite");
-        camera.world_from_view[i / 4][i % 4] = m.world_from_view(i);
-    }
-    if (m.has_yfov()) camera.yfov = m.yfov();
-    if (m.has_ymag()) camera.ymag = m.ymag();
-    if (!(camera.yfov > 0.0 && camera.yfov < std::numbers::pi)) {
-        refuse("yfov is " + std::to_string(camera.yfov) + ", expected a value in (0, pi)");
-    }
-    if (!(camera.ymag > 0.0 && std::isfinite(camera.ymag))) {
-        refuse("ymag is " + std::to_string(camera.ymag) + ", expected a value above 0");
-    }
-    camera.lens_shift = from_message(m.lens_shift());
-    return camera;
 }
 
 }  // namespace rcs::service

@@ -1,7 +1,6 @@
 #pragma once
 
 #include "output/output_files.h"
-#include "rcs/camera.h"
 #include "rcs/render.h"
 #include "rcs/tone_map.h"
 #include "rcs/v1/options.pb.h"
@@ -22,13 +21,5 @@ ToneMapOptions from_message(const v1::ToneMap& message);
 /// Its path is the output's name.
 v1::Output to_message(const OutputFile& file);
 OutputFile from_message(const v1::Output& message);
-
-v1::LensShift to_message(const glm::dvec2& lens_shift);
-/// @throws ServiceError bad_argument
-glm::dvec2 from_message(const v1::LensShift& message);
-
-v1::Camera to_message(const Camera& camera);
-/// @throws rcs::Error bad_argument
-Camera from_message(const v1::Camera& message);
 
 }  // namespace rcs::service

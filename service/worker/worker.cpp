@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
-#include <numbers>
 #include <optional>
 
 #include <sys/stat.h>
@@ -23,6 +21,7 @@
 #include "wire/errors.h"
 #include "wire/files.h"
 #include "wire/options.h"
+#include "wire/scene.h"
 #include "wire/sha256.h"
 #include "worker/frame_progress.h"
 #include "worker/server_link.h"
@@ -70,27 +69,11 @@ std::string key_of(const internal::Task& task, const EffectChoice& effects)
     return key;
 }
 
-void set_environment(Scene& scene, const internal::Task& task, const LogFunction& log)
+SceneChoice scene_choice(const internal::Task& task)
 {
-    const v1::Environment& environment = task.job().environment();
-    if (environment.has_constant() || environment.has_image()) {
-        const auto& c = environment.constant();
-        scene.sky_radiance = environment.has_constant() ? glm::vec3(c.red(), c.green(), c.blue()) : glm::vec3(0.0f);
-        scene.environment =
-            environment.has_image() ? load_environment(task.environment_file(), log) : EnvironmentImage{};
-    }
-    scene.environment.rotation += environment.rotation_degrees() * std::numbers::pi / 180.0;
-}
-
-Camera camera_of(const internal::Task& task, const Scene& scene)
-{
-    const v1::Frame& frame = task.frame();
-    Camera camera =
-        frame.has_camera_given() ? from_message(frame.camera_given()) : find_camera(scene, frame.camera_name());
-    if (frame.has_camera_given())
-        camera.world_from_view[3] -= glm::dvec4(scene.origin, 0.0);  // given in the file's space
-    if (frame.has_lens_shift()) camera.lens_shift = from_message(frame.lens_shift());
-    return camera;
+    SceneChoice choice{task.scene_file(), {}, from_message(task.job().environment(), task.environment_file())};
+    if (task.frame().has_time()) choice.time = task.frame().time();
+    return choice;
 }
 
 /// Averages blocks of pixels until the picture is small.
@@ -203,10 +186,7 @@ KeptScene& FrameRenderer::scene_of(const internal::Task& task, const RenderOptio
     const LogFunction log = warnings();
     const auto begin = Clock::now();
     auto fresh = std::make_unique<KeptScene>();
-    LoadOptions load_options;
-    if (task.frame().has_time()) load_options.time = task.frame().time();
-    fresh->scene = timed(report, "load", [&] { return load_scene(task.scene_file(), log, load_options); });
-    set_environment(fresh->scene, task, log);
+    fresh->scene = timed(report, "load", [&] { return load_scene(scene_choice(task), log); });
     fresh->rays = timed(report, "bvh", [&] { return build_ray_scene(fresh->scene, pool_, options.effects); });
     fresh->key = key;
     kept_ = std::move(fresh);
@@ -277,7 +257,7 @@ internal::Done FrameRenderer::render_frame(const internal::Task& task)
     const OutputFiles outputs(files, tone_map, log);
     show("load", 0.0f);
     KeptScene& kept = scene_of(task, options, report, done);
-    const Camera camera = camera_of(task, kept.scene);
+    const Camera camera = choose_camera(kept.scene, camera_choice(task.frame()));
     report.camera = camera.name;
     previewed_ = Clock::now();
     const auto forecast = [&](const Forecast& f) {

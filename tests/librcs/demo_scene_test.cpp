@@ -9,6 +9,7 @@
 
 #include "rcs/error.h"
 #include "rcs/scene.h"
+#include "rcs/scene_choice.h"
 #include "support/gltf_builder.h"
 
 namespace rcs::test {
@@ -135,6 +136,35 @@ TEST(FindCamera, TakesANameANumberOrNothing)
     for (const char* wrong : {"nope", "3", "-1", "1x", "99999999999999999999"}) {
         expect_error(ErrorCode::not_found, {wrong, "left, right, 0"}, [&] { find_camera(scene, wrong); });
     }
+}
+
+TEST(ChooseCamera, TakesTheScenesOrOneThatIsGivenAndShiftsItsLens)
+{
+    Scene scene;
+    scene.cameras.push_back({"left"});
+    scene.origin = {100.0, 0.0, 0.0};
+    EXPECT_EQ(choose_camera(scene, {}).name, "left");
+    EXPECT_EQ(choose_camera(scene, {"left", {}, glm::dvec2(0.25, 1.0)}).lens_shift, glm::dvec2(0.25, 1.0));
+    Camera given{"given"};
+    given.world_from_view[3] = {101.0, 2.0, 3.0, 1.0};
+    const Camera chosen = choose_camera(scene, {"left", given, {}});
+    EXPECT_EQ(chosen.name, "given");
+    EXPECT_EQ(camera_position(chosen), glm::dvec3(1.0, 2.0, 3.0)) << "is given in the space of the file";
+}
+
+TEST(SetEnvironment, TakesThePlaceOfTheScenesSkyAndAddsItsRotation)
+{
+    Scene scene;
+    scene.sky_radiance = glm::vec3(1.0f);
+    scene.environment = {"sky", 1, 1, {glm::vec3(2.0f)}, 0.5};
+    set_environment(scene, {{}, "", 180.0});
+    EXPECT_EQ(scene.sky_radiance, glm::vec3(1.0f)) << "nothing chosen: the scene's own";
+    EXPECT_FALSE(scene.environment.empty());
+    EXPECT_NEAR(scene.environment.rotation, 0.5 + 3.14159265358979, 1e-12);
+    set_environment(scene, {glm::vec3(3.0f), "", 0.0});
+    EXPECT_EQ(scene.sky_radiance, glm::vec3(3.0f));
+    EXPECT_TRUE(scene.environment.empty());
+    EXPECT_THROW(set_environment(scene, {{}, "/no/such.hdr", 0.0}), Error);
 }
 
 TEST(Validate, NamesWhatIsWrong)

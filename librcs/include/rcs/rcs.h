@@ -21,6 +21,7 @@
 #include "rcs/reference.h"
 #include "rcs/render.h"
 #include "rcs/scene.h"
+#include "rcs/scene_choice.h"
 #include "rcs/splat.h"
 #include "rcs/stability.h"
 #include "rcs/sweep.h"

@@ -1,4 +1,5 @@
 #include "wire/options.h"
+#include "wire/scene.h"
 
 #include <fstream>
 #include <regex>

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include <glm/glm.hpp>
+
+#include "rcs/camera.h"
+#include "rcs/log.h"
+#include "rcs/scene.h"
+
+namespace rcs {
+
+/// What comes from outside the scene. Without a constant and without an image: what the scene itself says.
+struct EnvironmentChoice {
+    std::optional<glm::vec3> radiance;  ///< the same from every direction [W m^-2 sr^-1], >= 0; wins over `image`
+    std::string image;                  ///< latitude-longitude image, a file
+    double rotation_degrees = 0.0;      ///< turns the sky about the vertical, counter-clockwise seen from above
+};
+
+/// What is rendered: a scene in one pose, under one sky.
+struct SceneChoice {
+    std::string source;          ///< as load_scene() takes it
+    std::optional<double> time;  ///< as LoadOptions::time [s]
+    EnvironmentChoice environment;
+};
+
+/// From where it is seen.
+struct CameraChoice {
+    std::string name;                      ///< as find_camera() takes it
+    std::optional<Camera> given;           ///< instead of one of the scene's, in the space of the scene's file
+    std::optional<glm::dvec2> lens_shift;  ///< instead of the camera's own [heights of the picture]
+};
+
+/// A constant or an image takes the place of all that the scene says about its sky; the rotation adds to what is there.
+/// @throws Error bad_file that names the image
+void set_environment(Scene& scene, const EnvironmentChoice& choice, const LogFunction& log = {});
+
+/// load_scene() and set_environment().
+Scene load_scene(const SceneChoice& choice, const LogFunction& log = {});
+
+/// @throws Error not_found; the message lists the cameras there are
+Camera choose_camera(const Scene& scene, const CameraChoice& choice);
+
+}  // namespace rcs

@@ -1,0 +1,31 @@
+#include "rcs/scene_choice.h"
+
+#include <numbers>
+
+namespace rcs {
+
+void set_environment(Scene& scene, const EnvironmentChoice& choice, const LogFunction& log)
+{
+    if (choice.radiance || !choice.image.empty()) {
+        scene.sky_radiance = choice.radiance.value_or(glm::vec3(0.0f));
+        scene.environment = choice.radiance ? EnvironmentImage{} : load_environment(choice.image, log);
+    }
+    scene.environment.rotation += choice.rotation_degrees * std::numbers::pi / 180.0;
+}
+
+Scene load_scene(const SceneChoice& choice, const LogFunction& log)
+{
+    Scene scene = load_scene(choice.source, log, {choice.time});
+    set_environment(scene, choice.environment, log);
+    return scene;
+}
+
+Camera choose_camera(const Scene& scene, const CameraChoice& choice)
+{
+    Camera camera = choice.given ? *choice.given : find_camera(scene, choice.name);
+    if (choice.given) camera.world_from_view[3] -= glm::dvec4(scene.origin, 0.0);
+    if (choice.lens_shift) camera.lens_shift = *choice.lens_shift;
+    return camera;
+}
+
+}  // namespace rcs

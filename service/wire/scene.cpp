@@ -1,0 +1,105 @@
+#include "wire/scene.h"
+
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "rcs/error.h"
+
+namespace rcs::service {
+namespace {
+
+[[noreturn]] void refuse(const std::string& what) { throw Error(ErrorCode::bad_argument, what); }
+
+}  // namespace
+
+v1::LensShift to_message(const glm::dvec2& lens_shift)
+{
+    v1::LensShift m;
+    m.set_right(lens_shift.x);
+    m.set_up(lens_shift.y);
+    return m;
+}
+
+glm::dvec2 from_message(const v1::LensShift& m)
+{
+    for (const double part : {m.right(), m.up()}) {
+        if (!(std::abs(part) <= kMostLensShift))
+            refuse("lens_shift has " + std::to_string(part) + ", expected values in [-10, 10]");
+    }
+    return {m.right(), m.up()};
+}
+
+v1::Camera to_message(const Camera& camera)
+{
+    const auto& [name, projection, world_from_view, yfov, ymag, lens_shift] = camera;
+    v1::Camera m;
+    m.set_name(name);
+    m.set_projection(projection == Projection::perspective ? v1::Camera::PROJECTION_PERSPECTIVE
+                                                           : v1::Camera::PROJECTION_ORTHOGRAPHIC);
+    for (int column = 0; column < 4; ++column) {
+        for (int row = 0; row < 4; ++row) m.add_world_from_view(world_from_view[column][row]);
+    }
+    m.set_yfov(yfov);
+    m.set_ymag(ymag);
+    *m.mutable_lens_shift() = to_message(lens_shift);
+    return m;
+}
+
+Camera from_message(const v1::Camera& m)
+{
+    Camera camera;
+    camera.name = m.name();
+    camera.projection =
+        m.projection() == v1::Camera::PROJECTION_ORTHOGRAPHIC ? Projection::orthographic : Projection::perspective;
+    if (m.world_from_view_size() != 0 && m.world_from_view_size() != 16) {
+        refuse("world_from_view has " + std::to_string(m.world_from_view_size()) + " values, expected 16");
+    }
+    for (int i = 0; i < m.world_from_view_size(); ++i) {
+        if (!std::isfinite(m.world_from_view(i))) refuse("world_from_view has a value that is not finite");
+        camera.world_from_view[i / 4][i % 4] = m.world_from_view(i);
+    }
+    if (m.has_yfov()) camera.yfov = m.yfov();
+    if (m.has_ymag()) camera.ymag = m.ymag();
+    if (!(camera.yfov > 0.0 && camera.yfov < std::numbers::pi)) {
+        refuse("yfov is " + std::to_string(camera.yfov) + ", expected a value in (0, pi)");
+    }
+    if (!(camera.ymag > 0.0 && std::isfinite(camera.ymag))) {
+        refuse("ymag is " + std::to_string(camera.ymag) + ", expected a value above 0");
+    }
+    camera.lens_shift = from_message(m.lens_shift());
+    return camera;
+}
+
+v1::Environment to_message(const EnvironmentChoice& choice, const std::string& label)
+{
+    v1::Environment m;
+    m.set_label(label);
+    m.set_rotation_degrees(choice.rotation_degrees);
+    if (choice.radiance) {
+        m.mutable_constant()->set_red(choice.radiance->x);
+        m.mutable_constant()->set_green(choice.radiance->y);
+        m.mutable_constant()->set_blue(choice.radiance->z);
+    }
+    return m;
+}
+
+EnvironmentChoice from_message(const v1::Environment& m, const std::string& image_file)
+{
+    EnvironmentChoice choice;
+    const auto& c = m.constant();
+    if (m.has_constant()) choice.radiance = glm::vec3(c.red(), c.green(), c.blue());
+    if (m.has_image()) choice.image = image_file;
+    choice.rotation_degrees = m.rotation_degrees();
+    return choice;
+}
+
+CameraChoice camera_choice(const v1::Frame& frame)
+{
+    CameraChoice choice{frame.camera_name(), {}, {}};
+    if (frame.has_camera_given()) choice.given = from_message(frame.camera_given());
+    if (frame.has_lens_shift()) choice.lens_shift = from_message(frame.lens_shift());
+    return choice;
+}
+
+}  // namespace rcs::service

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+
+#include "rcs/camera.h"
+#include "rcs/scene_choice.h"
+#include "rcs/v1/job.pb.h"
+
+/// What is looked at, and from where: between the library's words and the wire's.
+namespace rcs::service {
+
+v1::LensShift to_message(const glm::dvec2& lens_shift);
+/// @throws ServiceError bad_argument
+glm::dvec2 from_message(const v1::LensShift& message);
+
+v1::Camera to_message(const Camera& camera);
+/// @throws rcs::Error bad_argument
+Camera from_message(const v1::Camera& message);
+
+/// @param label  for whoever looks   @return without its image, which is a file to upload
+v1::Environment to_message(const EnvironmentChoice& choice, const std::string& label);
+/// @param image_file  where its image lies, if it has one
+EnvironmentChoice from_message(const v1::Environment& message, const std::string& image_file);
+
+/// @throws rcs::Error bad_argument
+CameraChoice camera_choice(const v1::Frame& frame);
+
+}  // namespace rcs::service
