@@ -9,6 +9,7 @@
 #include "material/bsdf.h"
 #include "material/ggx.h"
 #include "material/ggx_albedo.h"
+#include "support/lobes.h"
 #include "util/random.h"
 
 namespace rcs::test {
@@ -25,33 +26,27 @@ glm::vec3 direction(float cosine, float azimuth = 0.3f)
 
 Bsdf metal(float roughness, glm::vec3 f0 = glm::vec3(1.0f))
 {
-    Bsdf b;
-    b.f0 = f0;
-    b.f90 = 1.0f;
-    b.alpha = std::max(roughness * roughness, Bsdf::kLeastAlpha);
-    return b;
+    return surface_of({make_lobe<Specular>(f0, 1.0f, ggx_width(roughness))});
 }
 
 Bsdf plastic(float roughness, glm::vec3 diffuse = glm::vec3(1.0f))
 {
-    Bsdf b = metal(roughness, glm::vec3(0.04f));
-    b.diffuse = diffuse;
+    return surface_of({make_lobe<Specular>(glm::vec3(0.04f), 1.0f, ggx_width(roughness)), make_lobe<Diffuse>(diffuse)});
+}
+
+Bsdf coated(float roughness, float coat_roughness, float strength = 0.7f, Bsdf below = {})
+{
+    if (below.count == 0) below = plastic(roughness, {0.8f, 0.4f, 0.2f});
+    Bsdf b = surface_of({make_lobe<Coat>(glm::vec3(Coat::kF0), strength, ggx_width(coat_roughness))});
+    for (const Lobe& lobe : below) b.add(lobe);
     return b;
 }
 
-Bsdf coated(float roughness, float coat_roughness)
+Bsdf pane(float roughness, glm::vec3 transmission = {0.6f, 0.7f, 0.5f})
 {
-    Bsdf b = plastic(roughness, {0.8f, 0.4f, 0.2f});
-    b.coat = 0.7f;
-    b.coat_alpha = std::max(coat_roughness * coat_roughness, Bsdf::kLeastAlpha);
-    return b;
-}
-
-Bsdf pane(float roughness)
-{
-    Bsdf b = plastic(roughness, glm::vec3(0.2f));
-    b.transmission = {0.6f, 0.7f, 0.5f};
-    return b;
+    const float alpha = ggx_width(roughness);
+    return surface_of({make_lobe<Specular>(glm::vec3(0.04f), 1.0f, alpha),
+                       make_lobe<Transmission>(transmission, 1.0f, alpha), make_lobe<Diffuse>(glm::vec3(0.2f))});
 }
 
 /// Integral of f cos over both sides by a plain grid in the half vector's slope and azimuth, for lobes of any
@@ -63,8 +58,8 @@ glm::dvec3 albedo_by_quadrature(const Bsdf& b, glm::vec3 outgoing)
     constexpr int kRadii = 400, kAngles = 360;
     for (int i = 0; i < kRadii; ++i) {
         const double t = (i + 0.5) / kRadii;
-        const double slope = static_cast<double>(b.alpha) * t / (1.0 - t);
-        const double slope_rate = static_cast<double>(b.alpha) / ((1.0 - t) * (1.0 - t));
+        const double slope = static_cast<double>(b.lobe[0].alpha) * t / (1.0 - t);
+        const double slope_rate = static_cast<double>(b.lobe[0].alpha) / ((1.0 - t) * (1.0 - t));
         const double cosine = 1.0 / std::sqrt(1.0 + slope * slope);
         const double solid_angle = slope * cosine * cosine * cosine * slope_rate / kRadii * 2.0 * kPi / kAngles;
         for (int j = 0; j < kAngles; ++j) {
@@ -160,10 +155,7 @@ TEST(Bsdf, ReflectionAndTransmissionTogetherStayWithinOne)
 {
     for (const float roughness : {0.0f, 0.3f, 0.7f, 1.0f}) {
         for (const float cosine : kCosines) {
-            Bsdf b = pane(roughness);
-            b.transmission = glm::vec3(1.0f) - b.diffuse;
-            b.coat = 1.0f;
-            b.coat_alpha = 0.05f;
+            const Bsdf b = coated(0.0f, std::sqrt(0.05f), 1.0f, pane(roughness, glm::vec3(0.8f)));
             glm::dvec3 sum(0.0);
             constexpr int kCount = 128;
             for_each_sample(kCount, [&](float choice, glm::vec2 u) {
@@ -197,8 +189,9 @@ TEST(Bsdf, MeanWeightIsTheAlbedo)
                 all += glm::dvec3(sample(b, direction(cosine), choice, u).weight) / double(kCount * kCount);
                 glossy += glm::dvec3(sample_glossy(b, direction(cosine), choice, u).weight) / double(kCount * kCount);
             });
-            const glm::vec3 left = (1.0f - specular_albedo({.f0 = b.f0, .f90 = b.f90, .alpha = b.alpha}, cosine));
-            const glm::vec3 through = b.has_coat() ? glm::vec3(0.0f) : left * b.transmission;
+            // No coated surface here transmits.
+            const glm::vec3 left = 1.0f - specular_albedo(b, cosine);
+            const glm::vec3 through = left * lobe_of<Transmission>(b).color;
             const glm::vec3 expected = specular_albedo(b, cosine) + through;
             for (int c = 0; c < 3; ++c) {
                 EXPECT_NEAR(glossy[c], expected[c], 0.012) << name << " " << cosine;
@@ -272,8 +265,8 @@ TEST(Bsdf, TheSingleScatteringLobeIsReciprocal)
         const glm::vec3 i = direction(0.01f + 0.99f * random.next(), 6.28f * random.next());
         // The documented compensation depends on the viewer's angle; without it the two directions may change places.
         const auto single = [&](glm::vec3 from, glm::vec3 to) {
-            const GgxAlbedo e = ggx_albedo(from.z, b.alpha);
-            return evaluate(b, from, to) / (1.0f + b.f0 * (1.0f - e.scale - e.bias) / (e.scale + e.bias));
+            const GgxAlbedo e = ggx_albedo(from.z, b.lobe[0].alpha);
+            return evaluate(b, from, to) / (1.0f + b.lobe[0].color * (1.0f - e.scale - e.bias) / (e.scale + e.bias));
         };
         const glm::vec3 there = single(o, i), back = single(i, o);
         for (int c = 0; c < 3; ++c) EXPECT_NEAR(there[c], back[c], 1e-4f * there[c] + 1e-9f);
@@ -341,10 +334,9 @@ TEST(Bsdf, LightFromBelowEitherHorizonDoesNotCount)
 
 TEST(Bsdf, WithoutLobesItIsLambertian)
 {
-    Bsdf b;
-    b.diffuse = {0.5f, 0.25f, 0.125f};
+    const Bsdf b = surface_of({make_lobe<Diffuse>({0.5f, 0.25f, 0.125f})});
     for (const float cosine : kCosines) {
-        EXPECT_EQ(diffuse_albedo(b, cosine), b.diffuse);
+        EXPECT_EQ(diffuse_albedo(b, cosine), b.lobe[0].color);
         EXPECT_EQ(specular_albedo(b, cosine), glm::vec3(0.0f));
         EXPECT_NEAR(evaluate(b, direction(cosine), {0, 0, 1}).r, 0.5 / kPi, 1e-6);
         EXPECT_EQ(evaluate_glossy(b, direction(cosine), {0, 0, 1}), glm::vec3(0.0f));

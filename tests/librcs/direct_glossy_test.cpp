@@ -8,6 +8,7 @@
 
 #include "light/direct_point.h"
 #include "light/hit_light.h"
+#include "support/lobes.h"
 #include "support/scenes.h"
 
 namespace rcs {
@@ -33,15 +34,7 @@ SurfacePoint floor_point(float x, float z)
     return p;
 }
 
-Bsdf metal(float alpha)
-{
-    Bsdf b;
-    b.normal = b.geometric_normal = {0, 1, 0};
-    b.f0 = glm::vec3(0.9f, 0.6f, 0.3f);
-    b.f90 = 1.0f;
-    b.alpha = alpha;
-    return b;
-}
+Bsdf metal(float alpha) { return test::surface_of({make_lobe<Specular>({0.9f, 0.6f, 0.3f}, 1.0f, alpha)}, {0, 1, 0}); }
 
 /// The mean of many independent estimates at a point, and their standard deviation relative to it.
 struct Estimate {
@@ -76,7 +69,7 @@ glm::dvec3 by_area(const SurfacePoint& point, const Bsdf& bsdf, glm::vec3 outgoi
             const glm::vec3 d = at - point.position;
             const glm::vec3 w = glm::normalize(d);
             const double solid_angle = static_cast<double>(w.y / glm::dot(d, d)) / (static_cast<double>(n) * n);
-            sum += glm::dvec3(evaluate_glossy(bsdf, outgoing, w)) * static_cast<double>(w.y) * 5.0 * solid_angle;
+            sum += glm::dvec3(evaluate(bsdf, outgoing, w)) * static_cast<double>(w.y) * 5.0 * solid_angle;
         }
     }
     return sum;
@@ -101,12 +94,12 @@ TEST(GlossyDirectLight, IsTheIntegralOverTheLampAtEveryRoughness)
 
 TEST(GlossyDirectLight, AMirrorShowsTheLampOrNothing)
 {
-    Bsdf mirror = metal(Bsdf::kLeastAlpha);
+    Bsdf mirror = metal(kLeastAlpha);
     const SurfacePoint point = floor_point(0.1f, 0.2f);
     const glm::vec3 hit = glm::normalize(glm::vec3(0.0f, 1.5f, 1.7f)),
                     miss = glm::normalize(glm::vec3(0.0f, 1.5f, 0.2f));
     const Estimate seen = estimate(lamp_scene(), point, mirror, hit, 200);
-    const glm::vec3 albedo = specular_albedo(mirror, hit.y);
+    const glm::vec3 albedo = test::specular_albedo(mirror, hit.y);
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(seen.mean[c], 5.0 * static_cast<double>(albedo[c]), 0.02 * seen.mean[c]);
     EXPECT_LT(seen.deviation, 0.03);
     const Estimate dark = estimate(lamp_scene(), point, mirror, miss, 200);
@@ -199,11 +192,11 @@ TEST(SkyPeaks, LightAsTheirIntegralSays)
     EXPECT_NEAR(static_cast<double>(lit.irradiance.g), expected, 0.02 * expected);
     EXPECT_NEAR(static_cast<double>(lit.irradiance.r), 2.0 * expected, 0.04 * expected);
     // Looked at in a mirror, the sun has its own radiance.
-    const Bsdf mirror = metal(Bsdf::kLeastAlpha);
+    const Bsdf mirror = metal(kLeastAlpha);
     const double phi = 2.0 * std::numbers::pi * (102.0 / 256.0 - 0.5);
     const glm::vec3 sun(std::sin(theta) * std::sin(phi), std::cos(theta), -std::sin(theta) * std::cos(phi));
     const glm::vec3 outgoing(-sun.x, sun.y, -sun.z);
-    const float albedo = specular_albedo(mirror, outgoing.y).g;
+    const float albedo = test::specular_albedo(mirror, outgoing.y).g;
     EXPECT_NEAR(light.at(floor_point(0, 0), {&mirror, outgoing}, 7, w).glossy.g, 1000.0f * albedo, 20.0f);
 }
 

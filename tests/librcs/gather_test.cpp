@@ -11,6 +11,7 @@
 #include "rcs/error.h"
 #include "rcs/records.h"
 #include "support/floor_points.h"
+#include "support/lobes.h"
 #include "support/scenes.h"
 
 namespace rcs {
@@ -129,11 +130,8 @@ double light_by_ceiling(double x, const Bsdf& ceiling)
 TEST(GatherRecords, BelowAGlossyCeilingHaveTheLightOfItsLobe)
 {
     const float roughness = 0.35f;
-    Bsdf ceiling;
-    ceiling.normal = ceiling.geometric_normal = {0, -1, 0};
-    ceiling.f0 = glm::vec3(0.04f);
-    ceiling.f90 = 1.0f;
-    ceiling.alpha = roughness * roughness;
+    const Bsdf ceiling =
+        test::surface_of({make_lobe<Specular>(glm::vec3(0.04f), 1.0f, roughness * roughness)}, {0, -1, 0});
     Scene scene;
     test::add_mesh(scene,
                    test::quad({-10, 0, -10}, {0, 0, 20}, {20, 0, 0}, test::add_material(scene, glm::vec3(0.5f))));

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "radiance/lobes.h"
+#include "support/lobes.h"
 
 namespace rcs {
 namespace {
@@ -65,12 +66,13 @@ std::array<double, kHarmonics> project(const Axes& axes, const Light& light)
 
 double by_lobe(const Bsdf& bsdf, glm::vec3 outgoing, const std::array<double, kHarmonics>& radiance)
 {
-    const Bsdf* lanes[kHarmonicLanes] = {};
-    glm::vec3 directions[kHarmonicLanes] = {};
-    lanes[5] = &bsdf;
+    const Lobe* lanes[kHarmonicLanes] = {};
+    glm::vec3 normals[kHarmonicLanes] = {}, directions[kHarmonicLanes] = {};
+    lanes[5] = bsdf.lobe;
+    normals[5] = bsdf.normal;
     directions[5] = outgoing;
     HarmonicLanes lobes;
-    evaluate_lobes(lanes, directions, lobes);
+    evaluate_lobes(lanes, normals, directions, lobes);
     double sum = 0.0;
     for (std::size_t k = 0; k < kHarmonics; ++k) {
         sum += static_cast<double>(lobes[k][5]) * radiance[k];
@@ -93,12 +95,7 @@ double by_brute_force(const Bsdf& bsdf, const Axes& axes, glm::vec3 outgoing, co
 
 Bsdf surface(const Axes& axes, float alpha, float f0)
 {
-    Bsdf bsdf;
-    bsdf.normal = bsdf.geometric_normal = axes.z;
-    bsdf.f0 = glm::vec3(f0);
-    bsdf.f90 = 1.0f;
-    bsdf.alpha = alpha;
-    return bsdf;
+    return surface_of({make_lobe<Specular>(glm::vec3(f0), 1.0f, alpha)}, axes.z);
 }
 
 glm::vec3 seen_at(const Axes& axes, float cosine, float turn)

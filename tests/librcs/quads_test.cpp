@@ -174,13 +174,11 @@ TEST(SplatQuads, LightGlossySurfacesAsTilesDo)
             records[n].radiance.push_back(std::sin(static_cast<float>(37 * n + 11 * k)) +
                                           (k % kHarmonics == 0 ? 4.0f : 0.0f));
     Shading shading;
+    shading.most_lobes = 1;
     for (std::size_t i = 0; i < gbuffer.size(); ++i) {
-        Bsdf bsdf;
-        bsdf.normal = bsdf.geometric_normal = gbuffer.normal(i);
-        bsdf.f0 = glm::vec3(0.04f + 0.01f * static_cast<float>(i % 90));
-        bsdf.f90 = i % 7 == 0 ? 0.0f : 1.0f;                            // some have no lobe
-        bsdf.alpha = 0.2f + 0.8f * static_cast<float>(i % 13) / 12.0f;  // some too narrow a one
-        shading.bsdf.push_back(bsdf);
+        const glm::vec3 f0(0.04f + 0.01f * static_cast<float>(i % 90));
+        const float alpha = 0.2f + 0.8f * static_cast<float>(i % 13) / 12.0f;                 // some too narrow a one
+        shading.lobes.push_back(i % 7 == 0 ? Lobe{} : make_lobe<Specular>(f0, 1.0f, alpha));  // some have no lobe
     }
     ThreadPool pool(2);
     SplatOptions options;
@@ -204,7 +202,7 @@ TEST(SplatQuads, LightGlossySurfacesAsTilesDo)
         EXPECT_NEAR(quads.glossy_r[i], tiles.glossy_r[i], 1e-4f * most);
         EXPECT_NEAR(quads.glossy_g[i], tiles.glossy_g[i], 1e-4f * most);
         EXPECT_NEAR(quads.glossy_b[i], tiles.glossy_b[i], 1e-4f * most);
-        if (!gbuffer.covered(i) || !lit_by_records(shading.bsdf[i]))
+        if (!gbuffer.covered(i) || !shading.recorded(i))
             EXPECT_EQ(most, 0.0f);
         else
             lit += most > 0.0f;

@@ -11,6 +11,7 @@
 
 #include "material/bsdf.h"
 #include "scene/texture.h"
+#include "support/lobes.h"
 #include "support/scenes.h"
 #include "support/tracing.h"
 #include "util/random.h"
@@ -139,13 +140,11 @@ TEST(ReferenceGlossy, MultipleImportanceSamplingAgreesWithEitherWayAlone)
             const Scene scene = lamp_over_glossy_floor(roughness, metallic);
             const int size = 4;
             const LayeredImage image = test::trace(scene, size, {.samples = 4096, .bounces = 0});
-            Bsdf bsdf;
-            bsdf.normal = bsdf.geometric_normal = {0, 1, 0};
             const glm::vec3 color(0.8f, 0.5f, 0.3f);
-            bsdf.diffuse = (1.0f - metallic) * color;
-            bsdf.f0 = glm::mix(glm::vec3(0.04f), color, metallic);
-            bsdf.f90 = 1.0f;
-            bsdf.alpha = roughness * roughness;
+            const Bsdf bsdf = test::surface_of(
+                {make_lobe<Specular>(glm::mix(glm::vec3(0.04f), color, metallic), 1.0f, roughness * roughness),
+                 make_lobe<Diffuse>((1.0f - metallic) * color)},
+                {0, 1, 0});
             const View view = test::view_of(scene.cameras[0], size, size);
             for (const int y : {0, 2}) {
                 const CameraRay ray = camera_ray(view, 1.5, y + 0.5);

@@ -11,6 +11,7 @@
 #include "rcs/thread_pool.h"
 #include "scene/surface.h"
 #include "scene/texture.h"
+#include "support/lobes.h"
 #include "support/scenes.h"
 #include "util/random.h"
 
@@ -71,8 +72,8 @@ TEST(MaterialAt, ADefaultMaterialIsLambertian)
     Square s;
     s.material().base_color = {0.3f, 0.5f, 0.7f};
     const MaterialValues v = s.at(0.4f, 0.3f);
-    EXPECT_EQ(v.bsdf.diffuse, s.material().base_color);
-    EXPECT_FALSE(v.bsdf.has_specular() || v.bsdf.has_coat() || v.bsdf.transmits());
+    EXPECT_EQ(lobe_of<Diffuse>(v.bsdf).color, s.material().base_color);
+    EXPECT_EQ(v.bsdf.count, 1u);
     EXPECT_EQ(v.alpha, 1.0f);
     expect_near(v.bsdf.normal, {0, 0, 1}, 1e-6f);
 }
@@ -85,15 +86,15 @@ TEST(MaterialAt, FollowsTheGltfFormulasOfMetalAndDielectric)
     m.specular = 1.0f;
     m.roughness = 0.5f;
     MaterialValues v = s.at(0.4f, 0.3f);
-    expect_near(v.bsdf.f0, glm::vec3(0.04f), 1e-6f);
-    EXPECT_FLOAT_EQ(v.bsdf.f90, 1.0f);
-    EXPECT_FLOAT_EQ(v.bsdf.alpha, 0.25f);
-    expect_near(v.bsdf.diffuse, m.base_color, 1e-6f);
+    expect_near(lobe_of<Specular>(v.bsdf).color, glm::vec3(0.04f), 1e-6f);
+    EXPECT_FLOAT_EQ(lobe_of<Specular>(v.bsdf).level, 1.0f);
+    EXPECT_FLOAT_EQ(lobe_of<Specular>(v.bsdf).alpha, 0.25f);
+    expect_near(lobe_of<Diffuse>(v.bsdf).color, m.base_color, 1e-6f);
 
     m.metallic = 1.0f;
     v = s.at(0.4f, 0.3f);
-    expect_near(v.bsdf.f0, m.base_color, 1e-6f);
-    EXPECT_EQ(v.bsdf.diffuse, glm::vec3(0.0f));
+    expect_near(lobe_of<Specular>(v.bsdf).color, m.base_color, 1e-6f);
+    EXPECT_EQ(lobe_of<Diffuse>(v.bsdf).color, glm::vec3(0.0f));
 
     m.metallic = 0.25f;
     m.specular = 0.5f;
@@ -101,11 +102,12 @@ TEST(MaterialAt, FollowsTheGltfFormulasOfMetalAndDielectric)
     m.specular_color = {1.0f, 20.0f, 0.5f};
     v = s.at(0.4f, 0.3f);
     // glTF: min(f0 tint, 1) specular, mixed with the metal by 1/4
-    expect_near(v.bsdf.f0, {0.75f * 0.5f / 9.0f + 0.2f, 0.75f * 0.5f + 0.15f, 0.75f * 0.25f / 9.0f + 0.1f}, 1e-5f);
-    EXPECT_FLOAT_EQ(v.bsdf.f90, 0.75f * 0.5f + 0.25f);
-    expect_near(v.bsdf.diffuse, 0.75f * m.base_color, 1e-6f);
+    expect_near(lobe_of<Specular>(v.bsdf).color,
+                {0.75f * 0.5f / 9.0f + 0.2f, 0.75f * 0.5f + 0.15f, 0.75f * 0.25f / 9.0f + 0.1f}, 1e-5f);
+    EXPECT_FLOAT_EQ(lobe_of<Specular>(v.bsdf).level, 0.75f * 0.5f + 0.25f);
+    expect_near(lobe_of<Diffuse>(v.bsdf).color, 0.75f * m.base_color, 1e-6f);
     m.roughness = 0.0f;
-    EXPECT_FLOAT_EQ(s.at(0.4f, 0.3f).bsdf.alpha, Bsdf::kLeastAlpha);
+    EXPECT_FLOAT_EQ(lobe_of<Specular>(s.at(0.4f, 0.3f).bsdf).alpha, kLeastAlpha);
 }
 
 TEST(MaterialAt, TransmissionTakesItsShareOfTheDiffusePart)
@@ -115,8 +117,8 @@ TEST(MaterialAt, TransmissionTakesItsShareOfTheDiffusePart)
     s.material().specular = 1.0f;
     s.material().transmission = 0.75f;
     const MaterialValues v = s.at(0.4f, 0.3f);
-    expect_near(v.bsdf.diffuse, 0.25f * s.material().base_color, 1e-6f);
-    expect_near(v.bsdf.transmission, 0.75f * s.material().base_color, 1e-6f);
+    expect_near(lobe_of<Diffuse>(v.bsdf).color, 0.25f * s.material().base_color, 1e-6f);
+    expect_near(lobe_of<Transmission>(v.bsdf).color, 0.75f * s.material().base_color, 1e-6f);
 }
 
 TEST(MaterialAt, EachTextureScalesItsOwnValue)
@@ -133,18 +135,19 @@ TEST(MaterialAt, EachTextureScalesItsOwnValue)
         (m.*slot).texture = -1;
         return v;
     };
-    expect_near(value(&Material::base_color_texture).bsdf.f0, {0.2f, 0.4f, 0.6f}, kCode);
+    expect_near(lobe_of<Specular>(value(&Material::base_color_texture).bsdf).color, {0.2f, 0.4f, 0.6f}, kCode);
     EXPECT_NEAR(value(&Material::base_color_texture).alpha, 0.8f, kCode);
     expect_near(value(&Material::emission_texture).emission, {2, 4, 6}, 20 * kCode);
-    EXPECT_NEAR(value(&Material::metallic_roughness_texture).bsdf.alpha, 0.4f * 0.4f, 2 * kCode);
-    expect_near(value(&Material::metallic_roughness_texture).bsdf.diffuse, glm::vec3(0.4f), 2 * kCode);
-    EXPECT_NEAR(value(&Material::clearcoat_texture).bsdf.coat, 0.2f, kCode);
-    EXPECT_NEAR(value(&Material::clearcoat_roughness_texture).bsdf.coat_alpha, 0.4f * 0.4f, 2 * kCode);
+    EXPECT_NEAR(lobe_of<Specular>(value(&Material::metallic_roughness_texture).bsdf).alpha, 0.4f * 0.4f, 2 * kCode);
+    expect_near(lobe_of<Diffuse>(value(&Material::metallic_roughness_texture).bsdf).color, glm::vec3(0.4f), 2 * kCode);
+    EXPECT_NEAR(lobe_of<Coat>(value(&Material::clearcoat_texture).bsdf).level, 0.2f, kCode);
+    EXPECT_NEAR(lobe_of<Coat>(value(&Material::clearcoat_roughness_texture).bsdf).alpha, 0.4f * 0.4f, 2 * kCode);
     m.metallic = 0.0f;
-    EXPECT_NEAR(value(&Material::specular_texture).bsdf.f90, 0.8f, kCode);
-    expect_near(value(&Material::specular_color_texture).bsdf.f0, 0.04f * glm::vec3(0.2f, 0.4f, 0.6f), kCode);
+    EXPECT_NEAR(lobe_of<Specular>(value(&Material::specular_texture).bsdf).level, 0.8f, kCode);
+    expect_near(lobe_of<Specular>(value(&Material::specular_color_texture).bsdf).color,
+                0.04f * glm::vec3(0.2f, 0.4f, 0.6f), kCode);
     m.transmission = 1.0f;
-    expect_near(value(&Material::transmission_texture).bsdf.transmission, glm::vec3(0.2f), kCode);
+    expect_near(lobe_of<Transmission>(value(&Material::transmission_texture).bsdf).color, glm::vec3(0.2f), kCode);
 }
 
 TEST(MaterialAt, VertexColoursMultiplyColourAndAlpha)
@@ -154,7 +157,7 @@ TEST(MaterialAt, VertexColoursMultiplyColourAndAlpha)
     s.material().alpha_mode = AlphaMode::blend;
     s.mesh().colors = {{0, 0, 0, 0}, {1, 0, 0, 0}, {1, 1, 0, 1}, {0, 1, 0, 1}};  // red = x, green = y = alpha
     const MaterialValues v = s.at(0.25f, 0.125f);
-    expect_near(v.bsdf.diffuse, {0.125f, 0.0625f, 0.0f}, 1e-6f);
+    expect_near(lobe_of<Diffuse>(v.bsdf).color, {0.125f, 0.0625f, 0.0f}, 1e-6f);
     EXPECT_NEAR(v.alpha, 0.125f, 1e-6f);
 }
 
@@ -165,17 +168,17 @@ TEST(MaterialAt, TheSecondUvSetAndTheTransformAreApplied)
         s.add(4, 1, {{0.1f, 0, 0, 1}, {0.2f, 0, 0, 1}, {0.3f, 0, 0, 1}, {0.4f, 0, 0, 1}});
     TextureSlot& slot = s.material().base_color_texture;
     slot.nearest = true;
-    EXPECT_NEAR(s.at(0.9f, 0.5f).bsdf.diffuse.r, 0.4f, kCode);
+    EXPECT_NEAR(lobe_of<Diffuse>(s.at(0.9f, 0.5f).bsdf).color.r, 0.4f, kCode);
     slot.uv_set = 1;  // u = x / 2
-    EXPECT_NEAR(s.at(0.9f, 0.5f).bsdf.diffuse.r, 0.2f, kCode);
+    EXPECT_NEAR(lobe_of<Diffuse>(s.at(0.9f, 0.5f).bsdf).color.r, 0.2f, kCode);
     slot.texture_from_uv = {1, 0, 0, 1, 0.5f, 0};
-    EXPECT_NEAR(s.at(0.9f, 0.5f).bsdf.diffuse.r, 0.4f, kCode);
+    EXPECT_NEAR(lobe_of<Diffuse>(s.at(0.9f, 0.5f).bsdf).color.r, 0.4f, kCode);
     slot.texture_from_uv = {2, 0, 0, 1, 0, 0};
-    EXPECT_NEAR(s.at(0.6f, 0.5f).bsdf.diffuse.r, 0.3f, kCode);
+    EXPECT_NEAR(lobe_of<Diffuse>(s.at(0.6f, 0.5f).bsdf).color.r, 0.3f, kCode);
     // A filter given in the first set covers half as much of the second: two of four texels, not all.
     slot = {.texture = 0, .uv_set = 1};
     const TextureFilter wide{{4.0f, 0.0f}, {0.0f, 1.0f}};
-    EXPECT_NEAR(s.at(0.6f, 0.5f, {0, 0, 1}, wide).bsdf.diffuse.r, 0.25f, 0.01f);
+    EXPECT_NEAR(lobe_of<Diffuse>(s.at(0.6f, 0.5f, {0, 0, 1}, wide).bsdf).color.r, 0.25f, 0.01f);
 }
 
 TEST(MaterialAt, MasksAndBlendsAndIsOpaqueOtherwise)
@@ -202,8 +205,8 @@ TEST(MaterialAt, UnlitShowsItsColourAndReflectsNothing)
     s.material().unlit = true;
     const MaterialValues v = s.at(0.5f, 0.4f);
     EXPECT_EQ(v.emission, s.material().base_color);
-    EXPECT_EQ(v.bsdf.diffuse, glm::vec3(0.0f));
-    EXPECT_FALSE(v.bsdf.has_specular());
+    EXPECT_EQ(lobe_of<Diffuse>(v.bsdf).color, glm::vec3(0.0f));
+    EXPECT_EQ(v.bsdf.count, 0u);
 }
 
 TEST(MaterialAt, EmitsFromTheFrontUnlessDoubleSided)

@@ -36,10 +36,12 @@ void add(Image* image, std::size_t pixel, glm::vec3 value)
 }
 
 /// What the records' radiance becomes on a wide specular lobe.
-glm::vec3 glossy_radiance(const Shading& shading, const SplatBuffer& sums, std::size_t i, float cosine)
+glm::vec3 glossy_radiance(const GBuffer& g, const Shading& shading, const SplatBuffer& sums, std::size_t i,
+                          glm::vec3 outgoing)
 {
-    if (sums.glossy_r.empty() || !lit_by_records(shading.bsdf[i])) return glm::vec3(0.0f);
-    return recorded_albedo(shading.bsdf[i], cosine) *
+    if (sums.glossy_r.empty() || !shading.recorded(i)) return glm::vec3(0.0f);
+    const Bsdf bsdf = shading.bsdf(g, i);
+    return albedo(bsdf, glm::dot(bsdf.normal, outgoing), bsdf.those(lit_by_records)) *
            (glm::vec3(sums.glossy_r[i], sums.glossy_g[i], sums.glossy_b[i]) / sums.weight[i]);
 }
 
@@ -131,9 +133,8 @@ std::size_t accumulate_pass(const GBuffer& g, const View& view, const Shading& s
         }
         const glm::vec3 e = glm::vec3(indirect.weighted_r[i], indirect.weighted_g[i], indirect.weighted_b[i]) / sum;
         glm::vec3 radiance = reflectance * e;
-        if (!shading.bsdf.empty())
-            radiance +=
-                share * glossy_radiance(shading, indirect, i, glm::dot(g.normal(i), outgoing_at(g, view.camera, i)));
+        if (shading.has_lobes())
+            radiance += share * glossy_radiance(g, shading, indirect, i, outgoing_at(g, view.camera, i));
         add(to.indirect, i, radiance);
         if (to.error && !light.indirect_error.noise.empty())
             to.error->pixels[kErrorParts * i + kOfRecords] += light.indirect_error.total(i) * luminance(radiance);

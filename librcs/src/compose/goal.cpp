@@ -37,10 +37,11 @@ double seconds_of(const RenderStats& stats, const char* stage)
 /// Part of the pixels whose lobes records light.
 double part_with_lobes(const FirstView& first)
 {
-    const std::vector<Bsdf>& bsdf = first.shading.bsdf;
-    if (!first.has_lobes || bsdf.empty()) return 0.0;
-    const auto lit = std::count_if(bsdf.begin(), bsdf.end(), [](const Bsdf& b) { return lit_by_records(b); });
-    return static_cast<double>(lit) / static_cast<double>(bsdf.size());
+    const std::size_t pixels = first.gbuffer.size();
+    if (!first.has_lobes || !first.shading.has_lobes() || pixels == 0) return 0.0;
+    std::size_t lit = 0;
+    for (std::size_t i = 0; i < pixels; ++i) lit += first.shading.recorded(i) ? 1 : 0;
+    return static_cast<double>(lit) / static_cast<double>(pixels);
 }
 
 /// What follows the first view's records, in looks at the error: each view is splatted, its error estimated, its layers

@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "material/surface_material.h"
-#include "radiance/lobes.h"
 
 namespace rcs {
 namespace {
@@ -90,36 +89,46 @@ float largest_base_color(const Material& m, const Mesh& mesh)
     return std::min(1.0f, vertex * largest(m.base_color));
 }
 
-void add_roughness(float factor, Range texture, MeshTraits& t)
+/// Widths that a lobe may have; a texture's, filtered, by a rounding more or less.
+template <typename Kind>
+Range widths(Kind kind, const Material& m, TextureRanges& ranges)
 {
-    t.least_roughness = std::min(t.least_roughness, factor * texture.least);
-    t.most_roughness = std::max(t.most_roughness, factor * texture.most);
+    const auto at = [&](float Range::* end, float rounding) {
+        return [&ranges, end, rounding](const TextureSlot& slot, int channel) {
+            const float value = ranges(slot, static_cast<std::size_t>(channel)).*end;
+            return slot.used() ? value * rounding : value;
+        };
+    };
+    return {kind.width(m, at(&Range::least, 1.0f - kRounding)), kind.width(m, at(&Range::most, 1.0f + kRounding))};
 }
 
-/// Lobes and what they reflect, as surface_material.cpp makes them.
+/// glTF's, of which a mirror has none.
+float roughness_of(float alpha) { return alpha > kLeastAlpha ? std::sqrt(alpha) : 0.0f; }
+
+/// Which lobes there may be, and how they are lit.
 void add_lobes(const Material& m, TextureRanges& ranges, MeshTraits& t)
 {
-    const float metallic = m.metallic * ranges(m.metallic_roughness_texture, 2).most;
-    const float specular = m.specular * ranges(m.specular_texture, 3).most;
-    if (metallic > 0.0f || specular > 0.0f) {
-        const Range roughness = ranges(m.metallic_roughness_texture, 1);
-        const float least = m.roughness * roughness.least, most = m.roughness * roughness.most;
+    const auto most = [&](const TextureSlot& slot, int channel) {
+        return ranges(slot, static_cast<std::size_t>(channel)).most;
+    };
+    for_each_kind([&](auto kind, std::uint8_t number) {
+        if (!kind.may_be(m, most)) return;
+        ++t.most_lobes;
+        if (kind.is_diffuse) return;
+        const Range width = widths(kind, m, ranges);
+        for (const float alpha : {width.least, width.most}) {
+            const Lobe lobe{glm::vec3(1.0f), 1.0f, alpha, number};
+            if (lit_by_records(lobe)) t.bits |= kWideLobe;
+            if (lit_by_rays(lobe) && !shows_straight(lobe)) t.bits |= kNarrowLobe;
+        }
+        if (kind.passes_rays) {
+            t.bits |= kTransmits;
+            return;
+        }
         t.bits |= kHasLobe;
-        const float rounding = m.metallic_roughness_texture.used() ? kRounding : 0.0f;
-        if (most * most >= kLeastRecordAlpha * (1.0f - rounding)) t.bits |= kWideLobe;
-        if (least * least < kLeastRecordAlpha * (1.0f + rounding)) t.bits |= kNarrowLobe;
-        add_roughness(m.roughness, roughness, t);
-    }
-    if (m.clearcoat * ranges(m.clearcoat_texture, 0).most > 0.0f) {
-        t.bits |= kHasLobe | kNarrowLobe;
-        add_roughness(m.clearcoat_roughness, ranges(m.clearcoat_roughness_texture, 1), t);
-    }
-    if (m.transmission * ranges(m.transmission_texture, 0).most > 0.0f) {
-        t.bits |= kTransmits;
-        const float roughness = m.roughness * ranges(m.metallic_roughness_texture, 1).most;
-        // Narrower than this (gbuffer.cpp) light goes straight on.
-        if (roughness * roughness > 0.01f * (1.0f - kRounding)) t.bits |= kNarrowLobe;
-    }
+        t.least_roughness = std::min(t.least_roughness, roughness_of(width.least));
+        t.most_roughness = std::max(t.most_roughness, roughness_of(width.most));
+    });
     if (t.is(kHasLobe)) t.most_albedo = 1.0f;
 }
 

@@ -13,9 +13,9 @@ namespace rcs {
 /// the side of being set.
 enum Trait : std::uint32_t {
     kReflects = 1u << 0,    ///< anything at all
-    kHasLobe = 1u << 1,     ///< specular lobe or coat, which reflects lamps
+    kHasLobe = 1u << 1,     ///< other than diffuse, which reflects lamps
     kWideLobe = 1u << 2,    ///< at least kLeastRecordAlpha: for records
-    kNarrowLobe = 1u << 3,  ///< narrower, or a coat, or rough transmission: for rays
+    kNarrowLobe = 1u << 3,  ///< any other, but transmission that shows what is straight behind: for rays
     kEmits = 1u << 4,       ///< or is unlit
     kMasked = 1u << 5,      ///< has texels below its cutoff
     kBlended = 1u << 6,     ///< alpha is less than 1
@@ -31,6 +31,7 @@ inline constexpr std::uint32_t kSeeThrough = kMasked | kBlended | kTransmits;
 struct MeshTraits {
     std::uint32_t bits = 0;
     float least_roughness = 1.0f, most_roughness = 0.0f;  ///< perceptual, of lobe and coat; least > most: there is none
+    int most_lobes = 0;                                   ///< of a point
     float most_albedo = 0.0f;                             ///< bound of what part of the light it reflects, in [0, 1]
 
     bool is(std::uint32_t traits) const { return (bits & traits) != 0u; }

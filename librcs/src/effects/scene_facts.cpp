@@ -27,6 +27,7 @@ SceneFacts scene_facts(const RayScene& rays)
         ++f.used_meshes;
         f.shared_meshes += uses[m] > 1 ? 1 : 0;
         const MeshTraits& t = impl.traits[m];
+        f.most_lobes = std::max(f.most_lobes, t.most_lobes);
         f.most_albedo = std::max(f.most_albedo, static_cast<double>(t.most_albedo));
         f.least_roughness = std::min(f.least_roughness, t.least_roughness);
         f.most_roughness = std::max(f.most_roughness, t.most_roughness);

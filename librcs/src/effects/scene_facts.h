@@ -14,6 +14,7 @@ namespace rcs {
 struct SceneFacts {
     std::size_t punctual = 0, triangles = 0, instanced = 0, used_meshes = 0, shared_meshes = 0;
     bool sky = false, peaks = false, lamps = false;
+    int most_lobes = 0;  ///< of a point
     double most_albedo = 0.0;
     float least_roughness = 1.0f, most_roughness = 0.0f;
     std::array<std::size_t, kTraits> meshes{};  ///< with a trait, that have instances

@@ -33,11 +33,13 @@ GBuffer allocate(const View& view, Visibility visibility)
     return g;
 }
 
-Shading allocate_shading(const EffectSet& effects, std::size_t pixels)
+Shading allocate_shading(const RayScene& rays, const EffectSet& effects, std::size_t pixels)
 {
     Shading s;
-    if (effects.has(Effect::highlights) || effects.has(Effect::glossy_records) || effects.has(Effect::traced_lobes))
-        s.bsdf.resize(pixels);
+    if (effects.has(Effect::highlights) || effects.has(Effect::glossy_records) || effects.has(Effect::traced_lobes)) {
+        for (const MeshTraits& traits : rays.impl().traits) s.most_lobes = std::max(s.most_lobes, traits.most_lobes);
+        s.lobes.resize(pixels * static_cast<std::size_t>(s.most_lobes));
+    }
     if (effects.has(Effect::peeling)) {
         s.coverage.assign(pixels, 1.0f);
         s.through.assign(pixels, glm::vec3(0.0f));
@@ -52,12 +54,12 @@ void store(Shading& s, std::size_t i, const VisiblePoint& point, glm::vec3 outgo
         const float coverage = point.material.alpha;
         s.coverage[i] = coverage;
         s.through[i] = glm::vec3(1.0f - coverage);
-        if (bsdf.transmits() && !bsdf.is_frosted()) {
-            s.through[i] += coverage * transmission_albedo(bsdf, glm::dot(bsdf.normal, outgoing));
-            bsdf.transmission = glm::vec3(0.0f);
+        if (const LobeSet straight = bsdf.those(shows_straight)) {
+            s.through[i] += coverage * albedo(bsdf, glm::dot(bsdf.normal, outgoing), straight);
+            bsdf = bsdf.only(~straight);
         }
     }
-    if (!s.bsdf.empty()) s.bsdf[i] = bsdf;
+    if (s.has_lobes()) s.set_lobes(i, bsdf);
 }
 
 void store(GBuffer& g, std::size_t i, const VisiblePoint& point)
@@ -174,7 +176,7 @@ GBuffer render_gbuffer(GlContext& gl, const RayScene& rays, const View& view, fl
     settle_edges(rays, view, pool, visibility);
     if (known) leave_known(*known, visibility);
     GBuffer g = allocate(view, std::move(visibility));
-    shading = allocate_shading(effects, g.size());
+    shading = allocate_shading(rays, effects, g.size());
     for_each_camera_ray(view, pool, [&](std::size_t i, const CameraRay& ray) {
         if (!g.covered(i)) {
             if (!known || known->met[i] == 0)

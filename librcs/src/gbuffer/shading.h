@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include <glm/glm.hpp>
@@ -15,9 +17,46 @@ namespace rcs {
 
 /// How the visible points of a G-buffer reflect, where that takes more than their albedo, and what shows behind them.
 struct Shading {
-    std::vector<Bsdf> bsdf;       ///< per pixel; empty if no lobe is simulated
+    int most_lobes = 0;           ///< of a pixel
+    std::vector<Lobe> lobes;      ///< per pixel so many, unused ones without kind; empty if no lobe is simulated
     std::vector<float> coverage;  ///< part of the pixel that the surface fills; empty if none is looked behind, as is
     std::vector<glm::vec3> through;  ///< the colour that comes straight through the surface
+
+    bool has_lobes() const { return !lobes.empty(); }
+    std::span<const Lobe> lobes_of(std::size_t pixel) const
+    {
+        const Lobe* first = lobes.data() + pixel * static_cast<std::size_t>(most_lobes);
+        const Lobe* last = first + most_lobes;
+        while (last != first && last[-1].kind == Lobe::kNone) --last;
+        return {first, last};
+    }
+    void set_lobes(std::size_t pixel, const Bsdf& bsdf)
+    {
+        Lobe* const first = lobes.data() + pixel * static_cast<std::size_t>(most_lobes);
+        std::fill(std::copy(bsdf.begin(), bsdf.end(), first), first + most_lobes, Lobe{});
+    }
+    /// @param g  the G-buffer that this belongs to
+    Bsdf bsdf(const GBuffer& g, std::size_t pixel) const
+    {
+        Bsdf result;
+        result.normal = g.normal(pixel);
+        result.geometric_normal = g.geometric_normal[pixel];
+        for (const Lobe& lobe : lobes_of(pixel)) result.add(lobe);
+        return result;
+    }
+    /// The lobe of the pixel that radiance records light; null if it has none.
+    const Lobe* recorded(std::size_t pixel) const
+    {
+        const std::span<const Lobe> here = lobes_of(pixel);
+        const auto found = std::find_if(here.begin(), here.end(), lit_by_records);
+        return found != here.end() ? &*found : nullptr;
+    }
+    /// Whether it has lobes that are lit by rays along them.
+    bool is_traced(std::size_t pixel) const
+    {
+        const std::span<const Lobe> here = lobes_of(pixel);
+        return std::any_of(here.begin(), here.end(), lit_by_rays);
+    }
 };
 
 /// Triangles that need no shading where a pixel sees them: their light is known.

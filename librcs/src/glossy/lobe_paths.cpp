@@ -27,8 +27,8 @@ glm::vec3 lattice_point(int n, glm::vec3 shift)
 
 void LobePaths::begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) const
 {
-    const Bsdf& bsdf = shading_.bsdf[pixel];
-    const Bsdf part = traced_part(bsdf);
+    const Bsdf bsdf = shading_.bsdf(g_, pixel);
+    const LobeSet traced = bsdf.those(lit_by_rays);
     const glm::vec3 outgoing = outgoing_at(g_, camera_, pixel);
     const std::uint64_t key = lobe_key(seed_, pixel);
     RandomStream random(key);
@@ -37,7 +37,7 @@ void LobePaths::begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) cons
     std::fill(own, own + ring.count(), LobeRay{});
     for (std::size_t n = 0; n < ring.count(); ++n) {
         const glm::vec3 point = lattice_point(static_cast<int>(n), shift);
-        const BsdfSample sample = sample_glossy(part, outgoing, point.x, {point.y, point.z});
+        const BsdfSample sample = rcs::sample(bsdf, outgoing, point.x, {point.y, point.z}, traced);
         if (!(sample.density > 0.0f) || sample.weight == glm::vec3(0.0f)) continue;
         own[n].density = sample.density;
         const bool outwards = glm::dot(sample.incoming, g_.geometric_normal[pixel]) >= 0.0f;
@@ -47,10 +47,10 @@ void LobePaths::begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) cons
         path.ray.direction = sample.incoming;
         path.first = &own[n];
         path.pixel = pixel;
-        if (glm::dot(part.normal, sample.incoming) < 0.0f)  // the direct light knows only what is reflected
+        if (glm::dot(bsdf.normal, sample.incoming) < 0.0f)  // the direct light knows only what is reflected
             path.density = std::numeric_limits<float>::infinity();
         path.width = sample.alpha;
-        if (bsdf.alpha > 2.0f * Bsdf::kLeastAlpha)
+        if (sample.alpha > 2.0f * kLeastAlpha)
             path.spread = 1.0f / std::sqrt(std::max(sample.density, 1e-4f) * static_cast<float>(ring.count()));
         path.key = mix64(key + 2 * n + 1);
         w.paths.push_back(path);
@@ -164,7 +164,7 @@ void LobePaths::trace(std::size_t begin, std::size_t end, RayRing& ring, Workspa
     w.lights.clear();
     w.paths.clear();
     for (std::size_t i = begin; i < end; ++i)
-        if (g_.covered(i) && has_traced_part(shading_.bsdf[i])) begin_paths(i, ring, w);
+        if (g_.covered(i) && shading_.is_traced(i)) begin_paths(i, ring, w);
     while (!w.paths.empty()) {
         w.next.clear();
         for (std::size_t i = 0; i < w.paths.size(); i += kWidth)

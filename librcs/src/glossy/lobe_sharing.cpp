@@ -58,20 +58,30 @@ float LobeSharing::mean_distance(std::size_t pixel, const RayRing& ring) const
     return inverse > 0.0f ? count / inverse : std::numeric_limits<float>::infinity();
 }
 
+float LobeSharing::narrowest_traced(std::size_t pixel) const
+{
+    float alpha = 1.0f;
+    for (const Lobe& lobe : shading_.lobes_of(pixel))
+        if (lit_by_rays(lobe)) alpha = std::min(alpha, lobe.alpha);
+    return alpha;
+}
+
 /// Whether a neighbour lies on the same, about equally glossy surface: within the plane by the pixel's footprint.
 bool LobeSharing::may_share(std::size_t pixel, std::size_t neighbour) const
 {
-    if (!g_.covered(neighbour) || !has_traced_part(shading_.bsdf[neighbour])) return false;
-    const Bsdf &here = shading_.bsdf[pixel], &there = shading_.bsdf[neighbour];
+    if (!g_.covered(neighbour) || !shading_.is_traced(neighbour)) return false;
+    const float here = narrowest_traced(pixel), there = narrowest_traced(neighbour);
     const glm::vec3 offset = g_.position(neighbour) - g_.position(pixel);
     return glm::dot(g_.geometric_normal[pixel], g_.geometric_normal[neighbour]) > 0.9f &&
            std::abs(glm::dot(offset, g_.geometric_normal[pixel])) < 0.1f * glm::length(offset) + g_.footprint[pixel] &&
-           there.alpha < 2.0f * here.alpha && here.alpha < 2.0f * there.alpha;
+           there < 2.0f * here && here < 2.0f * there;
 }
 
 LobeLight LobeSharing::share(std::size_t pixel, const RayRing& ring) const
 {
-    const Bsdf part = traced_part(shading_.bsdf[pixel]);
+    const Bsdf bsdf = shading_.bsdf(g_, pixel);
+    const LobeSet traced = bsdf.those(lit_by_rays);
+    const bool looks_through = (traced & transmitting_lobes(bsdf)) != 0u;
     const glm::vec3 outgoing = outgoing_at(g_, camera_, pixel);
     const glm::vec3 position = g_.position(pixel);
     WeightedLight light;
@@ -89,16 +99,15 @@ LobeLight LobeSharing::share(std::size_t pixel, const RayRing& ring) const
                 density *= d2 / (ray.distance * ray.distance);
             }
             const glm::vec3 weight =
-                evaluate_glossy(part, outgoing, incoming) * (std::abs(glm::dot(part.normal, incoming)) / density);
+                evaluate(bsdf, outgoing, incoming, traced) * (std::abs(glm::dot(bsdf.normal, incoming)) / density);
             light.add(weight, ray.radiance);
         }
     };
     add(pixel);
     // Beyond the width of the lobe where it hits, a neighbour sees other things.
-    const float narrowest = part.has_coat() ? std::min(part.coat_alpha, part.alpha) : part.alpha;
-    const float reach =
-        std::min(static_cast<float>(RayRing::kMostReach), narrowest * mean_distance(pixel, ring) / g_.footprint[pixel]);
-    if (reach >= 1.0f && !part.transmits()) {
+    const float reach = std::min(static_cast<float>(RayRing::kMostReach),
+                                 narrowest(bsdf, traced) * mean_distance(pixel, ring) / g_.footprint[pixel]);
+    if (reach >= 1.0f && !looks_through) {
         const int x = static_cast<int>(pixel % static_cast<std::size_t>(g_.width));
         const int y = static_cast<int>(pixel / static_cast<std::size_t>(g_.width));
         const float turn = 2.0f * std::numbers::pi_v<float> *
@@ -115,14 +124,14 @@ LobeLight LobeSharing::share(std::size_t pixel, const RayRing& ring) const
             if (may_share(pixel, neighbour)) add(neighbour);
         }
     }
-    if (part.transmits()) {
+    if (looks_through) {
         const float count = static_cast<float>(ring.count());
         return {light.sum / count, light.error_of_mean(count)};
     }
-    const glm::vec3 albedo = specular_albedo(part, glm::dot(part.normal, outgoing));
-    LobeLight reflected{glm::vec3(0.0f), luminance(albedo) * light.error_of_ratio()};
+    const glm::vec3 whole = albedo(bsdf, glm::dot(bsdf.normal, outgoing), traced);
+    LobeLight reflected{glm::vec3(0.0f), luminance(whole) * light.error_of_ratio()};
     for (int c = 0; c < 3; ++c)
-        reflected.radiance[c] = light.total[c] > 0.0f ? albedo[c] * light.sum[c] / light.total[c] : 0.0f;
+        reflected.radiance[c] = light.total[c] > 0.0f ? whole[c] * light.sum[c] / light.total[c] : 0.0f;
     return reflected;
 }
 

@@ -32,6 +32,7 @@ public:
 
 private:
     float mean_distance(std::size_t pixel, const RayRing& ring) const;
+    float narrowest_traced(std::size_t pixel) const;
     bool may_share(std::size_t pixel, std::size_t neighbour) const;
 
     const GBuffer& g_;

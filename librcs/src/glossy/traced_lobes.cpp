@@ -8,21 +8,10 @@
 
 namespace rcs {
 
-Bsdf traced_part(const Bsdf& bsdf)
-{
-    Bsdf part = bsdf;
-    part.diffuse = glm::vec3(0.0f);
-    if (lit_by_records(bsdf)) {
-        part.f0 = glm::vec3(0.0f);
-        part.f90 = 0.0f;
-    }
-    return part;
-}
-
 TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GBuffer& gbuffer, const View& view,
                         const Shading& shading, const LobeOptions& options, ThreadPool& pool, GlossyStats& stats)
 {
-    const auto is_traced = [&](std::size_t i) { return gbuffer.covered(i) && has_traced_part(shading.bsdf[i]); };
+    const auto is_traced = [&](std::size_t i) { return gbuffer.covered(i) && shading.is_traced(i); };
     const LobePaths paths(rays, light, gbuffer, view, shading, options.bounces, options.seed);
     const LobeSharing sharing(gbuffer, view, shading, options.seed);
     RayRing ring(gbuffer.width, options.rays_per_pixel);

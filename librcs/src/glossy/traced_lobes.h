@@ -7,19 +7,10 @@
 
 #include "gbuffer/shading.h"
 #include "light/hit_radiance.h"
-#include "radiance/lobes.h"
 #include "rcs/render.h"
 #include "rcs/thread_pool.h"
 
 namespace rcs {
-
-/// The lobes of a surface that are too narrow for records: the specular one below kLeastRecordAlpha, the coat,
-/// rough transmission.
-Bsdf traced_part(const Bsdf& bsdf);
-inline bool has_traced_part(const Bsdf& bsdf)
-{
-    return (bsdf.has_specular() && !lit_by_records(bsdf)) || bsdf.has_coat() || bsdf.transmits();
-}
 
 struct TracedLight {
     std::vector<glm::vec3> radiance;  ///< per pixel [W m^-2 sr^-1]; empty: none

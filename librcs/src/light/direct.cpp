@@ -23,10 +23,12 @@ SurfacePoint surface_of(const GBuffer& g, std::size_t i)
     return p;
 }
 
-DirectLight::Viewer viewer_of(const GBuffer& g, const View& view, const Shading& shading, std::size_t i)
+/// @param bsdf  becomes the pixel's
+DirectLight::Viewer viewer_of(const GBuffer& g, const View& view, const Shading& shading, std::size_t i, Bsdf& bsdf)
 {
     const bool parallel = view.camera.projection == Projection::orthographic;
-    return {&shading.bsdf[i], parallel ? glm::vec3(view.camera.world_from_view[2]) : glm::normalize(-g.position(i))};
+    bsdf = shading.bsdf(g, i);
+    return {&bsdf, parallel ? glm::vec3(view.camera.world_from_view[2]) : glm::normalize(-g.position(i))};
 }
 
 // Pixels that tell what all will take: some milliseconds, and enough of each part of a picture.
@@ -77,8 +79,9 @@ double try_direct_light(const RayScene& rays, const GBuffer& gbuffer, const View
     const auto start = std::chrono::steady_clock::now();
     pool.parallel_for(tried.size(), 64, [&](std::size_t begin, std::size_t end, int thread) {
         for (std::size_t k = begin; k < end; ++k) {
+            Bsdf bsdf;
             const DirectLight::Viewer viewer =
-                shading.bsdf.empty() ? DirectLight::Viewer{} : viewer_of(gbuffer, view, shading, tried[k]);
+                shading.has_lobes() ? viewer_of(gbuffer, view, shading, tried[k], bsdf) : DirectLight::Viewer{};
             light.at(surface_of(gbuffer, tried[k]), viewer, stream_key(options.seed, Stream::direct, tried[k]),
                      workspaces[static_cast<std::size_t>(thread)], 0);
         }
@@ -92,15 +95,16 @@ DirectLightResult direct_light(const RayScene& rays, const GBuffer& gbuffer, con
 {
     validate(options);
     const DirectLight light(rays, options);
-    const bool highlights = !shading.bsdf.empty() && effects_or_scene(options.effects, rays).has(Effect::highlights);
+    const bool highlights = shading.has_lobes() && effects_or_scene(options.effects, rays).has(Effect::highlights);
     DirectLightResult result;
     result.irradiance.assign(gbuffer.size(), glm::vec3(0.0f));
     if (highlights) result.glossy.assign(gbuffer.size(), glm::vec3(0.0f));
     std::vector<DirectLight::Workspace> workspaces(static_cast<std::size_t>(pool.size()));
     const auto light_pixel = [&](std::size_t i, std::uint64_t mixed, DirectLight::Workspace& w) {
-        const Lit lit =
-            light.at(surface_of(gbuffer, i), highlights ? viewer_of(gbuffer, view, shading, i) : DirectLight::Viewer{},
-                     stream_key(options.seed, Stream::direct, i), w, mixed);
+        Bsdf bsdf;
+        const Lit lit = light.at(surface_of(gbuffer, i),
+                                 highlights ? viewer_of(gbuffer, view, shading, i, bsdf) : DirectLight::Viewer{},
+                                 stream_key(options.seed, Stream::direct, i), w, mixed);
         result.irradiance[i] = lit.irradiance;
         if (highlights) result.glossy[i] = lit.glossy;
     };

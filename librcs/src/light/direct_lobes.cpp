@@ -16,16 +16,11 @@ constexpr float kPi = std::numbers::pi_v<float>;
 // Rays along a lobe narrower than the lamps; fewer where all of them meet much the same.
 constexpr int kLobeSamples = 16;
 constexpr int kMirrorSamples = 8;
-constexpr float kMirrorAlpha = 0.01f;
 
 // A ray along a narrow lobe is worth more than a lamp's sample of the same density: what it finds is the lobe's albedo
-// times one radiance, while the lamp's samples find the lobe's peak or nothing. Counted as so many, down to a lobe of
-// this width, it leaves them 0.5 % of a mirror's light instead of 2 % (the tail of the GGX distribution).
+// times one radiance, while the lamp's samples find the lobe's peak or nothing. Counted as so many at kWorthyAlpha over
+// the lobe's width, it leaves them 0.5 % of a mirror's light instead of 2 % (the tail of the GGX distribution).
 constexpr float kMostCounted = 16.0f;
-constexpr float kCountedAlpha = 0.1f;
-
-// Of many lamps, or with a sky of many peaks, lobes wider than this are left to the lamps' samples.
-constexpr float kWideAlpha = 0.4f;
 
 // Smaller is no solid angle in float arithmetic.
 constexpr float kLeastSolidAngle = 1e-12f;
@@ -44,19 +39,17 @@ float lobe_solid_angle(float alpha) { return std::min(4.0f * kPi * alpha * alpha
 void DirectLight::choose_samples(const SurfacePoint& point, const Workspace& w, Lobes& lobes) const
 {
     if (!lobes.any) return;
-    float alpha = 1.0f;
-    if (lobes.bsdf.has_specular()) alpha = std::min(alpha, lobes.bsdf.alpha);
-    if (lobes.bsdf.has_coat()) alpha = std::min(alpha, lobes.bsdf.coat_alpha);
-    bool narrow = alpha < kWideAlpha &&
+    const float alpha = narrowest(lobes.bsdf, lobes.reflecting);
+    bool narrow = alpha < kLampsAlpha &&
                   (candidates_.draws() || (sky_.has_peaks() && lobe_solid_angle(alpha) < sky_.peak_solid_angle()));
-    if (!narrow && alpha < kWideAlpha) {
+    if (!narrow && alpha < kLampsAlpha) {
         float lamps = 0.0f;
         for (const LampView& lamp : w.lamps) lamps += solid_angle(lamp.corner.data());
         narrow = lobe_solid_angle(alpha) < lamps;
     }
     if (!narrow) return;
     lobes.samples = alpha < kMirrorAlpha ? kMirrorSamples : kLobeSamples;
-    lobes.counted = static_cast<float>(lobes.samples) * std::clamp(kCountedAlpha / alpha, 1.0f, kMostCounted);
+    lobes.counted = static_cast<float>(lobes.samples) * std::clamp(kWorthyAlpha / alpha, 1.0f, kMostCounted);
     lobes.total_estimate = lights_.tree->estimate(point.position, point.shading_normal, kTriangleCandidates);
 }
 
@@ -123,8 +116,8 @@ void DirectLight::add_lobe_rays(const SurfacePoint& point, const Lobes& lobes, s
         };
         const float choice = at(shift.x, 0.8191725133961645);
         BsdfSample& s = samples[i];
-        s = sample_glossy(lobes.bsdf, lobes.outgoing, choice,
-                          {at(shift.y, 0.6710436067037893), at(shift.z, 0.5497004779019703)});
+        s = sample(lobes.bsdf, lobes.outgoing, choice,
+                   {at(shift.y, 0.6710436067037893), at(shift.z, 0.5497004779019703)}, lobes.reflecting);
         if (s.weight == glm::vec3(0.0f) || !(s.density > 0.0f) ||
             !(glm::dot(point.geometric_normal, s.incoming) > 0.0f) ||
             !(glm::dot(point.shading_normal, s.incoming) > 0.0f) || !may_meet_lamp(point, s.incoming))

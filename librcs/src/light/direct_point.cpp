@@ -52,16 +52,16 @@ DirectLight::DirectLight(const RayScene& rays, const DirectOptions& options, con
 DirectLight::Lobes DirectLight::make_lobes(const Viewer& viewer) const
 {
     Lobes lobes;
-    if (!viewer.bsdf || !(viewer.bsdf->has_specular() || viewer.bsdf->has_coat() || viewer.bsdf->transmits()))
-        return lobes;
+    if (!viewer.bsdf || glossy_lobes(*viewer.bsdf) == 0u) return lobes;
     lobes.any = true;
     lobes.bsdf = *viewer.bsdf;
     // What comes through from behind is found by rays, straight ones or those along the lobe; but punctual lamps by
     // none.
-    lobes.transmission = viewer.bsdf->transmission;
-    lobes.bsdf.transmission = glm::vec3(0.0f);
+    lobes.reflecting = reflecting_lobes(lobes.bsdf);
+    lobes.transmitting = transmitting_lobes(lobes.bsdf);
     lobes.outgoing = viewer.outgoing;
-    lobes.diffuse = kInversePi * luminance(diffuse_albedo(lobes.bsdf, glm::dot(lobes.bsdf.normal, lobes.outgoing)));
+    lobes.diffuse = kInversePi * luminance(albedo(lobes.bsdf, glm::dot(lobes.bsdf.normal, lobes.outgoing),
+                                                  diffuse_lobes(lobes.bsdf)));
     return lobes;
 }
 
@@ -69,7 +69,7 @@ glm::vec3 DirectLight::glossy(const Lobes& lobes, glm::vec3 to_light) const
 {
     const float cosine = glm::dot(lobes.bsdf.normal, to_light);
     if (!(cosine > 0.0f) || !(glm::dot(lobes.bsdf.geometric_normal, to_light) > 0.0f)) return glm::vec3(0.0f);
-    return cosine * evaluate_glossy(lobes.bsdf, lobes.outgoing, to_light);
+    return cosine * evaluate(lobes.bsdf, lobes.outgoing, to_light, lobes.reflecting);
 }
 
 Lit DirectLight::at(const SurfacePoint& point, const Viewer& viewer, std::uint64_t key, Workspace& w,
@@ -96,16 +96,15 @@ void DirectLight::add_punctual(const SurfacePoint& point, const Lobes& lobes, Wo
         const PunctualSample s = sample_punctual(light, point.position);
         const float cosine = glm::dot(point.shading_normal, s.to_light);
         const bool is_behind = cosine <= 0.0f || glm::dot(point.geometric_normal, s.to_light) <= 0.0f;
-        if ((is_behind && lobes.transmission == glm::vec3(0.0f)) || luminance(s.irradiance) <= 0.0f) continue;
+        if ((is_behind && lobes.transmitting == 0u) || luminance(s.irradiance) <= 0.0f) continue;
         ++w.rays;
         tally(Count::punctual_rays);
         const Ray ray = shadow_ray_from(point, s.to_light, s.distance);
         if (!rays_.has_transparency() && occluded(rays_, ray)) continue;
         const glm::vec3 arriving = rays_.has_transparency() ? s.irradiance * transmittance(rays_, ray) : s.irradiance;
         if (is_behind) {
-            Bsdf pane = lobes.bsdf;
-            pane.transmission = lobes.transmission;
-            lit.glossy += arriving * std::abs(cosine) * evaluate_glossy(pane, lobes.outgoing, s.to_light);
+            lit.glossy +=
+                arriving * std::abs(cosine) * evaluate(lobes.bsdf, lobes.outgoing, s.to_light, lobes.transmitting);
             continue;
         }
         lit.irradiance += cosine * arriving;
@@ -184,7 +183,8 @@ void DirectLight::shoot(const SurfacePoint& point, const Lobes& lobes, LampView&
         if (!lobes.any) continue;
         glm::vec3 g = lamp.scale * s.inverse_density * radiance * glossy(lobes, to_light);
         if (lobes.samples > 0)
-            g *= power_heuristic(towards, lobes.counted * glossy_density(lobes.bsdf, lobes.outgoing, to_light));
+            g *= power_heuristic(towards,
+                                 lobes.counted * density(lobes.bsdf, lobes.outgoing, to_light, lobes.reflecting));
         w.glossy.push_back(g);
     }
     w.shadow.trace(rays_);
@@ -315,7 +315,8 @@ void DirectLight::add_peaks(const SurfacePoint& point, const Lobes& lobes, std::
             glm::vec3 g = s.radiance * glossy(lobes, s.direction) / s.density;
             if (lobes.samples > 0) {
                 const float towards = static_cast<float>(options_.area_samples) * s.density;
-                g *= power_heuristic(towards, lobes.counted * glossy_density(lobes.bsdf, lobes.outgoing, s.direction));
+                g *= power_heuristic(
+                    towards, lobes.counted * density(lobes.bsdf, lobes.outgoing, s.direction, lobes.reflecting));
             }
             w.glossy.push_back(g);
         }

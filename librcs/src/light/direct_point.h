@@ -95,8 +95,8 @@ private:
 
     /// The lobes that reflect, and how they share the work with the lamps.
     struct Lobes {
-        Bsdf bsdf;  // without transmission
-        glm::vec3 transmission{0.0f};
+        Bsdf bsdf;
+        LobeSet reflecting = 0, transmitting = 0;
         glm::vec3 outgoing{0.0f};
         float diffuse = 0.0f;         // luminance of the diffuse albedo over pi
         int samples = 0;              // rays along the lobes

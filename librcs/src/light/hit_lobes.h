@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+
 #include <glm/glm.hpp>
 
 #include "light/hit_radiance.h"
@@ -36,21 +38,21 @@ public:
     Onward sample(glm::vec3 throughput, RandomStream& random) const;
 
 private:
-    /// The specular lobe or the coat, alone.
+    /// A lobe that rays may follow, alone.
     struct Part {
         Bsdf exact, wide;
-        float share = 0.0f;    // of its light that rays bring
-        glm::vec3 left{1.0f};  // of the light by the layers above
-        float width = 0.0f;    // with the lobes so far
-        bool present = false;
+        float share;     // of its light that rays bring
+        glm::vec3 left;  // of the light by the layers above
+        float width;     // with the lobes so far
     };
-    Part make_part(const Bsdf& alone, float width) const;
+    std::span<const Part> parts() const { return {part_, static_cast<std::size_t>(count_)}; }
     glm::vec3 ray_albedo(const Part& part) const;
 
     glm::vec3 outgoing_;
     float cosine_;
     glm::vec3 diffuse_;  // albedo
-    Part specular_, coat_;
+    int count_ = 0;
+    Part part_[kMostLobes];  // from the bottom
 };
 
 /// Whether any surface may have lobes so narrow that rays go on there.

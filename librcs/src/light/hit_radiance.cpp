@@ -30,24 +30,36 @@ glm::vec3 cosine_direction(const SurfacePoint& point, RandomStream& random)
 
 namespace {
 
-bool is_plain(const Material& m, const Mesh& mesh, std::uint32_t simulated)
+/// The lobes of a white surface of this material; `textured` becomes true where they depend on a texture.
+Bsdf lobes_of_white(const Material& m, bool& textured)
 {
-    const bool wide = m.specular == 0.0f ||
-                      (m.roughness * m.roughness >= HitRadiance::kWideAlpha && !m.metallic_roughness_texture.used() &&
-                       !m.specular_texture.used() && !m.specular_color_texture.used());
-    return wide && m.metallic == 0.0f && m.transmission == 0.0f && m.clearcoat == 0.0f && !m.unlit &&
-           (simulated & kBumpy) == 0u && mesh.colors.empty() && m.base_color_texture.uv_set == 0;
+    const auto look_up = [&](const TextureSlot& slot) {
+        textured = textured || slot.used();
+        return glm::vec4(1.0f);
+    };
+    Bsdf bsdf;
+    make_lobes(m, glm::vec3(1.0f), look_up, true, bsdf);
+    return bsdf;
 }
 
-/// The dielectric lobe of a plain material (KHR_materials_specular, KHR_materials_ior).
-Bsdf plain_lobe(const Material& m)
+bool is_plain(const Material& m, const Mesh& mesh, std::uint32_t simulated)
 {
-    Bsdf lobe;
-    const float f0 = (m.ior - 1.0f) / (m.ior + 1.0f);
-    lobe.f0 = m.specular * glm::min(f0 * f0 * m.specular_color, glm::vec3(1.0f));
-    lobe.f90 = m.specular;
-    lobe.alpha = std::max(m.roughness * m.roughness, Bsdf::kLeastAlpha);
-    return lobe;
+    bool textured = false;
+    const Bsdf white = lobes_of_white(m, textured);
+    const bool like_diffuse = std::all_of(white.begin(), white.end(), [](const Lobe& lobe) {
+        return is_diffuse(lobe) ? lobe.color == glm::vec3(1.0f)
+                                : lit_by_records(lobe) && lobe.alpha >= kLikeDiffuseAlpha;
+    });
+    return like_diffuse && !textured && !m.unlit && (simulated & kBumpy) == 0u && mesh.colors.empty() &&
+           m.base_color_texture.uv_set == 0;
+}
+
+/// What lies above the base of a plain material.
+Bsdf plain_layer(const Material& m)
+{
+    bool textured = false;
+    const Bsdf white = lobes_of_white(m, textured);
+    return white.only(reflecting_lobes(white));
 }
 
 }  // namespace
@@ -66,7 +78,7 @@ HitRadiance::HitRadiance(const RayScene& rays, const LightCache* cache, const Ef
         plain_.push_back(rcs::is_plain(scene_.materials[static_cast<std::size_t>(instance.material)], *instance.mesh,
                                        instance.simulated));
     for (const Material& material : scene_.materials) {
-        lobe_.push_back(plain_lobe(material));
+        layer_.push_back(plain_layer(material));
         glm::vec3& color = mean_color_.emplace_back(material.base_color);
         if (material.base_color_texture.used()) {
             const Texture& texture = scene_.textures[static_cast<std::size_t>(material.base_color_texture.texture)];
@@ -114,8 +126,7 @@ Bsdf HitRadiance::exact_bsdf(const HitPacket& packet, int lane, const HitSurface
 Bsdf HitRadiance::bsdf(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const
 {
     Bsdf result = exact_bsdf(packet, lane, hit, cone_width);
-    result.alpha = std::max(result.alpha, least_alpha(result.f0));
-    result.coat_alpha = std::max(result.coat_alpha, least_alpha(glm::vec3(result.coat * Bsdf::kCoatF0)));
+    for (std::uint32_t i = 0; i < result.count; ++i) result.lobe[i] = widened_at_hit(result.lobe[i]);
     return result;
 }
 
@@ -132,21 +143,21 @@ glm::vec3 HitRadiance::base_color(const PlainHit& hit) const
 
 glm::vec3 HitRadiance::albedo(const PlainHit& hit, float cosine) const
 {
-    const Bsdf& lobe = lobe_[static_cast<std::size_t>(hit.material)];
+    const Bsdf& layer = layer_[static_cast<std::size_t>(hit.material)];
     const glm::vec3 color = base_color(hit);
-    if (!lobe.has_specular()) return color;
-    const glm::vec3 specular = specular_albedo(lobe, cosine);
+    if (layer.count == 0) return color;
+    const glm::vec3 specular = rcs::albedo(layer, cosine, kAllLobes);
     return color * (1.0f - specular) + specular;
 }
 
 glm::vec3 HitRadiance::reflectance(const PlainHit& hit, glm::vec3 normal, glm::vec3 outgoing, glm::vec3 incoming) const
 {
-    Bsdf lobe = lobe_[static_cast<std::size_t>(hit.material)];
+    Bsdf layer = layer_[static_cast<std::size_t>(hit.material)];
     const glm::vec3 color = base_color(hit);
-    if (!lobe.has_specular()) return color;
-    lobe.normal = lobe.geometric_normal = normal;
-    return color * (1.0f - specular_albedo(lobe, glm::dot(normal, outgoing))) +
-           std::numbers::pi_v<float> * evaluate_glossy(lobe, outgoing, incoming);
+    if (layer.count == 0) return color;
+    layer.normal = layer.geometric_normal = normal;
+    return color * (1.0f - rcs::albedo(layer, glm::dot(normal, outgoing), kAllLobes)) +
+           std::numbers::pi_v<float> * evaluate(layer, outgoing, incoming);
 }
 
 }  // namespace rcs

@@ -29,14 +29,6 @@ int mip_level(const Texture& texture, float uv_per_length, float cone_width);
 /// sky, still needs a shadow ray for each of its terms; the rest is looked up in a light cache.
 class HitRadiance {
 public:
-    /// Specular lobes of perfect reflectance are at least so wide at hits (GGX alpha): what narrower ones do with small
-    /// lamps, a few hundred rays would see as single bright dots (path space regularisation: Kaplanyan and Dachsbacher
-    /// 2013).
-    static constexpr float kLeastAlpha = 0.3f;
-    /// Of a lobe with this reflectance at normal incidence: a lobe's peak grows as that over its width squared, and no
-    /// peak is to be higher. So a dielectric's lobe stays as it is down to a roughness of 0.25.
-    static float least_alpha(glm::vec3 f0) { return kLeastAlpha * std::sqrt(std::max({f0.x, f0.y, f0.z})); }
-
     /// @param cache  may be null: then there is no more than the direct part
     HitRadiance(const RayScene& rays, const LightCache* cache, const EffectSet& effects);
 
@@ -78,12 +70,8 @@ public:
         return environment_.has_peaks() ? lights_.density(origin, lights_.peaks_lamp(), direction) : 0.0f;
     }
 
-    /// A surface with a GGX lobe at least so wide, of a dielectric, is lit by all that is not a lamp as if it were
-    /// diffuse.
-    static constexpr float kWideAlpha = 0.4f;
-
-    /// Whether this instance's surface is its base colour below at most a wide dielectric lobe: then albedo() and
-    /// reflectance() say all, quickly.
+    /// Whether this instance's surface is its base colour below at most a wide lobe (kLikeDiffuseAlpha) that is the
+    /// same everywhere: then albedo() and reflectance() say all, quickly.
     bool is_plain(std::uint32_t instance) const { return plain_[instance] != 0; }
     /// Where on which plain surface: what a look at its textures takes. @param cone_width  of the ray at the hit [m]
     struct PlainHit {
@@ -99,8 +87,8 @@ public:
     /// sun over walls sends that all one way: taken for diffuse, Sponza's floor came out a tenth too dark.
     glm::vec3 reflectance(const PlainHit& hit, glm::vec3 normal, glm::vec3 outgoing, glm::vec3 incoming) const;
 
-    /// How any other surface reflects towards the origin of a packet's ray, as it is, and with lobes at least
-    /// least_alpha() wide. @param hit  complete
+    /// How any other surface reflects towards the origin of a packet's ray, as it is, and with lobes
+    /// widened_at_hit(). @param hit  complete
     Bsdf exact_bsdf(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;
     Bsdf bsdf(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;
     /// The direct part for it. @param outgoing  unit, towards the ray's origin
@@ -120,7 +108,7 @@ private:
     const Environment& environment_;
     bool has_sky_, has_textures_;
     std::vector<std::uint8_t> plain_;    // per instance, 0 or 1
-    std::vector<Bsdf> lobe_;             // per material: the lobe of plain surfaces
+    std::vector<Bsdf> layer_;            // per material: above the diffuse base of plain surfaces
     std::vector<glm::vec3> mean_color_;  // per material: of its base
 };
 
@@ -128,7 +116,7 @@ private:
 inline glm::vec3 total_albedo(const Bsdf& bsdf, glm::vec3 outgoing)
 {
     const float cosine = glm::dot(bsdf.normal, outgoing);
-    return diffuse_albedo(bsdf, cosine) + specular_albedo(bsdf, cosine);
+    return albedo(bsdf, cosine, diffuse_lobes(bsdf)) + albedo(bsdf, cosine, reflecting_lobes(bsdf));
 }
 
 inline glm::vec3 ray_direction(const RayPacket& ray, int lane)

@@ -105,32 +105,6 @@ glm::vec3 normal_at(const RayScene& rays, const Hit& hit, const Mesh& mesh, cons
                                 look_up(material.normal_texture), material.normal_scale);
 }
 
-/// @param perceptual  glTF's roughness, textured
-float ggx_width(float perceptual) { return std::clamp(perceptual * perceptual, Bsdf::kLeastAlpha, 1.0f); }
-
-/// Sets the lobes from colour and material (glTF 2.0 appendix B and the extensions named in Material).
-void set_lobes(const Material& m, glm::vec3 base_color, const Lookup& look_up, bool transmits, Bsdf& bsdf)
-{
-    bsdf.diffuse = base_color;
-    if (is_lambertian(m)) return;
-    const glm::vec4 metallic_roughness = look_up(m.metallic_roughness_texture);
-    const float metallic = m.metallic * metallic_roughness.b;
-    bsdf.alpha = ggx_width(m.roughness * metallic_roughness.g);
-
-    const float specular = m.specular * look_up(m.specular_texture).a;
-    const float root = (m.ior - 1.0f) / (m.ior + 1.0f);
-    const glm::vec3 tint = m.specular_color * glm::vec3(look_up(m.specular_color_texture));
-    const glm::vec3 dielectric = glm::min(root * root * tint, glm::vec3(1.0f)) * specular;
-    bsdf.f0 = glm::mix(dielectric, base_color, metallic);
-    bsdf.f90 = glm::mix(specular, 1.0f, metallic);
-
-    const float through = transmits ? m.transmission * look_up(m.transmission_texture).r : 0.0f;
-    bsdf.diffuse = base_color * ((1.0f - metallic) * (1.0f - through));
-    bsdf.transmission = base_color * ((1.0f - metallic) * through);
-    bsdf.coat = m.clearcoat * look_up(m.clearcoat_texture).r;
-    bsdf.coat_alpha = ggx_width(m.clearcoat_roughness * look_up(m.clearcoat_roughness_texture).g);
-}
-
 }  // namespace
 
 MaterialValues material_at(const RayScene& rays, const Hit& hit, const SurfacePoint& point, glm::vec3 direction,
@@ -154,7 +128,7 @@ MaterialValues material_at(const RayScene& rays, const Hit& hit, const SurfacePo
     }
     values.emission = emitted_radiance(material, point.front);
     if (values.emission != glm::vec3(0.0f)) values.emission *= glm::vec3(look_up(material.emission_texture));
-    set_lobes(material, glm::clamp(glm::vec3(base), 0.0f, 1.0f), look_up, (simulated & kTransmits) != 0u, values.bsdf);
+    make_lobes(material, glm::clamp(glm::vec3(base), 0.0f, 1.0f), look_up, (simulated & kTransmits) != 0u, values.bsdf);
     if (!is_lambertian(material) || (simulated & kBumpy) != 0u) {
         const glm::vec3 normal = normal_at(rays, hit, mesh, material, point, look_up);
         values.bsdf.normal = keep_mirror_above(normal, point.geometric_normal, direction);

@@ -98,27 +98,25 @@ Weights solve(const NormalMatrix& factor, Weights x)
     return x;
 }
 
-struct Lobe {
+struct FittedLobe {
     float weights[kWeights];
     float albedo;  // integral of f cos
 };
 
 /// Lobes for Fresnel 1 (grey) and for Schlick's grazing term alone, of which every f0 and f90 is a mixture.
 struct LobeTable {
-    Lobe grey[kAlphas][kCosines], grazing[kAlphas][kCosines];
+    FittedLobe grey[kAlphas][kCosines], grazing[kAlphas][kCosines];
 };
 
-Lobe fit_lobe(const Directions& d, const NormalMatrix& factor, float alpha, float cosine, float f0)
+FittedLobe fit_lobe(const Directions& d, const NormalMatrix& factor, float alpha, float cosine, float f0)
 {
     Bsdf bsdf;
-    bsdf.f0 = glm::vec3(f0);
-    bsdf.f90 = 1.0f;
-    bsdf.alpha = alpha;
+    bsdf.add(make_lobe<Specular>(glm::vec3(f0), 1.0f, alpha));
     const glm::vec3 outgoing(std::sqrt(1.0f - cosine * cosine), 0.0f, cosine);
     Weights right{};
     double albedo = 0.0;
     for (std::size_t n = 0; n < d.direction.size(); ++n) {
-        const double value = static_cast<double>(evaluate_glossy(bsdf, outgoing, glm::vec3(d.direction[n])).g);
+        const double value = static_cast<double>(evaluate(bsdf, outgoing, glm::vec3(d.direction[n])).g);
         const double weight = value * d.direction[n].z * d.solid_angle;
         albedo += weight;
         for (std::size_t a = 0; a < kWeights; ++a) right[a] += weight * d.basis[n][a];
@@ -129,7 +127,7 @@ Lobe fit_lobe(const Directions& d, const NormalMatrix& factor, float alpha, floa
     for (std::size_t n = 0; n < d.direction.size(); ++n)
         for (std::size_t a = 0; a < kWeights; ++a)
             reflected += fit[a] * d.basis[n][a] * d.direction[n].z * d.solid_angle;
-    Lobe lobe;
+    FittedLobe lobe;
     for (std::size_t a = 0; a < kWeights; ++a) lobe.weights[a] = static_cast<float>(fit[a] * albedo / reflected);
     lobe.albedo = static_cast<float>(albedo);
     return lobe;
@@ -158,7 +156,7 @@ const LobeTable& table()
 }
 
 /// Weights of the lobe at one pixel, divided by its albedo.
-void look_up(const Bsdf& bsdf, float cosine, float* weights, std::size_t stride)
+void look_up(const Lobe& lobe, float cosine, float* weights, std::size_t stride)
 {
     const LobeTable& t = table();
     const auto node = [](float x, int nodes, float& fraction) {
@@ -168,14 +166,15 @@ void look_up(const Bsdf& bsdf, float cosine, float* weights, std::size_t stride)
         return i;
     };
     float s, c;
-    const int i = node((bsdf.alpha - kLeastRecordAlpha) / (1.0f - kLeastRecordAlpha), kAlphas, s);
+    const int i = node((lobe.alpha - kLeastRecordAlpha) / (1.0f - kLeastRecordAlpha), kAlphas, s);
     const int j = node((cosine - kLeastCosine) / (1.0f - kLeastCosine), kCosines, c);
-    const float f0 = luminance(bsdf.f0);
+    const float f0 = luminance(lobe.color);
     // f0 (grey - grazing) + f90 grazing, both of them with what multiple scattering gives back.
-    const float of_grey = f0, of_grazing = bsdf.f90 - f0;
+    const float of_grey = f0, of_grazing = lobe.level - f0;
     const float share[4] = {(1.0f - s) * (1.0f - c), (1.0f - s) * c, s * (1.0f - c), s * c};
-    const Lobe* grey[4] = {&t.grey[i][j], &t.grey[i][j + 1], &t.grey[i + 1][j], &t.grey[i + 1][j + 1]};
-    const Lobe* grazing[4] = {&t.grazing[i][j], &t.grazing[i][j + 1], &t.grazing[i + 1][j], &t.grazing[i + 1][j + 1]};
+    const FittedLobe* grey[4] = {&t.grey[i][j], &t.grey[i][j + 1], &t.grey[i + 1][j], &t.grey[i + 1][j + 1]};
+    const FittedLobe* grazing[4] = {&t.grazing[i][j], &t.grazing[i][j + 1], &t.grazing[i + 1][j],
+                                    &t.grazing[i + 1][j + 1]};
     float albedo = 0.0f;
     for (int k = 0; k < 4; ++k) albedo += share[k] * (of_grey * grey[k]->albedo + of_grazing * grazing[k]->albedo);
     const float scale = albedo > 0.0f ? 1.0f / albedo : 0.0f;
@@ -200,31 +199,23 @@ void add_axis(const detail::HarmonicFactors& factors, int axis, const float* x, 
 
 }  // namespace
 
-glm::vec3 recorded_albedo(const Bsdf& bsdf, float cosine)
-{
-    // Both lobes together less the coat's own.
-    Bsdf coat = bsdf;
-    coat.f0 = glm::vec3(0.0f);
-    coat.f90 = 0.0f;
-    return glm::max(specular_albedo(bsdf, cosine) - specular_albedo(coat, cosine), 0.0f);
-}
-
-void evaluate_lobes(const Bsdf* const* bsdf, const glm::vec3* outgoing, HarmonicLanes& coefficients)
+void evaluate_lobes(const Lobe* const* lobes, const glm::vec3* normals, const glm::vec3* outgoing,
+                    HarmonicLanes& coefficients)
 {
     alignas(64) float weights[kWeights][kHarmonicLanes] = {};
     glm::vec3 normal[kHarmonicLanes], tangent[kHarmonicLanes];
     for (int i = 0; i < kHarmonicLanes; ++i) {
         normal[i] = {0.0f, 0.0f, 1.0f};
         tangent[i] = {1.0f, 0.0f, 0.0f};
-        if (!bsdf[i] || !lit_by_records(*bsdf[i])) continue;
-        normal[i] = bsdf[i]->normal;
+        if (!lobes[i]) continue;
+        normal[i] = normals[i];
         const float cosine = glm::dot(normal[i], outgoing[i]);
         const glm::vec3 across = outgoing[i] - cosine * normal[i];
         const float length2 = glm::dot(across, across);
         // Seen squarely, the lobe is round: any tangent does.
         const glm::vec3 other = std::abs(normal[i].x) < 0.5f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
         tangent[i] = length2 > 1e-12f ? across / std::sqrt(length2) : glm::normalize(glm::cross(normal[i], other));
-        look_up(*bsdf[i], cosine, &weights[0][i], kHarmonicLanes);
+        look_up(*lobes[i], cosine, &weights[0][i], kHarmonicLanes);
     }
     for (auto& lanes : coefficients) std::fill(lanes, lanes + kHarmonicLanes, 0.0f);
     for (int j = 0; j < kAxes; ++j) {

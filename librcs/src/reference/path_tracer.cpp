@@ -27,7 +27,7 @@ constexpr std::size_t kMostLayers = 32;
 
 float largest(glm::vec3 v) { return std::max({v.r, v.g, v.b}); }
 
-bool is_glossy(const Bsdf& bsdf) { return bsdf.has_specular() || bsdf.has_coat() || bsdf.transmits(); }
+bool is_glossy(const Bsdf& bsdf) { return glossy_lobes(bsdf) != 0u; }
 
 /// Weight of a sample taken with density p where another technique has density q.
 float power_heuristic(float p, float q)
@@ -37,14 +37,10 @@ float power_heuristic(float p, float q)
 }
 
 /// What goes straight on through a surface is no matter of its BSDF here.
-Bsdf reflecting(Bsdf bsdf)
-{
-    bsdf.transmission = glm::vec3(0.0f);
-    return bsdf;
-}
+Bsdf scattering_part(const Bsdf& bsdf) { return bsdf.only(~bsdf.those(passes_rays)); }
 
 /// The camera sees frosted panes as they are.
-Bsdf seen_by_camera(const Bsdf& bsdf) { return bsdf.is_frosted() ? bsdf : reflecting(bsdf); }
+Bsdf seen_by_camera(const Bsdf& bsdf) { return bsdf.only(~bsdf.those(shows_straight)); }
 
 /// The same as sample() for a Lambertian surface, quicker.
 BsdfSample sample_lambertian(const SurfacePoint& point, glm::vec3 albedo, glm::vec2 u)
@@ -111,7 +107,8 @@ void PathTracer::add_layer(const Hit& hit, const CameraRay& camera, Lamps which,
     layer.weight = weight * layer.point.material.alpha;
     seen.emission += layer.weight * layer.point.emission;
     weigh_lamps(lamps_, layer.point.surface, which, layer.lamps);
-    const bool needs_exact = which == Lamps::with_area || layer.point.material.bsdf.is_frosted();
+    const bool needs_exact =
+        which == Lamps::with_area || transmitting_lobes(seen_by_camera(layer.point.material.bsdf)) != 0u;
     layer.exact_direct = needs_exact ? exact_direct(layer.point, seen.outgoing, which) : glm::vec3(0.0f);
 }
 
@@ -127,9 +124,7 @@ void PathTracer::look(double x, double y, Lamps which, Seen& seen) const
         add_layer(*hit, camera, which, weight, seen);
         const VisiblePoint& point = seen.layers[seen.count - 1].point;
         const Bsdf& bsdf = point.material.bsdf;
-        const glm::vec3 reflected = specular_albedo(bsdf, glm::dot(bsdf.normal, seen.outgoing));
-        const glm::vec3 through =
-            bsdf.is_frosted() ? glm::vec3(0.0f) : bsdf.transmission * glm::max(1.0f - reflected, glm::vec3(0.0f));
+        const glm::vec3 through = albedo(bsdf, glm::dot(bsdf.normal, seen.outgoing), bsdf.those(shows_straight));
         weight *= (1.0f - point.material.alpha) + point.material.alpha * through;
         if (weight == glm::vec3(0.0f)) break;
         hit = find_visible(rays_, camera, hit->t);
@@ -208,8 +203,8 @@ bool PathTracer::extend(Vertex& v, LampsAtPoint& lamps, const PathPoints& points
 
     const glm::vec2 choice = glossy || rays_.has_transparency() ? points.pair(choice_pair(v.bounce)) : glm::vec2(0.0f);
     const glm::vec2 u = points.pair(direction_pair(v.bounce));
-    const BsdfSample s =
-        glossy ? sample(v.bsdf, v.outgoing, choice.x, u) : sample_lambertian(v.point, v.bsdf.diffuse, u);
+    const BsdfSample s = glossy ? sample(v.bsdf, v.outgoing, choice.x, u)
+                                : sample_lambertian(v.point, albedo(v.bsdf, 1.0f, kAllLobes), u);
     if (s.weight == glm::vec3(0.0f)) return false;
     const glm::vec3 arriving = v.throughput * s.weight;
     const Ray ray = ray_from(v.point, s.incoming);
@@ -260,10 +255,10 @@ bool PathTracer::arrive(Vertex& v, const Hit& hit, glm::vec3 direction, LampsAtP
             lamp = sample_lamp(rays_, lamps_, v.point, lamps, points.pair(lamp_pair(v.bounce)));
         if (v.bounce == bounces_ && !has_sky_ && lamp.light == glm::vec3(0.0f)) return false;
         v.bsdf = material_at(rays_, hit, v.point, v.outgoing, {}).bsdf;
-        result.indirect +=
-            v.throughput * v.bsdf.diffuse * kInversePi * lamp.light * receiving_cosine(v.point, lamp.direction);
+        result.indirect += v.throughput * albedo(v.bsdf, 1.0f, kAllLobes) * kInversePi * lamp.light *
+                           receiving_cosine(v.point, lamp.direction);
     } else {
-        v.bsdf = reflecting(material_at(rays_, hit, v.point, v.outgoing, {}).bsdf);
+        v.bsdf = scattering_part(material_at(rays_, hit, v.point, v.outgoing, {}).bsdf);
         v.point.shading_normal = v.bsdf.normal;
         weigh_lamps(lamps_, v.point, Lamps::all, lamps);
         result.indirect += v.throughput * lamp_light(v, lamps, points);

@@ -23,7 +23,7 @@ namespace rcs {
 //    is seen from, does not count.
 //  - Rays go straight on through surfaces by alpha and by thin transmission, tinted; that is no bounce. But a pane that
 //  is
-//    rough (Bsdf::is_frosted) and that the camera sees, alone or behind others, scatters by its lobe what it lets
+//    rough (kStraightAlpha) and that the camera sees, alone or behind others, scatters by its lobe what it lets
 //    through (KHR_materials_transmission): that is a bounce as reflection is.
 //  - direct: light of lamps (punctual lights, emissive triangles, the peaks of the sky) that the visible point
 //    reflects.

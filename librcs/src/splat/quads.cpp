@@ -70,16 +70,17 @@ void upload_lobes(const GBuffer& gbuffer, const View& view, const Shading& shadi
     std::vector<float> coefficients(count * kHarmonics);
     for (std::size_t first = 0; first < count; first += kHarmonicLanes) {
         const std::size_t lanes = std::min<std::size_t>(kHarmonicLanes, count - first);
-        const Bsdf* bsdf[kHarmonicLanes] = {};
-        glm::vec3 outgoing[kHarmonicLanes] = {};
+        const Lobe* recorded[kHarmonicLanes] = {};
+        glm::vec3 normals[kHarmonicLanes] = {}, outgoing[kHarmonicLanes] = {};
         for (std::size_t i = 0; i < lanes; ++i) {
             const std::size_t pixel = begin + first + i;
             if (!gbuffer.covered(pixel)) continue;
-            bsdf[i] = &shading.bsdf[pixel];
+            recorded[i] = shading.recorded(pixel);
+            normals[i] = gbuffer.normal(pixel);
             outgoing[i] = outgoing_at(gbuffer, view.camera, pixel);
         }
         HarmonicLanes lobes;
-        evaluate_lobes(bsdf, outgoing, lobes);
+        evaluate_lobes(recorded, normals, outgoing, lobes);
         for (std::size_t i = 0; i < lanes; ++i)
             for (std::size_t k = 0; k < kHarmonics; ++k) coefficients[(first + i) * kHarmonics + k] = lobes[k][i];
     }

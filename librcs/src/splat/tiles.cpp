@@ -231,22 +231,23 @@ void for_each_busy_tile(const TiledSurfaces& surfaces, const GpuRecords& from, T
 bool find_lobes(const TiledSurfaces& surfaces, std::size_t t, const Camera& camera, const Shading& shading,
                 GlossyTile& tile)
 {
-    const Bsdf* bsdf[kTilePixels] = {};
-    glm::vec3 outgoing[kTilePixels];
+    const Lobe* lobes[kTilePixels] = {};
+    glm::vec3 normals[kTilePixels], outgoing[kTilePixels];
     const TiledSurfaces::Tile& s = surfaces.tiles[t];
     const glm::vec3 parallel(glm::normalize(glm::dvec3(camera.world_from_view[2])));
     bool any = false;
     std::fill(tile.lit, tile.lit + kTile, false);
     for_each_pixel(surfaces, t, [&](std::size_t from, std::size_t to) {
-        if (s.cover[to] == 0.0f || !lit_by_records(shading.bsdf[from])) return;
-        bsdf[to] = &shading.bsdf[from];
+        if (s.cover[to] == 0.0f || !(lobes[to] = shading.recorded(from))) return;
+        normals[to] = {s.nx[to], s.ny[to], s.nz[to]};
         outgoing[to] = camera.projection == Projection::orthographic
                            ? parallel
                            : -glm::normalize(glm::vec3(s.px[to], s.py[to], s.pz[to]));
         tile.lit[to / kTile] = any = true;
     });
     for (std::size_t row = 0; row < kTile; ++row)
-        if (tile.lit[row]) evaluate_lobes(bsdf + row * kTile, outgoing + row * kTile, tile.lobes[row]);
+        if (tile.lit[row])
+            evaluate_lobes(lobes + row * kTile, normals + row * kTile, outgoing + row * kTile, tile.lobes[row]);
     for (float* sums : {tile.r, tile.g, tile.b}) std::fill(sums, sums + kTilePixels, 0.0f);
     return any;
 }

@@ -159,9 +159,7 @@ void grazing_view(CaseRun& run)
     // Single lobes are reciprocal; layers over each other are so only nearly (material/bsdf.h).
     for (const float roughness : {0.05f, 0.3f, 0.9f}) {
         Bsdf metal;
-        metal.f0 = glm::vec3(0.7f);
-        metal.f90 = 1.0f;
-        metal.alpha = roughness * roughness;
+        metal.add(make_lobe<Specular>(glm::vec3(0.7f), 1.0f, roughness * roughness));
         for (const double degrees : {60.0, 89.0, 89.9}) {
             const glm::vec3 a(static_cast<float>(std::sin(glm::radians(degrees))), 0.0f,
                               static_cast<float>(std::cos(glm::radians(degrees))));

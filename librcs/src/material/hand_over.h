@@ -1,0 +1,55 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include <glm/glm.hpp>
+
+namespace rcs {
+
+// Where one technique hands over to the next: widths of lobes (GGX alpha, roughness squared). The surface is the same
+// for all of them, so that they meet without a step.
+
+/// A mirror is a lobe of this width: narrower than any pixel, wide enough for float arithmetic.
+inline constexpr float kLeastAlpha = 1e-3f;
+
+/// Transmission by a lobe up to this width shows what is straight behind it (half a degree).
+inline constexpr float kStraightAlpha = 0.01f;
+
+/// At visible points lobes at least this wide are lit by radiance records. Six bands hold a GGX lobe of this width to
+/// some 2 % of its reflection under light with hard edges (5 % when seen at 70 degrees; measured over random half-space
+/// lights), and wider ones better; narrower lobes are ray traced per pixel. 0.3 is a roughness of 0.55.
+inline constexpr float kLeastRecordAlpha = 0.3f;
+
+/// At hits lobes of perfect reflectance are at least so wide: what narrower ones do with small lamps, a few hundred
+/// rays would see as single bright dots (path space regularisation: Kaplanyan and Dachsbacher 2013).
+inline constexpr float kLeastHitAlpha = 0.3f;
+/// Of a lobe with this reflectance at normal incidence: a lobe's peak grows as that over its width squared, and no peak
+/// is to be higher. So a dielectric's lobe stays as it is down to a roughness of 0.25.
+inline float least_hit_alpha(glm::vec3 reflectance)
+{
+    return kLeastHitAlpha * std::sqrt(std::max({reflectance.x, reflectance.y, reflectance.z}));
+}
+
+/// At hits a dielectric's lobe at least so wide is lit by all that is not a lamp as if it were diffuse.
+inline constexpr float kLikeDiffuseAlpha = 0.4f;
+
+/// Along ray traced lobes: hits that are seen through lobes together narrower than the first go on as rays, through
+/// wider ones than the second none does (there records take over, whose hits are all evaluated); a mix between them.
+inline constexpr float kAllRaysAlpha = 0.15f, kNoRaysAlpha = kLeastHitAlpha;
+/// There a lobe that is evaluated is at least so many times as wide as those it is seen through, ...
+inline constexpr float kHitWidening = 2.0f;
+/// ... and at least so wide: lamps without extent show in it as spots that a picture can hold.
+inline constexpr float kLeastEvaluatedAlpha = 0.05f;
+
+/// Lamps with extent: lobes wider than this are left to the lamps' samples where there are many lamps, ...
+inline constexpr float kLampsAlpha = 0.4f;
+/// ... the rays along a narrower one are worth more than the lamps' samples below this width, ...
+inline constexpr float kWorthyAlpha = 0.1f;
+/// ... and those of one below this all meet much the same.
+inline constexpr float kMirrorAlpha = 0.01f;
+
+/// @param perceptual  glTF's roughness, in [0, 1]
+inline float ggx_width(float perceptual) { return std::clamp(perceptual * perceptual, kLeastAlpha, 1.0f); }
+
+}  // namespace rcs

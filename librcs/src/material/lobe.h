@@ -1,0 +1,74 @@
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+
+#include <glm/glm.hpp>
+
+#include "material/ggx.h"
+
+namespace rcs {
+
+/// One of the ways in which a surface point scatters light. What its values mean, its kind says (material/lobes/).
+struct Lobe {
+    static constexpr std::uint8_t kNone = 255;
+
+    glm::vec3 color{0.0f};      ///< reflectance at normal incidence, or albedo
+    float level = 1.0f;         ///< reflectance at grazing incidence, or strength
+    float alpha = 1.0f;         ///< width as that of a GGX lobe, in [kLeastAlpha, 1]; 1: diffuse
+    std::uint8_t kind = kNone;  ///< place in LobeKinds
+};
+static_assert(sizeof(Lobe) == 24);
+
+/// A pair of directions, as all lobes need it.
+struct ScatterPair {
+    glm::vec3 outgoing, incoming;  ///< unit; incoming is mirrored to the viewer's side where it is `transmitted`
+    float cosine_i, cosine_h, sine2_h;
+    bool transmitted;
+    bool valid = false;  ///< light goes that way at all
+
+    ScatterPair(glm::vec3 normal, glm::vec3 geometric_normal, glm::vec3 o, glm::vec3 i) : outgoing(o), incoming(i)
+    {
+        cosine_i = glm::dot(normal, incoming);
+        const float above = glm::dot(geometric_normal, incoming);
+        transmitted = cosine_i < 0.0f;
+        if (!(cosine_i * above > 0.0f) || !(glm::dot(geometric_normal, outgoing) > 0.0f)) return;
+        valid = true;
+        if (transmitted) {
+            incoming -= 2.0f * cosine_i * normal;
+            cosine_i = -cosine_i;
+        }
+        const glm::vec3 sum = outgoing + incoming;
+        const float length2 = glm::dot(sum, sum);
+        const glm::vec3 cross = glm::cross(normal, sum);
+        const float inverse2 = 1.0f / std::max(length2, 1e-30f);
+        sine2_h = std::min(glm::dot(cross, cross) * inverse2, 1.0f);
+        cosine_h = std::clamp(glm::dot(outgoing, sum) * std::sqrt(inverse2), 0.0f, 1.0f);
+    }
+};
+
+/// A lobe as one viewer sees it, what the layers above it leave multiplied in.
+struct LobeView {
+    Lobe lobe;
+    glm::vec3 normal;     ///< shading
+    float cosine, slant;  ///< of the viewer; slant as in ggx.h
+    glm::vec3 gain;       ///< what multiplies the lobe's own formula
+    float inverse_total;  ///< 1 / the directional albedo of a white lobe
+    glm::vec3 albedo;     ///< directional
+    float share;          ///< how often it is sampled, beside the others
+
+    void lies_below(glm::vec3 left)
+    {
+        gain *= left;
+        albedo *= left;
+    }
+};
+
+/// f [1/sr] of lobes together, and the density of sampling them, not yet divided by the sum of shares.
+struct Scattering {
+    glm::vec3 value{0.0f};
+    float density = 0.0f;
+};
+
+}  // namespace rcs
