@@ -85,7 +85,7 @@ double by_brute_force(const Bsdf& bsdf, const Axes& axes, glm::vec3 outgoing, co
 {
     double reflected = 0.0, albedo = 0.0;
     over_hemisphere(axes, [&](glm::vec3 w, double solid_angle) {
-        const double weight = static_cast<double>(evaluate_glossy(bsdf, outgoing, w).g) *
+        const double weight = static_cast<double>(evaluate(bsdf, outgoing, w).g) *
                               static_cast<double>(glm::dot(w, axes.z)) * solid_angle;
         reflected += weight * light(w);
         albedo += weight;
@@ -95,7 +95,7 @@ double by_brute_force(const Bsdf& bsdf, const Axes& axes, glm::vec3 outgoing, co
 
 Bsdf surface(const Axes& axes, float alpha, float f0)
 {
-    return surface_of({make_lobe<Specular>(glm::vec3(f0), 1.0f, alpha)}, axes.z);
+    return test::surface_of({make_lobe<Specular>(glm::vec3(f0), 1.0f, alpha)}, axes.z);
 }
 
 glm::vec3 seen_at(const Axes& axes, float cosine, float turn)
