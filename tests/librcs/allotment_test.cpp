@@ -1,4 +1,4 @@
-#include "records/allotment.h"
+#include "placement/allotment.h"
 
 #include <gtest/gtest.h>
 

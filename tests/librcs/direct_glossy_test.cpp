@@ -1,4 +1,4 @@
-#include "light/direct.h"
+#include "direct/direct.h"
 
 #include <cmath>
 #include <numbers>
@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "light/direct_point.h"
-#include "light/hit_light.h"
+#include "direct/direct_point.h"
+#include "hit_light/hit_light.h"
 #include "support/lobes.h"
 #include "support/scenes.h"
 

@@ -9,8 +9,8 @@
 
 #include <gtest/gtest.h>
 
+#include "rays/surface.h"
 #include "rcs/error.h"
-#include "scene/surface.h"
 #include "support/floor_points.h"
 #include "support/scenes.h"
 

@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include "compose/views.h"
 #include "gbuffer/shading.h"
+#include "gbuffer/views.h"
 #include "rcs/render.h"
 #include "support/effect_scenes.h"
 
@@ -352,7 +352,7 @@ TEST(EffectRender, AWalkIntoARoomWithAMirror)
         const glm::dvec3 target = frame == 0 ? glm::dvec3(-2.0, 1.5, 5.0) : glm::dvec3(-1.9, 1.5, -7.0);
         const Camera camera = look_at_camera("walk", eye, target, 0.9);
         bool seen = false;
-        for (const View& view : make_views(camera, options)) {
+        for (const View& view : make_views(camera, options.width, options.height, options.aa)) {
             const GBuffer g = render_gbuffer(gl(), rays, view, 1.0f, pool);
             for (std::size_t i = 0; i < g.size(); ++i) seen = seen || g.instance[i] == 3u;
         }

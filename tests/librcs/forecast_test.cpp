@@ -1,4 +1,4 @@
-#include "records/forecast.h"
+#include "placement/forecast.h"
 
 #include <gtest/gtest.h>
 

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "records/hemisphere.h"
+#include "util/basis.h"
 #include "util/random.h"
 
 namespace rcs {
@@ -43,7 +44,7 @@ Seen lit_wall(glm::dvec3 origin, glm::dvec3 direction)
 /// Irradiance by brute force: a midpoint rule over the hemisphere in double precision.
 double irradiance(const World& world, glm::dvec3 origin, glm::dvec3 normal)
 {
-    const Frame frame = make_frame(glm::vec3(normal), 0.0f);
+    const Basis frame(glm::vec3(normal), 0.0f);
     const int rings = 700, azimuths = 1400;
     double sum = 0.0;
     for (int j = 0; j < rings; ++j) {
@@ -64,7 +65,7 @@ HemisphereIntegrals gather(const World& world, int rays, std::uint64_t seed, glm
 {
     const HemisphereGrid grid = make_hemisphere_grid(rays);
     RandomStream random(seed);
-    const Frame frame = make_frame({0.0f, 0.0f, 1.0f}, random.next());
+    const Basis frame({0.0f, 0.0f, 1.0f}, random.next());
     const std::size_t n = static_cast<std::size_t>(grid.cells);
     std::vector<float> x(n), y(n), z(n);
     const float shift1 = random.next();

@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include "cells/light_cache_impl.h"
 #include "light_cache/bounces.h"
-#include "light_cache/light_cache_impl.h"
 #include "rcs/error.h"
 #include "rcs/light_cache.h"
 #include "support/floor_points.h"

@@ -1,4 +1,4 @@
-#include "light/light_tree.h"
+#include "lamps/light_tree.h"
 
 #include <cmath>
 #include <cstdio>
@@ -7,9 +7,9 @@
 
 #include <gtest/gtest.h>
 
-#include "light/direct_point.h"
-#include "light/hit_light.h"
-#include "light/polygon.h"
+#include "direct/direct_point.h"
+#include "hit_light/hit_light.h"
+#include "lamps/polygon.h"
 #include "scene/texture.h"
 #include "support/scenes.h"
 #include "util/color.h"

@@ -1,4 +1,4 @@
-#include "light/lights.h"
+#include "lamps/lights.h"
 
 #include <cmath>
 #include <limits>

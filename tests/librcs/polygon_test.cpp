@@ -1,4 +1,4 @@
-#include "light/polygon.h"
+#include "lamps/polygon.h"
 
 #include <cmath>
 #include <limits>

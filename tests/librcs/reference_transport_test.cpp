@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "scene/surface.h"
+#include "rays/surface.h"
 #include "support/scenes.h"
 #include "support/tracing.h"
 #include "util/random.h"

@@ -1,4 +1,4 @@
-#include "records/refine.h"
+#include "placement/refine.h"
 #include "records/gather.h"
 
 #include <algorithm>

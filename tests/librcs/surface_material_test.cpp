@@ -1,4 +1,4 @@
-#include "material/surface_material.h"
+#include "rays/surface_material.h"
 
 #include <cmath>
 #include <string>
@@ -8,8 +8,8 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "material/normal_map.h"
+#include "rays/surface.h"
 #include "rcs/thread_pool.h"
-#include "scene/surface.h"
 #include "scene/texture.h"
 #include "support/lobes.h"
 #include "support/scenes.h"

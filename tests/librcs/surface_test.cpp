@@ -1,4 +1,4 @@
-#include "scene/surface.h"
+#include "rays/surface.h"
 
 #include <array>
 #include <cmath>

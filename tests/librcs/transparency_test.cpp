@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "rays/shadow_batch.h"
-#include "scene/surface.h"
+#include "rays/surface.h"
 #include "support/scenes.h"
 #include "util/random.h"
 

@@ -1,4 +1,4 @@
-#include "records/view_fit.h"
+#include "placement/view_fit.h"
 
 #include <vector>
 

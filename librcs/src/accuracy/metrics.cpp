@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "accuracy/flip.h"
-#include "display/srgb.h"
 #include "rcs/error.h"
 #include "util/color.h"
+#include "util/srgb.h"
 
 namespace rcs {
 namespace {

@@ -5,9 +5,9 @@
 #include <glm/glm.hpp>
 
 #include "accuracy/error_estimate.h"
+#include "direct/direct.h"
 #include "gbuffer/shading.h"
 #include "glossy/traced_lobes.h"
-#include "light/direct.h"
 #include "rcs/effect_plan.h"
 #include "rcs/gbuffer.h"
 #include "rcs/image.h"

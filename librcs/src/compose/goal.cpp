@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "light/direct.h"
+#include "direct/direct.h"
 #include "radiance/lobes.h"
 #include "rcs/error.h"
 

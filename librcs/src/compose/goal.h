@@ -4,9 +4,9 @@
 #include <optional>
 
 #include "compose/compose.h"
+#include "placement/error_driven.h"
 #include "rcs/direct_light.h"
 #include "rcs/render.h"
-#include "records/error_driven.h"
 
 namespace rcs {
 

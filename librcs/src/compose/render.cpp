@@ -10,17 +10,17 @@
 
 #include "accuracy/error_estimate.h"
 #include "compose/compose.h"
+#include "compose/effect_counts.h"
 #include "compose/goal.h"
 #include "compose/shared_samples.h"
-#include "compose/views.h"
-#include "effects/effect_counts.h"
-#include "effects/plan_words.h"
 #include "gbuffer/shading.h"
+#include "gbuffer/views.h"
 #include "glossy/traced_lobes.h"
-#include "light/hit_lobes.h"
+#include "hit_light/hit_lobes.h"
+#include "placement/view_fit.h"
+#include "plan/plan_words.h"
 #include "rcs/error.h"
 #include "rcs/version.h"
-#include "records/view_fit.h"
 
 namespace rcs {
 namespace {
@@ -211,7 +211,7 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
     const bool has_records = plan.needs(Effect::indirect_diffuse), has_traced = plan.needs(Effect::traced_lobes);
     if (options.dry_run && !has_records) return result;  // nothing to forecast
 
-    const std::vector<View> views = make_views(camera, options);
+    const std::vector<View> views = make_views(camera, options.width, options.height, options.aa);
     const float texture_scale = 1.0f / std::sqrt(static_cast<float>(options.aa));
     std::vector<Record> records = std::move(cache);
     const std::vector<Record> without_radiance = record_options.radiance ? take_plain(records) : std::vector<Record>{};

@@ -3,16 +3,14 @@
 #include <cstdint>
 #include <vector>
 
+#include "direct/direct.h"
 #include "gbuffer/shading.h"
-#include "light/direct.h"
+#include "gbuffer/views.h"
 #include "rcs/gbuffer.h"
 #include "rcs/image.h"
 #include "rcs/thread_pool.h"
 
 namespace rcs {
-
-/// Across a smooth pixel light strays from even growth by at most this part of it.
-inline constexpr double kSmooth = 1.0 / 64.0;
 
 /// The first pass of a picture, for further ones to share: anti-aliasing is for pixels that see more than one thing.
 struct SharedSamples {

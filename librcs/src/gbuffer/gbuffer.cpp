@@ -8,8 +8,8 @@
 #include "gbuffer/shading.h"
 #include "gbuffer/visibility.h"
 #include "rays/ray_scene_impl.h"
+#include "rays/surface.h"
 #include "rcs/error.h"
-#include "scene/surface.h"
 #include "util/counters.h"
 
 namespace rcs {

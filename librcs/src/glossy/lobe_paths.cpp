@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "glossy/traced_lobes.h"
-#include "light/hit_lobes.h"
-#include "light/power_heuristic.h"
+#include "hit_light/hit_lobes.h"
+#include "lamps/power_heuristic.h"
 #include "rays/hit_surface.h"
 #include "util/random.h"
 

@@ -8,8 +8,8 @@
 
 #include "gbuffer/shading.h"
 #include "glossy/lobe_rays.h"
-#include "light/hit_lobes.h"
-#include "light/hit_radiance.h"
+#include "hit_light/hit_lobes.h"
+#include "hit_light/hit_radiance.h"
 #include "rays/packet.h"
 #include "rays/shadow_batch.h"
 

@@ -6,7 +6,7 @@
 #include <glm/glm.hpp>
 
 #include "gbuffer/shading.h"
-#include "light/hit_radiance.h"
+#include "hit_light/hit_radiance.h"
 #include "rcs/render.h"
 #include "rcs/thread_pool.h"
 

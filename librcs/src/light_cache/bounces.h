@@ -6,8 +6,8 @@
 
 #include <glm/glm.hpp>
 
+#include "cells/cell_table.h"
 #include "light_cache/cell_rays.h"
-#include "light_cache/cell_table.h"
 #include "rcs/thread_pool.h"
 
 namespace rcs {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "records/hemisphere.h"
+#include "util/basis.h"
 
 namespace rcs {
 namespace {
@@ -28,7 +28,7 @@ SurfaceSample sample_of(const SurfacePoint& point)
 /// @return bit i is set where ray i leaves the surface
 std::uint32_t CellRays::aim(const SurfaceSample& place, int first, glm::vec2 shift)
 {
-    const Frame frame = make_frame(place.normal, 0.0f);
+    const Basis frame(place.normal);
     const glm::vec3 origin = place.position + place.position_error * place.geometric_normal;
     RayPacket& ray = packet_.ray;
     std::uint32_t active = 0;

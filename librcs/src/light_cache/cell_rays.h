@@ -6,7 +6,7 @@
 
 #include <glm/glm.hpp>
 
-#include "light/hit_radiance.h"
+#include "hit_light/hit_radiance.h"
 #include "rays/shadow_batch.h"
 #include "rcs/ray_scene.h"
 

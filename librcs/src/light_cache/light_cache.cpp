@@ -7,10 +7,10 @@
 #include <utility>
 #include <vector>
 
-#include "effects/scene_effects.h"
+#include "cells/light_cache_impl.h"
+#include "facts/scene_effects.h"
 #include "light_cache/bounces.h"
 #include "light_cache/cell_rays.h"
-#include "light_cache/light_cache_impl.h"
 #include "rcs/error.h"
 #include "util/random.h"
 

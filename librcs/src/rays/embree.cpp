@@ -11,7 +11,6 @@
 #include <embree3/rtcore.h>
 #endif
 
-#include "light/lights.h"
 #include "rays/packet.h"
 #include "rays/ray_scene_impl.h"
 #include "rays/transparency.h"
@@ -244,12 +243,7 @@ std::size_t RayScene::triangle_count() const noexcept { return impl_->triangle_c
 
 bool RayScene::has_transparency() const noexcept { return impl_->has_transparency; }
 
-RayScene build_ray_scene(const Scene& scene, const ThreadPool& pool)
-{
-    return build_ray_scene(scene, pool, EffectChoice{});
-}
-
-RayScene build_ray_scene(const Scene& scene, const ThreadPool& pool, const EffectChoice& effects)
+std::unique_ptr<RayScene::Impl> make_ray_scene(const Scene& scene, const ThreadPool& pool, const EffectChoice& effects)
 {
     validate(scene);
     auto impl = std::make_unique<RayScene::Impl>();
@@ -314,10 +308,7 @@ RayScene build_ray_scene(const Scene& scene, const ThreadPool& pool, const Effec
     }
     rtcCommitScene(embree.top);
     throw_on_error(embree.device, "building the acceleration structure");
-    RayScene::Impl& built = *impl;
-    RayScene rays(std::move(impl));
-    built.lights = std::make_unique<const Lights>(find_lights(rays));
-    return rays;
+    return impl;
 }
 
 void reset(RayPacket& packet)

@@ -5,7 +5,7 @@
 
 #include "rays/packet.h"
 #include "rays/ray_scene_impl.h"
-#include "scene/surface.h"
+#include "rays/surface.h"
 
 namespace rcs {
 

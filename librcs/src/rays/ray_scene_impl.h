@@ -7,10 +7,10 @@
 
 #include <glm/glm.hpp>
 
-#include "effects/mesh_traits.h"
 #include "rcs/effect_plan.h"
 #include "rcs/ray_scene.h"
 #include "scene/environment.h"
+#include "scene/mesh_traits.h"
 
 namespace rcs {
 
@@ -57,11 +57,14 @@ struct RayScene::Impl {
     std::vector<std::uint32_t> simulated;  ///< per mesh: simulated_traits()
     std::vector<Bounds> bounds;            ///< per mesh, object space
     Environment environment;
-    std::unique_ptr<const Lights> lights;
+    std::shared_ptr<const Lights> lights;  ///< set by build_ray_scene(): lamps are found by their surfaces
 
     Impl();
     ~Impl();
 };
+
+/// All of a RayScene but its lamps. @throws Error as build_ray_scene()
+std::unique_ptr<RayScene::Impl> make_ray_scene(const Scene& scene, const ThreadPool& pool, const EffectChoice& effects);
 
 /// The sky of the scene, prepared for lookups and sampling.
 inline const Environment& environment_of(const RayScene& rays) { return rays.impl().environment; }

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "rays/ray_scene_impl.h"
-#include "scene/surface.h"
+#include "rays/surface.h"
 #include "util/multiversion.h"
 
 namespace rcs {

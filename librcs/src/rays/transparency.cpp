@@ -5,9 +5,9 @@
 #include <limits>
 
 #include "material/bsdf.h"
-#include "material/surface_material.h"
 #include "rays/ray_scene_impl.h"
-#include "scene/surface.h"
+#include "rays/surface.h"
+#include "rays/surface_material.h"
 #include "util/random.h"
 
 namespace rcs {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "effects/scene_effects.h"
-#include "light/hit_radiance.h"
+#include "facts/scene_effects.h"
+#include "hit_light/hit_radiance.h"
 #include "radiance/radiance_sums.h"
 #include "rays/hit_surface.h"
 #include "rays/packet.h"
@@ -16,6 +16,7 @@
 #include "rcs/records.h"
 #include "records/gather.h"
 #include "records/hemisphere.h"
+#include "util/basis.h"
 #include "util/color.h"
 #include "util/multiversion.h"
 #include "util/random.h"
@@ -106,7 +107,7 @@ void add(HemisphereSamples& samples, std::uint32_t cell, glm::vec3 radiance)
 
 /// Cells first .. first + 15 as rays of a packet; `above` becomes the cosine to the geometric normal.
 RCS_MULTIVERSION
-void fill_rays(const Frame& frame, const Birth& birth, const float* x, const float* y, const float* z, RayPacket& ray,
+void fill_rays(const Basis& frame, const Birth& birth, const float* x, const float* y, const float* z, RayPacket& ray,
                float* above)
 {
     const glm::vec3 ng = birth.geometric_normal;
@@ -126,7 +127,7 @@ void fill_rays(const Frame& frame, const Birth& birth, const float* x, const flo
 }
 
 /// @return bit i is set where cell first + i exists and its ray leaves the surface
-std::uint32_t fill_packet(const Frame& frame, const Birth& birth, Workspace& w, int first, int cells)
+std::uint32_t fill_packet(const Basis& frame, const Birth& birth, Workspace& w, int first, int cells)
 {
     const std::size_t c = static_cast<std::size_t>(first);
     float above[kWidth];
@@ -139,7 +140,7 @@ std::uint32_t fill_packet(const Frame& frame, const Birth& birth, Workspace& w, 
 
 /// What the rays themselves tell of their cells: distance, plane of the face, sky where nothing was hit.
 RCS_MULTIVERSION
-void note_cells(const Frame& frame, const HitPacket& packet, const FacePacket& faces, std::uint32_t active,
+void note_cells(const Basis& frame, const HitPacket& packet, const FacePacket& faces, std::uint32_t active,
                 glm::vec3 sky, std::size_t first, int lanes, const float* cosine, HemisphereSamples& s)
 {
     for (int i = 0; i < lanes; ++i) {
@@ -173,8 +174,8 @@ public:
     Record gather(const Birth& birth, const HemisphereGrid& grid, Workspace& w) const;
 
 private:
-    void trace(const Birth& birth, const HemisphereGrid& grid, const Frame& frame, Workspace& w) const;
-    void shade(const Frame& frame, int cells, int first, std::uint32_t active, std::uint64_t key, Workspace& w) const;
+    void trace(const Birth& birth, const HemisphereGrid& grid, const Basis& frame, Workspace& w) const;
+    void shade(const Basis& frame, int cells, int first, std::uint32_t active, std::uint64_t key, Workspace& w) const;
     void note_sky(const HitPacket& packet, std::uint32_t active, std::size_t first, int lanes,
                   HemisphereSamples& s) const;
     void shade_hit(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell, std::uint64_t key,
@@ -244,7 +245,7 @@ void Gatherer::shade_hit(const HitPacket& packet, int lane, const HitSurface& hi
                 radiance_.indirect_irradiance(hit.point, random));
 }
 
-void Gatherer::shade(const Frame& frame, int cells, int first, std::uint32_t active, std::uint64_t key,
+void Gatherer::shade(const Basis& frame, int cells, int first, std::uint32_t active, std::uint64_t key,
                      Workspace& w) const
 {
     const HitPacket& packet = w.packets[static_cast<std::size_t>(first / kWidth)];
@@ -302,7 +303,7 @@ void tint(int cells, Workspace& w)
     }
 }
 
-void Gatherer::trace(const Birth& birth, const HemisphereGrid& grid, const Frame& frame, Workspace& w) const
+void Gatherer::trace(const Birth& birth, const HemisphereGrid& grid, const Basis& frame, Workspace& w) const
 {
     RandomStream random(birth.key);
     const glm::vec2 shift(random.next(), random.next());
@@ -344,7 +345,7 @@ std::vector<float> Gatherer::radiance(int cells, Workspace& w) const
     return w.radiance.coefficients(std::numbers::pi_v<float> / static_cast<float>(cells));
 }
 
-glm::vec3 to_scene(const Frame& frame, glm::vec3 local)
+glm::vec3 to_scene(const Basis& frame, glm::vec3 local)
 {
     return local.x * frame.x + local.y * frame.y + local.z * frame.z;
 }
@@ -360,7 +361,7 @@ float gradient_reach(const Record& r)
 
 Record Gatherer::gather(const Birth& birth, const HemisphereGrid& grid, Workspace& w) const
 {
-    const Frame frame = make_frame(birth.normal, to_unit_float(static_cast<std::uint32_t>(mix64(birth.key + 2))));
+    const Basis frame(birth.normal, to_unit_float(static_cast<std::uint32_t>(mix64(birth.key + 2))));
     trace(birth, grid, frame, w);
     const HemisphereIntegrals integrals = integrate(grid, w.samples);
     Record record;

@@ -83,19 +83,6 @@ HemisphereGrid make_hemisphere_grid(int rays)
     return g;
 }
 
-Frame make_frame(glm::vec3 n, float turn)
-{
-    // Duff et al. 2017, "Building an orthonormal basis, revisited".
-    const float sign = std::copysign(1.0f, n.z);
-    const float a = -1.0f / (sign + n.z);
-    const float b = n.x * n.y * a;
-    const glm::vec3 x(1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x);
-    const glm::vec3 y(b, sign + n.y * n.y * a, -n.y);
-    const float c = std::cos(2.0f * kPi * turn);
-    const float s = std::sin(2.0f * kPi * turn);
-    return {c * x + s * y, c * y - s * x, n};
-}
-
 RCS_MULTIVERSION
 void hemisphere_directions(const HemisphereGrid& grid, glm::vec2 shift, float* x, float* y, float* z)
 {

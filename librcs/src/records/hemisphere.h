@@ -55,13 +55,6 @@ struct HemisphereSamples {
     }
 };
 
-/// Local frame of a record: x and y in the tangent plane, z the normal.
-struct Frame {
-    glm::vec3 x, y, z;
-};
-/// @param turn  rotation about the normal in full turns, [0, 1)
-Frame make_frame(glm::vec3 normal, float turn);
-
 /// Unit directions of all cells in the local frame; every cell's lattice point is shifted by `shift`.
 void hemisphere_directions(const HemisphereGrid& grid, glm::vec2 shift, float* x, float* y, float* z);
 

@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include "light/polygon.h"
-#include "material/surface_material.h"
+#include "lamps/polygon.h"
+#include "rays/surface_material.h"
 #include "reference/passage.h"
 
 namespace rcs {

@@ -5,9 +5,9 @@
 
 #include <glm/glm.hpp>
 
-#include "light/lights.h"
+#include "lamps/lights.h"
+#include "rays/surface.h"
 #include "rcs/ray_scene.h"
-#include "scene/surface.h"
 
 namespace rcs {
 

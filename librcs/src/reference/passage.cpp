@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "material/surface_material.h"
 #include "rays/packet.h"
-#include "scene/surface.h"
+#include "rays/surface.h"
+#include "rays/surface_material.h"
 
 namespace rcs {
 

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <optional>
 
+#include "material/material_lobes.h"
 #include "reference/passage.h"
 #include "util/basis.h"
 

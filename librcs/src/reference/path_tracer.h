@@ -5,13 +5,13 @@
 
 #include <glm/glm.hpp>
 
+#include "rays/surface.h"
 #include "rcs/camera.h"
 #include "rcs/ray_scene.h"
 #include "rcs/reference.h"
 #include "reference/lamps.h"
 #include "reference/path_points.h"
 #include "scene/environment.h"
-#include "scene/surface.h"
 
 namespace rcs {
 

@@ -7,10 +7,10 @@
 
 #include <OpenImageIO/imageio.h>
 
-#include "display/srgb.h"
 #include "rcs/error.h"
 #include "rcs/scene.h"
 #include "util/one_line.h"
+#include "util/srgb.h"
 
 namespace rcs {
 namespace {

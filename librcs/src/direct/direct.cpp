@@ -1,0 +1,145 @@
+#include "direct/direct.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "direct/direct_point.h"
+#include "facts/scene_effects.h"
+#include "rcs/error.h"
+
+namespace rcs {
+namespace {
+
+SurfacePoint surface_of(const GBuffer& g, std::size_t i)
+{
+    SurfacePoint p{};
+    p.position = g.scene_position(i);
+    p.position_error = g.position_error[i];
+    p.geometric_normal = g.geometric_normal[i];
+    p.shading_normal = g.normal(i);
+    return p;
+}
+
+/// @param bsdf  becomes the pixel's
+DirectLight::Viewer viewer_of(const GBuffer& g, const View& view, const Shading& shading, std::size_t i, Bsdf& bsdf)
+{
+    const bool parallel = view.camera.projection == Projection::orthographic;
+    bsdf = shading.bsdf(g, i);
+    return {&bsdf, parallel ? glm::vec3(view.camera.world_from_view[2]) : glm::normalize(-g.position(i))};
+}
+
+// Pixels that tell what all will take: some milliseconds, and enough of each part of a picture.
+constexpr std::size_t kTried = 8192;
+
+// Neighbours this near tell whether a lamp is in part hidden [px]: 25 pixels have shot at least 50 rays at it.
+constexpr int kReach = 2;
+
+/// What the pixel and its neighbours see together.
+LampSight sight_around(const std::vector<LampSight>& sight, int width, int height, int x, int y)
+{
+    LampSight all;
+    for (int ny = std::max(0, y - kReach); ny <= std::min(height - 1, y + kReach); ++ny) {
+        const std::size_t row = static_cast<std::size_t>(ny) * static_cast<std::size_t>(width);
+        for (int nx = std::max(0, x - kReach); nx <= std::min(width - 1, x + kReach); ++nx) {
+            const LampSight& s = sight[row + static_cast<std::size_t>(nx)];
+            all.free |= s.free;
+            all.hidden |= s.hidden;
+        }
+    }
+    return all;
+}
+
+}  // namespace
+
+void validate(const DirectOptions& o)
+{
+    if (o.area_samples < 1 || o.area_samples > 1024)
+        throw Error(ErrorCode::bad_argument,
+                    "direct.area_samples is " + std::to_string(o.area_samples) + ", expected a value in [1, 1024]");
+    if (o.penumbra_samples < o.area_samples || o.penumbra_samples > 65536)
+        throw Error(ErrorCode::bad_argument, "direct.penumbra_samples is " + std::to_string(o.penumbra_samples) +
+                                                 ", expected a value in [area_samples, 65536]");
+    if (o.lamp_picks < 0 || o.lamp_picks > 1024)
+        throw Error(ErrorCode::bad_argument,
+                    "direct.lamp_picks is " + std::to_string(o.lamp_picks) + ", expected a value in [0, 1024]");
+}
+
+double try_direct_light(const RayScene& rays, const GBuffer& gbuffer, const View& view, const Shading& shading,
+                        const DirectOptions& options, ThreadPool& pool)
+{
+    const DirectLight light(rays, options);
+    std::vector<std::size_t> tried;
+    const std::size_t stride = std::max<std::size_t>(1, gbuffer.size() / kTried);
+    for (std::size_t i = 0; i < gbuffer.size(); ++i)
+        if (mix64(i) % stride == 0 && gbuffer.covered(i)) tried.push_back(i);
+    std::vector<DirectLight::Workspace> workspaces(static_cast<std::size_t>(pool.size()));
+    const auto start = std::chrono::steady_clock::now();
+    pool.parallel_for(tried.size(), 64, [&](std::size_t begin, std::size_t end, int thread) {
+        for (std::size_t k = begin; k < end; ++k) {
+            Bsdf bsdf;
+            const DirectLight::Viewer viewer =
+                shading.has_lobes() ? viewer_of(gbuffer, view, shading, tried[k], bsdf) : DirectLight::Viewer{};
+            light.at(surface_of(gbuffer, tried[k]), viewer, stream_key(options.seed, Stream::direct, tried[k]),
+                     workspaces[static_cast<std::size_t>(thread)], 0);
+        }
+    });
+    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
+    return spent.count() * static_cast<double>(stride);
+}
+
+DirectLightResult direct_light(const RayScene& rays, const GBuffer& gbuffer, const View& view, const Shading& shading,
+                               const DirectOptions& options, ThreadPool& pool, std::uint64_t& shadow_rays)
+{
+    validate(options);
+    const DirectLight light(rays, options);
+    const bool highlights = shading.has_lobes() && effects_or_scene(options.effects, rays).has(Effect::highlights);
+    DirectLightResult result;
+    result.irradiance.assign(gbuffer.size(), glm::vec3(0.0f));
+    if (highlights) result.glossy.assign(gbuffer.size(), glm::vec3(0.0f));
+    std::vector<DirectLight::Workspace> workspaces(static_cast<std::size_t>(pool.size()));
+    const auto light_pixel = [&](std::size_t i, std::uint64_t mixed, DirectLight::Workspace& w) {
+        Bsdf bsdf;
+        const Lit lit = light.at(surface_of(gbuffer, i),
+                                 highlights ? viewer_of(gbuffer, view, shading, i, bsdf) : DirectLight::Viewer{},
+                                 stream_key(options.seed, Stream::direct, i), w, mixed);
+        result.irradiance[i] = lit.irradiance;
+        if (highlights) result.glossy[i] = lit.glossy;
+    };
+    const bool looks_twice = light.takes_mixed();
+    if (light.averages()) result.in_part.assign(gbuffer.size(), looks_twice ? 0 : 1);
+    std::vector<LampSight> sight(looks_twice ? gbuffer.size() : 0);
+    pool.parallel_for(gbuffer.size(), 1024, [&](std::size_t begin, std::size_t end, int thread) {
+        DirectLight::Workspace& w = workspaces[static_cast<std::size_t>(thread)];
+        for (std::size_t i = begin; i < end; ++i) {
+            if (!gbuffer.covered(i)) continue;
+            light_pixel(i, 0, w);
+            if (looks_twice) sight[i] = w.sight;
+        }
+    });
+    // Penumbras are where a lamp is free at one pixel and hidden at the next.
+    pool.parallel_for(sight.size(), 1024, [&](std::size_t begin, std::size_t end, int thread) {
+        for (std::size_t i = begin; i < end; ++i) {
+            if (sight[i].seen() == 0) continue;
+            const int x = static_cast<int>(i % static_cast<std::size_t>(gbuffer.width));
+            const int y = static_cast<int>(i / static_cast<std::size_t>(gbuffer.width));
+            const std::uint64_t mixed =
+                sight_around(sight, gbuffer.width, gbuffer.height, x, y).mixed() & sight[i].seen();
+            if (mixed == 0) continue;
+            result.in_part[i] = 1;
+            light_pixel(i, mixed, workspaces[static_cast<std::size_t>(thread)]);
+        }
+    });
+    for (const DirectLight::Workspace& w : workspaces) shadow_rays += w.rays;
+    return result;
+}
+
+std::vector<glm::vec3> direct_irradiance(const RayScene& rays, const GBuffer& gbuffer, const DirectOptions& options,
+                                         ThreadPool& pool, std::uint64_t& shadow_rays)
+{
+    return direct_light(rays, gbuffer, View{}, Shading{}, options, pool, shadow_rays).irradiance;
+}
+
+}  // namespace rcs

@@ -1,0 +1,139 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "lamps/candidates.h"
+#include "lamps/lights.h"
+#include "lamps/power_heuristic.h"
+#include "material/bsdf.h"
+#include "rays/shadow_batch.h"
+#include "rays/surface.h"
+#include "rcs/direct_light.h"
+#include "scene/environment.h"
+#include "util/random.h"
+
+namespace rcs {
+
+/// What light does at a point: how much of it arrives, and how much its glossy lobes send to the viewer.
+struct Lit {
+    glm::vec3 irradiance{0.0f};
+    glm::vec3 glossy{0.0f};
+};
+
+/// Which lamps a point finds free and which hidden, in part or wholly, by the shadow rays that it has shot; of many
+/// lamps several share a bit.
+struct LampSight {
+    std::uint64_t free = 0, hidden = 0;
+
+    std::uint64_t seen() const { return free | hidden; }
+    std::uint64_t mixed() const { return free & hidden; }
+};
+
+/// Light of lamps and of the sky's peaks at single points. Diffuse: the exact unoccluded irradiance of each triangle
+/// times the share of it that shadow rays find free. Glossy: the same shadow rays times the BSDF; where a lobe is
+/// narrower than the lamps, rays along the lobe as well, combined by the power heuristic (Veach and Guibas 1995).
+class DirectLight {
+public:
+    // Up to this many emissive triangles are all evaluated at each point; of more, half as many are drawn from a tree.
+    static constexpr std::size_t kTriangleCandidates = LightTree::kMostParts;
+
+    /// How a point is seen; no `bsdf`: it is Lambertian.
+    struct Viewer {
+        const Bsdf* bsdf = nullptr;
+        glm::vec3 outgoing{0.0f};
+    };
+
+    /// One triangle, or the part of one above the horizon, as one point sees it.
+    struct LampView {
+        std::array<glm::vec3, 3> corner;  // relative to the point
+        std::uint32_t triangle;           // index into Lights::triangles
+        std::uint32_t number;             // of its random stream
+        glm::vec3 irradiance;             // if nothing stood between, exact (Lambert's formula)
+        float importance;
+        float scale;  // how many lamps it stands for
+        int samples = 0;
+        double free = 0.0, possible = 0.0;  // sums of cosine-weighted samples: that arrive at all, and all there are
+        glm::dvec3 seen{0.0};               // what arrives of them, each channel; times the radiance if that varies
+        glm::dvec3 glossy{0.0};             // sum over samples
+    };
+
+    struct Workspace {
+        std::array<LampCandidate, kTriangleCandidates> candidates;
+        std::vector<LampView> lamps;
+        ShadowBatch shadow;
+        std::vector<float> weight;                // of each shadow ray
+        std::vector<glm::vec3> radiance, glossy;  // it brings: if radiance varies, and by the glossy lobes
+        HitPacket packet;
+        LampSight sight;  // of the last point
+        std::uint64_t rays = 0;
+
+        Workspace() { reset(packet.ray); }
+    };
+
+    DirectLight(const RayScene& rays, const DirectOptions& options);
+
+    /// @param mixed  lamps (bits as of LampSight) that may be hidden in part, and get more shadow rays
+    Lit at(const SurfacePoint& point, const Viewer& viewer, std::uint64_t key, Workspace& w,
+           std::uint64_t mixed = ~0ull) const;
+
+    /// Whether rays stand for more than themselves: only lamps without size need no average.
+    bool averages() const { return !lights_.triangles.empty() || sky_.has_peaks(); }
+
+    /// Whether `mixed` counts for anything. Of many lamps few are drawn, others at each point: of these it is told by
+    /// their own rays. Where lamps are picked there is no time for it.
+    bool takes_mixed() const
+    {
+        return options_.lamp_picks == 0 && ((!lights_.triangles.empty() && !candidates_.draws()) || sky_.has_peaks());
+    }
+
+private:
+    DirectLight(const RayScene& rays, const DirectOptions& options, const EffectSet& effects);
+
+    /// The lobes that reflect, and how they share the work with the lamps.
+    struct Lobes {
+        Bsdf bsdf;
+        LobeSet reflecting = 0, transmitting = 0;
+        glm::vec3 outgoing{0.0f};
+        float diffuse = 0.0f;         // luminance of the diffuse albedo over pi
+        int samples = 0;              // rays along the lobes
+        float counted = 0.0f;         // as how many the heuristic counts them
+        float total_estimate = 0.0f;  // of all triangles; set where there are samples
+        bool any = false;
+    };
+
+    Lobes make_lobes(const Viewer& viewer) const;
+    glm::vec3 glossy(const Lobes& lobes, glm::vec3 to_light) const;  // f x cosine
+    void choose_samples(const SurfacePoint& point, const Workspace& w, Lobes& lobes) const;
+
+    void add_punctual(const SurfacePoint& point, const Lobes& lobes, Workspace& w, Lit& lit) const;
+    void add_triangles(const SurfacePoint& point, const Lobes& lobes, RandomStream& random, std::uint64_t key,
+                       std::uint64_t mixed, Workspace& w, Lit& lit) const;
+    void add_peaks(const SurfacePoint& point, const Lobes& lobes, std::uint64_t key, std::uint64_t mixed, Workspace& w,
+                   Lit& lit) const;
+    void add_lobe_rays(const SurfacePoint& point, const Lobes& lobes, std::uint64_t key, Workspace& w, Lit& lit) const;
+
+    void pick_lamps(float total, RandomStream& random, std::vector<LampView>& lamps) const;
+    void find_lamps(const SurfacePoint& point, const Lobes& lobes, RandomStream& random, Workspace& w) const;
+    void shoot(const SurfacePoint& point, const Lobes& lobes, LampView& lamp, int samples, std::uint64_t key,
+               Workspace& w) const;
+    glm::vec3 light_along(const SurfacePoint& point, const Lobes& lobes, const HitPacket& packet, int lane,
+                          float& lamp_density) const;
+    bool may_meet_lamp(const SurfacePoint& point, glm::vec3 direction) const;
+
+    // Shadow rays per steradian in a direction, as the heuristic counts them: a function of point and lamp
+    // alone, not of which lamps were drawn, so that the weights of both ways to find a lamp add up to 1.
+    float samples_towards(std::uint32_t triangle, const SurfacePoint& point, const Lobes& lobes) const;
+    float peak_samples_towards(glm::vec3 direction) const;
+
+    const RayScene& rays_;
+    DirectOptions options_;
+    Lights lights_;
+    const Environment& sky_;
+    LampCandidates candidates_;
+};
+
+}  // namespace rcs

@@ -1,0 +1,156 @@
+#include "hit_light/hit_radiance.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "material/material_lobes.h"
+#include "rays/ray_scene_impl.h"
+#include "rays/surface_material.h"
+#include "scene/texture.h"
+#include "util/color.h"
+
+namespace rcs {
+
+int mip_level(const Texture& texture, float uv_per_length, float cone_width)
+{
+    const int size = std::max(texture.levels[0].width, texture.levels[0].height);
+    const float texels = static_cast<float>(size) * uv_per_length * cone_width;
+    // The exponent of sqrt(2) x is log2(x), rounded.
+    const std::uint32_t bits = std::bit_cast<std::uint32_t>(std::max(texels, 1.0f) * std::numbers::sqrt2_v<float>);
+    return static_cast<int>(bits >> 23) - 127;
+}
+
+namespace {
+
+/// The lobes of a white surface of this material; `textured` becomes true where they depend on a texture.
+Bsdf lobes_of_white(const Material& m, bool& textured)
+{
+    const auto look_up = [&](const TextureSlot& slot) {
+        textured = textured || slot.used();
+        return glm::vec4(1.0f);
+    };
+    Bsdf bsdf;
+    make_lobes(m, glm::vec3(1.0f), look_up, true, bsdf);
+    return bsdf;
+}
+
+bool is_plain(const Material& m, const Mesh& mesh, std::uint32_t simulated)
+{
+    bool textured = false;
+    const Bsdf white = lobes_of_white(m, textured);
+    const bool like_diffuse = std::all_of(white.begin(), white.end(), [](const Lobe& lobe) {
+        return is_diffuse(lobe) ? lobe.color == glm::vec3(1.0f)
+                                : lit_by_records(lobe) && lobe.alpha >= kLikeDiffuseAlpha;
+    });
+    return like_diffuse && !textured && !m.unlit && (simulated & kBumpy) == 0u && mesh.colors.empty() &&
+           m.base_color_texture.uv_set == 0;
+}
+
+/// What lies above the base of a plain material.
+Bsdf plain_layer(const Material& m)
+{
+    bool textured = false;
+    const Bsdf white = lobes_of_white(m, textured);
+    return white.only(reflecting_lobes(white));
+}
+
+}  // namespace
+
+HitRadiance::HitRadiance(const RayScene& rays, const LightCache* cache, const EffectSet& effects)
+    : rays_(rays),
+      scene_(rays.scene()),
+      cache_(cache),
+      lights_(collect_lights(rays, effects)),
+      sky_(effects.has(Effect::environment) ? scene_.sky_radiance : glm::vec3(0.0f)),
+      environment_(effects.has(Effect::environment) ? environment_of(rays) : black_environment()),
+      has_sky_(effects.has(Effect::environment)),
+      has_textures_(effects.has(Effect::hit_textures))
+{
+    for (const RayInstance& instance : rays.impl().instances)
+        plain_.push_back(rcs::is_plain(scene_.materials[static_cast<std::size_t>(instance.material)], *instance.mesh,
+                                       instance.simulated));
+    for (const Material& material : scene_.materials) {
+        layer_.push_back(plain_layer(material));
+        glm::vec3& color = mean_color_.emplace_back(material.base_color);
+        if (material.base_color_texture.used()) {
+            const Texture& texture = scene_.textures[static_cast<std::size_t>(material.base_color_texture.texture)];
+            color *= glm::vec3(texel_value(texture.levels.back(), 0, 0));
+        }
+    }
+}
+
+MaterialValues HitRadiance::values(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const
+{
+    const Hit at{packet.ray.t_max[lane], packet.u[lane], packet.v[lane], packet.instance(lane), packet.primitive[lane]};
+    const float width = hit.uv_per_length * cone_width;
+    if (has_textures_) tally(Count::hit_textures);
+    return material_at(rays_, at, hit.point, -ray_direction(packet.ray, lane),
+                       {{width, 0.0f}, {0.0f, width}, !has_textures_});
+}
+
+bool HitRadiance::may_find_light(glm::vec3 origin, glm::vec3 unit_direction) const
+{
+    const Lights& lamps = lights_.lights();
+    return has_sky_ || (!lamps.triangles.empty() && lamps.tree->may_meet(origin, unit_direction));
+}
+
+glm::vec3 HitRadiance::emission(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const
+{
+    const Material& material = scene_.materials[static_cast<std::size_t>(hit.point.material)];
+    return material.unlit || emitted_radiance(material, hit.point.front) == glm::vec3(0.0f)
+               ? glm::vec3(0.0f)
+               : values(packet, lane, hit, cone_width).emission;
+}
+
+float HitRadiance::density_of_lamp(const SurfacePoint& origin, const HitPacket& packet, int lane) const
+{
+    const std::uint32_t triangle = lights_.lights().emissive_triangle(packet.instance(lane), packet.primitive[lane]);
+    return triangle != Lights::kNone
+               ? lights_.density(origin, lights_.triangle_lamp(triangle), ray_direction(packet.ray, lane))
+               : 0.0f;
+}
+
+Bsdf HitRadiance::exact_bsdf(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const
+{
+    return values(packet, lane, hit, cone_width).bsdf;
+}
+
+Bsdf HitRadiance::bsdf(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const
+{
+    Bsdf result = exact_bsdf(packet, lane, hit, cone_width);
+    for (std::uint32_t i = 0; i < result.count; ++i) result.lobe[i] = widened_at_hit(result.lobe[i]);
+    return result;
+}
+
+glm::vec3 HitRadiance::base_color(const PlainHit& hit) const
+{
+    const Material& material = scene_.materials[static_cast<std::size_t>(hit.material)];
+    if (!has_textures_ || !material.base_color_texture.used())
+        return mean_color_[static_cast<std::size_t>(hit.material)];
+    tally(Count::hit_textures);
+    const Texture& texture = scene_.textures[static_cast<std::size_t>(material.base_color_texture.texture)];
+    const int level = mip_level(texture, hit.uv_per_length, hit.cone_width);
+    return material.base_color * glm::vec3(sample_slot_nearest(scene_, material.base_color_texture, hit.uv, level));
+}
+
+glm::vec3 HitRadiance::albedo(const PlainHit& hit, float cosine) const
+{
+    const Bsdf& layer = layer_[static_cast<std::size_t>(hit.material)];
+    const glm::vec3 color = base_color(hit);
+    if (layer.count == 0) return color;
+    const glm::vec3 specular = rcs::albedo(layer, cosine, kAllLobes);
+    return color * (1.0f - specular) + specular;
+}
+
+glm::vec3 HitRadiance::reflectance(const PlainHit& hit, glm::vec3 normal, glm::vec3 outgoing, glm::vec3 incoming) const
+{
+    Bsdf layer = layer_[static_cast<std::size_t>(hit.material)];
+    const glm::vec3 color = base_color(hit);
+    if (layer.count == 0) return color;
+    layer.normal = layer.geometric_normal = normal;
+    return color * (1.0f - rcs::albedo(layer, glm::dot(normal, outgoing), kAllLobes)) +
+           std::numbers::pi_v<float> * evaluate(layer, outgoing, incoming);
+}
+
+}  // namespace rcs

@@ -1,0 +1,168 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "cells/light_cache_impl.h"
+#include "hit_light/hit_light.h"
+#include "material/bsdf.h"
+#include "rays/hit_surface.h"
+#include "rays/surface.h"
+#include "rays/surface_material.h"
+#include "rcs/ray_scene.h"
+#include "scene/environment.h"
+#include "util/basis.h"
+#include "util/counters.h"
+#include "util/random.h"
+
+namespace rcs {
+
+/// The mip level at which a texel is about as wide as a ray's cone. @param cone_width  at the hit [m]
+int mip_level(const Texture& texture, float uv_per_length, float cone_width);
+
+/// Light that leaves surfaces which rays hit, towards where the rays came from. Its direct part, from lamps and
+/// sky, still needs a shadow ray for each of its terms; the rest is looked up in a light cache.
+class HitRadiance {
+public:
+    /// @param cache  may be null: then there is no more than the direct part
+    HitRadiance(const RayScene& rays, const LightCache* cache, const EffectSet& effects);
+
+    bool has_cache() const { return cache_ != nullptr; }
+    glm::vec3 sky_radiance() const { return sky_; }
+    const Environment& environment() const { return environment_; }
+
+    /// False only if neither lamps nor sky reach the side of a surface that this unit normal looks to: quick.
+    bool may_be_lit(glm::vec3 geometric_normal) const { return has_sky_ || lights_.may_reach(geometric_normal); }
+
+    /// The direct part for a white Lambertian surface: calls add(shadow ray, radiance if it is free) for each term.
+    template <typename Add>
+    void direct(const SurfacePoint& point, RandomStream& random, const Add& add) const;
+    /// The same; add() is also given a function that says how often that is done per steradian about there, 0 if no ray
+    /// could find the light.
+    template <typename Add>
+    void each_light(const SurfacePoint& point, RandomStream& random, const Add& add) const;
+
+    /// Irradiance from light that has been reflected before; 0 without a cache. [W m^-2]
+    /// @param fewer  bounces to leave out of those that the cache has
+    glm::vec3 indirect_irradiance(const SurfacePoint& point, RandomStream& random, int fewer = 0) const
+    {
+        return cache_ ? cached_irradiance(*cache_, point.position, point.shading_normal, random, fewer)
+                      : glm::vec3(0.0f);
+    }
+
+    /// Whether a ray may find light of lamps or sky: false only if it does not.
+    bool may_find_light(glm::vec3 origin, glm::vec3 unit_direction) const;
+    /// What lamps send from a hit to the ray's origin.
+    glm::vec3 emission(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;
+    /// How often each_light() at the ray's origin finds a lamp there, the soft sky, and its peaks [1/sr].
+    float density_of_lamp(const SurfacePoint& origin, const HitPacket& packet, int lane) const;
+    float density_of_sky(const SurfacePoint& origin, glm::vec3 direction) const
+    {
+        return std::numbers::inv_pi_v<float> * std::max(0.0f, glm::dot(origin.shading_normal, direction));
+    }
+    float density_of_peaks(const SurfacePoint& origin, glm::vec3 direction) const
+    {
+        return environment_.has_peaks() ? lights_.density(origin, lights_.peaks_lamp(), direction) : 0.0f;
+    }
+
+    /// Whether this instance's surface is its base colour below at most a wide lobe (kLikeDiffuseAlpha) that is the
+    /// same everywhere: then albedo() and reflectance() say all, quickly.
+    bool is_plain(std::uint32_t instance) const { return plain_[instance] != 0; }
+    /// Where on which plain surface: what a look at its textures takes. @param cone_width  of the ray at the hit [m]
+    struct PlainHit {
+        int material;
+        glm::vec2 uv;
+        float uv_per_length;
+        float cone_width;
+    };
+    /// Albedo of a plain surface, that of its lobe included, for light from everywhere. @param cosine  of the ray to
+    /// the shading normal
+    glm::vec3 albedo(const PlainHit& hit, float cosine) const;
+    /// The same for light from one direction: pi times the BSDF. The lobe has a twentieth of the light or less, but a
+    /// sun over walls sends that all one way: taken for diffuse, Sponza's floor came out a tenth too dark.
+    glm::vec3 reflectance(const PlainHit& hit, glm::vec3 normal, glm::vec3 outgoing, glm::vec3 incoming) const;
+
+    /// How any other surface reflects towards the origin of a packet's ray, as it is, and with lobes
+    /// widened_at_hit(). @param hit  complete
+    Bsdf exact_bsdf(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;
+    Bsdf bsdf(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;
+    /// The direct part for it. @param outgoing  unit, towards the ray's origin
+    template <typename Add>
+    void direct(const SurfacePoint& point, const Bsdf& bsdf, glm::vec3 outgoing, RandomStream& random,
+                const Add& add) const;
+
+private:
+    MaterialValues values(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;
+    glm::vec3 base_color(const PlainHit& hit) const;
+
+    const RayScene& rays_;
+    const Scene& scene_;
+    const LightCache* cache_;
+    HitLights lights_;
+    glm::vec3 sky_;
+    const Environment& environment_;
+    bool has_sky_, has_textures_;
+    std::vector<std::uint8_t> plain_;    // per instance, 0 or 1
+    std::vector<Bsdf> layer_;            // per material: above the diffuse base of plain surfaces
+    std::vector<glm::vec3> mean_color_;  // per material: of its base
+};
+
+/// Directional albedo of all that reflects: radiance towards `outgoing` times pi, per irradiance, if that is uniform.
+inline glm::vec3 total_albedo(const Bsdf& bsdf, glm::vec3 outgoing)
+{
+    const float cosine = glm::dot(bsdf.normal, outgoing);
+    return albedo(bsdf, cosine, diffuse_lobes(bsdf)) + albedo(bsdf, cosine, reflecting_lobes(bsdf));
+}
+
+inline glm::vec3 ray_direction(const RayPacket& ray, int lane)
+{
+    return {ray.direction_x[lane], ray.direction_y[lane], ray.direction_z[lane]};
+}
+
+template <typename Add>
+void HitRadiance::each_light(const SurfacePoint& point, RandomStream& random, const Add& add) const
+{
+    const HitLights::Sample lamp = lights_.sample(point, random);
+    if (lamp.irradiance != glm::vec3(0.0f)) {
+        tally(Count::hit_lamp_rays);
+        add(shadow_ray_from(point, lamp.to_light, lamp.distance), std::numbers::inv_pi_v<float> * lamp.irradiance,
+            [&] { return lights_.density(point, lamp.lamp, lamp.to_light); });
+    }
+    if (has_sky_) {
+        // Where the sky is black its samples must not move those that follow: a picture does not change by it.
+        RandomStream of_black = random;
+        RandomStream& stream = environment_.is_black() ? of_black : random;
+        const float sin2 = stream.next(), turn = stream.next();
+        const glm::vec3 direction = cosine_direction(point.shading_normal, {sin2, turn});
+        if (glm::dot(direction, point.geometric_normal) > 0.0f) {
+            tally(Count::hit_sky_rays);
+            add(shadow_ray_from(point, direction, std::numeric_limits<float>::infinity()),
+                environment_.soft_blurred(direction), [&] { return density_of_sky(point, direction); });
+        }
+    }
+}
+
+template <typename Add>
+void HitRadiance::direct(const SurfacePoint& point, RandomStream& random, const Add& add) const
+{
+    each_light(point, random, [&](const Ray& ray, glm::vec3 white, const auto&) { add(ray, white); });
+}
+
+template <typename Add>
+void HitRadiance::direct(const SurfacePoint& point, const Bsdf& bsdf, glm::vec3 outgoing, RandomStream& random,
+                         const Add& add) const
+{
+    SurfacePoint bent = point;
+    bent.shading_normal = bsdf.normal;
+    direct(bent, random, [&](const Ray& ray, glm::vec3 white) {
+        add(ray, std::numbers::pi_v<float> * evaluate(bsdf, outgoing, ray.direction) * white);
+    });
+}
+
+}  // namespace rcs

@@ -1,0 +1,131 @@
+#include "rcs/image_io.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <utility>
+
+#include <OpenImageIO/imageio.h>
+
+#include "rcs/error.h"
+#include "util/one_line.h"
+#include "util/srgb.h"
+
+namespace rcs {
+namespace {
+
+constexpr const char* kMetadataPrefix = "rcs:";
+
+[[noreturn]] void fail_read(const std::string& path, const std::string& why)
+{
+    throw Error(ErrorCode::bad_file, "cannot read image file " + path + ": " + one_line(why));
+}
+
+struct ChannelPlace {
+    int rank = 0;     ///< order within the layer
+    int channel = 0;  ///< in the file
+};
+
+/// Position of a channel within its layer: R G B A, X Y Z, then whatever else the file has.
+int channel_rank(const std::string& suffix, int channel)
+{
+    static const std::array<std::pair<const char*, int>, 7> known{
+        {{"R", 0}, {"G", 1}, {"B", 2}, {"A", 3}, {"X", 0}, {"Y", 1}, {"Z", 2}}};
+    for (const auto& [name, rank] : known) {
+        if (suffix == name) return rank;
+    }
+    return 4 + channel;
+}
+
+std::map<std::string, std::vector<ChannelPlace>> layers_of(const OIIO::ImageSpec& spec)
+{
+    std::map<std::string, std::vector<ChannelPlace>> layers;
+    for (int c = 0; c < spec.nchannels; ++c) {
+        const std::string& name = spec.channelnames[static_cast<std::size_t>(c)];
+        const std::size_t dot = name.rfind('.');
+        const std::string layer = dot == std::string::npos ? "beauty" : name.substr(0, dot);
+        const std::string suffix = dot == std::string::npos ? name : name.substr(dot + 1);
+        layers[layer].push_back({channel_rank(suffix, c), c});
+    }
+    for (auto& [name, places] : layers) {
+        std::stable_sort(places.begin(), places.end(),
+                         [](const ChannelPlace& a, const ChannelPlace& b) { return a.rank < b.rank; });
+    }
+    return layers;
+}
+
+Image take_channels(const std::vector<float>& pixels, const OIIO::ImageSpec& spec,
+                    const std::vector<ChannelPlace>& places)
+{
+    Image image(spec.width, spec.height, static_cast<int>(places.size()));
+    const std::size_t count = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
+    const auto stride = static_cast<std::size_t>(spec.nchannels);
+    for (std::size_t c = 0; c < places.size(); ++c) {
+        const auto from = static_cast<std::size_t>(places[c].channel);
+        for (std::size_t i = 0; i < count; ++i) {
+            image.pixels[i * places.size() + c] = pixels[i * stride + from];
+        }
+    }
+    return image;
+}
+
+/// Grey, RGB or RGBA of a file without layers; alpha beside grey and what follows RGBA is left out.
+Image take_picture(const std::vector<float>& pixels, const OIIO::ImageSpec& spec)
+{
+    const int channels = spec.nchannels == 2 ? 1 : std::min(spec.nchannels, 4);
+    std::vector<ChannelPlace> places;
+    for (int c = 0; c < channels; ++c) {
+        places.push_back({c, c});
+    }
+    Image image = take_channels(pixels, spec, places);
+    if (!spec.format.is_floating_point()) {
+        for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+            if (channels != 4 || i % 4 != 3) {
+                image.pixels[i] = linear_from_srgb(image.pixels[i]);
+            }
+        }
+    }
+    return image;
+}
+
+}  // namespace
+
+LayeredImage read_image(const std::string& path)
+{
+    std::error_code ignored;
+    if (!std::filesystem::exists(path, ignored)) {
+        throw Error(ErrorCode::not_found, "image file " + path + " does not exist");
+    }
+    if (!std::filesystem::is_regular_file(path, ignored)) {
+        throw Error(ErrorCode::bad_file, "image file " + path + " is not a regular file");
+    }
+    const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path);
+    if (!input) {
+        fail_read(path, OIIO::geterror());
+    }
+    const OIIO::ImageSpec spec = input->spec();
+    std::vector<float> pixels(static_cast<std::size_t>(spec.image_pixels()) * static_cast<std::size_t>(spec.nchannels));
+    if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeFloat, pixels.data())) {
+        fail_read(path, input->geterror());
+    }
+    LayeredImage image;
+    if (std::strcmp(input->format_name(), "openexr") == 0) {
+        for (const auto& [name, places] : layers_of(spec)) {
+            image.layers[name] = take_channels(pixels, spec, places);
+        }
+    } else {
+        image.layers["beauty"] = take_picture(pixels, spec);
+    }
+    for (const OIIO::ParamValue& attribute : spec.extra_attribs) {
+        const std::string key = attribute.name().string();
+        if (key.rfind(kMetadataPrefix, 0) == 0) {
+            image.metadata[key] = attribute.get_string();
+        }
+    }
+    return image;
+}
+
+}  // namespace rcs

@@ -1,0 +1,302 @@
+#include "placement/error_driven.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <utility>
+
+#include "placement/allotment.h"
+#include "placement/forecast.h"
+#include "rcs/metrics.h"
+#include "splat/gpu_records.h"
+#include "util/color.h"
+
+namespace rcs {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr double kNearGoal = 1.05;    // times the goal: nearer, rays alone are enough
+constexpr float kHardlyMore = 1.05f;  // times the closest spacing: as close as they may
+constexpr double kHardlyLess = 0.95;  // times what it was: a step that does no more is the last of its kind
+constexpr double kStalled = 0.995;    // times what it was, just before the goal
+constexpr int kMostStalls = 2;
+constexpr double kReached = 1.02;     // times the goal is there
+constexpr int kMostRounds = 3;        // of the last step, each closer to its end
+constexpr double kCloserTakes = 3.0;  // times as long in all: records at half the least distance
+constexpr float kLeastReach = 4.0f;   // least R_k of a record whose expansion disagrees with the others [px]
+constexpr double kLeastForecast = 0.005;
+constexpr double kLeastGoal = 1e-3;  // of a budget that could do more than anyone would see
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// What one step may aim at and take.
+struct StepLimits {
+    double error = 0.0;   // mean relative: the goal, where it is nearer than a step
+    double likely = 0.0;  // what the time is thought to be enough for
+    bool has_budget = false;
+    std::function<double()> left;  // [s]
+};
+
+/// The work on one view's records, and what it costs.
+class Steering {
+public:
+    Steering(Placement& placement, const View& view, float overlap, ThreadPool& pool,
+             const std::vector<Record>& records, const RecordStats& stats)
+        : placement_(placement),
+          view_(view),
+          tolerance_(placement.options().error_tolerance),
+          overlap_(overlap),
+          pool_(pool),
+          records_(records),
+          stats_(stats)
+    {
+    }
+
+    void overture(double most_seconds, double target);
+    void reach(const RecordGoal& goal);
+
+    RecordForecast forecast() const;
+    const MeanErrors& errors() const { return errors_; }
+
+private:
+    bool step(const StepLimits& to);
+    double rays_to(double error) const;
+    void look();
+    void note_seconds_per_ray(Clock::time_point start, std::uint64_t rays)
+    {
+        seconds_per_ray_ = seconds_since(start) / static_cast<double>(rays);
+        least_per_ray_ = std::min(least_per_ray_, seconds_per_ray_);
+    }
+    void scale_shares(bool noise);
+    std::vector<RecordShare> share_out() const;
+    void sharpen(double part);
+    void refine(const Allotment& allotment);
+    void use_up(const std::function<double()>& left);
+    double all_rays() const
+    {
+        return std::accumulate(shares_.begin(), shares_.end(), 0.0,
+                               [](double sum, const RecordShare& s) { return sum + static_cast<double>(s.rays); });
+    }
+    Placement& placement_;
+    const View& view_;
+    float tolerance_, overlap_;
+    ThreadPool& pool_;
+    const std::vector<Record>& records_;
+    const RecordStats& stats_;
+    SplatBuffer sums_;
+    ErrorMap map_;
+    MeanErrors errors_;
+    std::vector<RecordShare> shares_;  // of the placement's records
+    float noise_scale_ = 1.0f;         // of the picture, over what the records' neighbours promise
+    double seconds_per_ray_ = 0.0, look_seconds_ = 0.0;
+    double least_per_ray_ = std::numeric_limits<double>::infinity(),
+           least_look_ = least_per_ray_;  // without what else the machine did
+    double progress_ = 1.0;               // for walk_ahead()
+    int steps_ = 0;
+    int stalls_ = 0;  // steps in a row that did not lower the error: what hid behind noise may come to light in one
+};
+
+/// The errors of the records as they are now.
+void Steering::look()
+{
+    const Clock::time_point start = Clock::now();
+    SplatStats stats;
+    sums_ = splat_tiles(records_, placement_.surfaces(), view_, {tolerance_, overlap_}, pool_, stats);
+    map_ = error_map(sums_, stats, overlap_);
+    errors_ = mean_errors(sums_, map_);
+    shares_ = share_out();
+    look_seconds_ = seconds_since(start);
+    least_look_ = std::min(least_look_, look_seconds_);
+}
+
+/// Makes the shares' mean errors those of the picture. @param noise  that as well: rays are as allotted
+void Steering::scale_shares(bool noise)
+{
+    double area = 0.0, by_noise = 0.0, by_spread = 0.0;
+    for (const RecordShare& s : shares_) {
+        area += static_cast<double>(s.area);
+        by_noise += static_cast<double>(s.area * noise_of(s));
+        by_spread += static_cast<double>(s.area * s.spread);
+    }
+    if (noise && by_noise > 0.0) noise_scale_ = static_cast<float>(errors_.noise / kMeanAbsolute * area / by_noise);
+    const float spread_scale =
+        by_spread > 0.0 ? static_cast<float>(errors_.spread / kMeanAbsolute * area / by_spread) : 1.0f;
+    for (RecordShare& s : shares_) {
+        s.single *= noise_scale_;
+        s.spread *= spread_scale;
+    }
+}
+
+std::vector<RecordShare> Steering::share_out() const
+{
+    const std::vector<float> around = placement_.noise();
+    const std::span<const Record> records = std::as_const(placement_).records();
+    const float to_single = std::pow(static_cast<float>(placement_.rays()), kNoiseFall);
+    const float dark = static_cast<float>(kRelativeErrorFloor * errors_.mean);
+    std::vector<RecordShare> shares(records.size());
+    for (std::size_t k = 0; k < shares.size(); ++k) {
+        const std::uint32_t pixel = placement_.pixels()[k];
+        const Record& r = records[k];
+        // The weight of one splat is a cone; where all that overlap add up to W, a record makes 1 / W of its pixels.
+        const float radius = influence_radius(r, overlap_) / r.footprint;
+        const float light = luminance({sums_.weighted_r[pixel], sums_.weighted_g[pixel], sums_.weighted_b[pixel]});
+        const float seen = light / (light + dark * sums_.weight[pixel]);
+        shares[k].area = seen * std::numbers::pi_v<float> / 3.0f * radius * radius / sums_.weight[pixel];
+        shares[k].single = to_single * around[k];
+        shares[k].spread = map_.spread[pixel];
+        shares[k].rays = static_cast<float>(r.rays);
+    }
+    return shares;
+}
+
+/// Coarse records that serve every pixel, and the first step down from there where it is a part of the way only: it
+/// shows what rays cost and what hides behind their noise. @param target  0: a budget, of which this may take
+/// `most_seconds`
+void Steering::overture(double most_seconds, double target)
+{
+    const Clock::time_point start = Clock::now();
+    const std::uint64_t before = stats_.hemisphere_rays;
+    float& reach = placement_.options().min_reach;
+    const float closest = reach;
+    if (most_seconds > 0.0) reach = placement_.options().max_reach;
+    placement_.fill();
+    while (reach > closest && kCloserTakes * seconds_since(start) < most_seconds) {
+        reach = std::max(closest, 0.5f * reach);
+        placement_.fill();
+    }
+    note_seconds_per_ray(start, std::max<std::uint64_t>(1, stats_.hemisphere_rays - before));
+    look();
+    scale_shares(true);
+    const double error = kStep * errors_.total;
+    const bool is_near = target > 0.0 ? error < kShareOfGoal * target
+                                      : seconds_since(start) + 2.0 * rays_to(error) * seconds_per_ray_ > most_seconds;
+    if (!is_near) step({0.0, 0.0, false, [] { return std::numeric_limits<double>::infinity(); }});
+}
+
+/// Rays of a step to that error.
+double Steering::rays_to(double error) const
+{
+    return std::clamp(allot_for_error(shares_, error, kMostRays).rays, kLeastMore * all_rays(), kMostMore * all_rays());
+}
+
+RecordForecast Steering::forecast() const
+{
+    return {sums_, map_, look_seconds_,
+            [path = walk_ahead(shares_, static_cast<float>(placement_.rays()), progress_, kLeastForecast),
+             per_ray = least_per_ray_, look = least_look_](double error) {
+                const PathPoint to = read_path(path, kShareOfGoal * error);
+                return to.rays * per_ray + to.looks * look;
+            }};
+}
+
+/// Brings the mean error by spread down to `part` of what it is: takes reach from records whose extrapolations
+/// disagree, and fills what they no longer serve; where records lie as close as they may, the splat takes fewer of them
+/// together.
+void Steering::sharpen(double part)
+{
+    const std::vector<float> density = densities(shares_, part, kMostDensity);
+    const std::span<Record> records = placement_.records();
+    const float least = std::min(kLeastReach, placement_.options().min_reach);  // [px]
+    for (std::size_t k = 0; k < records.size(); ++k) {
+        Record& r = records[k];
+        if (!(density[k] > 1.0f)) continue;
+        const float nearer = 1.0f / std::sqrt(density[k]);
+        const float reach = r.spacing_radius / tolerance_;
+        if (reach > kHardlyMore * least * r.footprint) {
+            r.harmonic_mean_distance = nearer * reach;  // neighbours are held to it as well
+            placement_.allow_closer(k, std::max(least, nearer * reach / r.footprint));
+        } else
+            r.breadth = std::max(1.0f / overlap_, nearer * r.breadth);
+    }
+    placement_.fill();
+    look();
+    scale_shares(false);
+}
+
+void Steering::refine(const Allotment& allotment)
+{
+    const Clock::time_point start = Clock::now();
+    const std::uint64_t before = stats_.hemisphere_rays;
+    const float gather = static_cast<float>(placement_.rays());
+    std::vector<int> extra;
+    extra.reserve(shares_.size());
+    for (const RecordShare& s : shares_)
+        extra.push_back(static_cast<int>(std::lround((rays_at(s, allotment.level, kMostRays) - s.rays) / gather)));
+    placement_.refine(extra);
+    for (std::size_t k = 0; k < shares_.size(); ++k) shares_[k].rays += static_cast<float>(extra[k]) * gather;
+    const std::uint64_t rays = stats_.hemisphere_rays - before;
+    if (rays > 0) note_seconds_per_ray(start, rays);
+}
+
+/// Shoots rays for as long as there is time; how fast they are shows while they are shot.
+void Steering::use_up(const std::function<double()>& left)
+{
+    for (int round = 0; round < kMostRounds && left() > look_seconds_ / kMostRounds; ++round)
+        refine(allot_for_rays(shares_, left() / seconds_per_ray_, kMostRays));
+}
+
+/// One step down: records closer together where spread asks for it, then rays. @return whether another one is worth it
+bool Steering::step(const StepLimits& to)
+{
+    const double before = errors_.total, step_to = kStep * before;
+    const bool is_cut = to.error > step_to;
+    // Spread hides behind noise, and shows more of itself from step to step.
+    for (int k = 0; k < kMostSharpenings && before > kNearGoal * to.error && errors_.spread > kShareOfSpread * step_to;
+         ++k) {
+        // Closer records than the time is enough for would only be noisy ones.
+        if (to.left() < 4.0 * look_seconds_ || (step_to < to.likely && stalls_ == 0)) break;
+        const double spread = errors_.spread;
+        sharpen(kShareOfSpread * step_to / spread);
+        if (errors_.spread > kHardlyLess * spread) break;
+    }
+    const double rays = rays_to(std::max(to.error, step_to));
+    const bool is_last =
+        rays * seconds_per_ray_ + 2.0 * look_seconds_ > to.left() || (to.has_budget && steps_ + 1 == kMostSteps);
+    if (is_last) {
+        use_up(to.left);
+        return false;
+    }
+    refine(allot_for_rays(shares_, rays, kMostRays));
+    look();
+    scale_shares(true);
+    progress_ = progress_of_step(errors_.total / before);
+    ++steps_;
+    stalls_ = errors_.total > (is_cut ? kStalled : kHardlyLess) * before ? stalls_ + 1 : 0;
+    return stalls_ < kMostStalls || to.has_budget;
+}
+
+/// Goes down steps that are the same for every goal; only the last one is cut short, to end at the goal itself. So a
+/// smaller goal takes all that a larger one does, and more.
+void Steering::reach(const RecordGoal& goal)
+{
+    const Clock::time_point start = Clock::now();
+    const double wanted = std::max(kLeastGoal, kShareOfGoal * goal.mean_relative);
+    const auto left = [&] {
+        return goal.seconds > 0.0 ? goal.seconds - goal.looks_after * look_seconds_ - seconds_since(start)
+                                  : std::numeric_limits<double>::infinity();
+    };
+    const StepLimits limits{wanted, goal.likely, goal.seconds > 0.0, left};
+    while (steps_ < kMostSteps && errors_.total > kReached * wanted && step(limits)) {
+    }
+    // Further views' records are judged one by one.
+    placement_.options().noise_target = static_cast<float>(std::max(kLeastGoal, errors_.noise / kMeanAbsolute));
+}
+
+}  // namespace
+
+MeanErrors place_to_goal(Placement& placement, const View& view, float overlap, double overture_seconds, double target,
+                         ThreadPool& pool, std::vector<Record>& records, RecordStats& stats,
+                         const std::function<std::optional<RecordGoal>(const RecordForecast&)>& set_goal)
+{
+    Steering steering(placement, view, overlap, pool, records, stats);
+    steering.overture(overture_seconds, target);
+    if (const std::optional<RecordGoal> goal = set_goal(steering.forecast())) steering.reach(*goal);
+    return steering.errors();
+}
+
+}  // namespace rcs

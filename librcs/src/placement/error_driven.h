@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "accuracy/error_estimate.h"
+#include "placement/placement.h"
+
+namespace rcs {
+
+/// What records come down to, of a goal: an estimate scatters.
+inline constexpr double kShareOfGoal = 0.87;
+
+/// What records cost so far, and what they would cost for a smaller error.
+struct RecordForecast {
+    const SplatBuffer& sums;    ///< of the coarse records that the forecast is made from
+    const ErrorMap& errors;     ///< of those
+    double look_seconds = 0.0;  ///< a splat of irradiance and the estimate of its error
+    /// Seconds from here to a mean relative error of the records' light.
+    std::function<double(double)> seconds_to;
+};
+
+/// Where to stop: at a mean relative error, or when so many seconds are spent.
+struct RecordGoal {
+    double mean_relative = 0.0;  ///< 0: as small as time allows
+    double seconds = 0.0;        ///< of wall time from now on; 0: as many as it takes
+    double looks_after = 0.0;    ///< of them, what comes after takes as many as so many looks
+    double likely = 0.0;         ///< mean relative error that the seconds are thought to be enough for
+};
+
+/// Places records as the estimated error asks for: first a coarse overture that serves every pixel; then, down steps
+/// that are the same for every goal, records closer together where their extrapolations disagree, and more rays where
+/// they lower the mean error most.
+/// @param placement  with options().rays and spacing for the overture; options() are left as the last step used them,
+///        so that further views are filled alike
+/// @param overture_seconds  records of the overture start far apart and come closer while this lasts; 0: as close as
+///        options() say at once
+/// @param target  mean relative error that is to be reached; 0: none, there is a budget
+/// @param set_goal  asked after the overture; none stops there
+/// @return the mean relative error reached, as estimated
+MeanErrors place_to_goal(Placement& placement, const View& view, float overlap, double overture_seconds, double target,
+                         ThreadPool& pool, std::vector<Record>& records, RecordStats& stats,
+                         const std::function<std::optional<RecordGoal>(const RecordForecast&)>& set_goal);
+
+}  // namespace rcs

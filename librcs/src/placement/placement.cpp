@@ -1,0 +1,195 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "placement/placement.h"
+#include "placement/refine.h"
+#include "placement/spacing.h"
+#include "rcs/error.h"
+#include "rcs/records.h"
+#include "records/gather.h"
+#include "splat/tiles.h"
+#include "util/random.h"
+
+namespace rcs {
+namespace {
+
+// The coarsest grid of candidates [px]: about the widest spacing of default options.
+constexpr int kCoarsestStride = 32;
+constexpr int kMostRays = 16;  // per record, in times RecordOptions::rays
+
+/// One wave: in each cell of a grid, one pixel by rule.
+struct Wave {
+    int stride;
+    int phase;     // which quarter of the cells, so that neighbours do not both claim a hole; -1 takes all
+    bool refresh;  // first let new records take reach from older ones, and see what that uncovers
+};
+
+std::vector<Wave> waves()
+{
+    std::vector<Wave> list;
+    for (int stride = kCoarsestStride; stride >= 4; stride /= 2) list.push_back({stride, -1, stride == 4});
+    for (int stride : {2, 1})
+        for (int phase = 0; phase < 4; ++phase) list.push_back({stride, phase, stride == 1 && phase == 0});
+    return list;
+}
+
+/// The pixel that a wave takes in one cell of its grid; at or beyond the image's edge it may be none of it.
+glm::ivec2 pixel_of_cell(int cx, int cy, int stride, std::uint64_t seed)
+{
+    const std::uint64_t cell = static_cast<std::uint64_t>(cy) << 32 | static_cast<std::uint64_t>(cx);
+    const std::uint64_t key = stream_key(seed + static_cast<std::uint64_t>(stride), Stream::placement, cell);
+    const std::uint64_t side = static_cast<std::uint64_t>(stride);
+    return {cx * stride + static_cast<int>(key % side), cy * stride + static_cast<int>((key >> 32) % side)};
+}
+
+/// The visible points of this wave's grid that no record serves, row of cells by row of cells.
+std::vector<std::uint32_t> find_holes(const GBuffer& g, const std::vector<float>& weight, Wave wave, std::uint64_t seed,
+                                      ThreadPool& pool)
+{
+    const int columns = (g.width + wave.stride - 1) / wave.stride;
+    std::vector<std::vector<std::uint32_t>> rows(static_cast<std::size_t>((g.height + wave.stride - 1) / wave.stride));
+    pool.parallel_for(rows.size(), 16, [&](std::size_t begin, std::size_t end, int) {
+        for (int cy = static_cast<int>(begin); cy < static_cast<int>(end); ++cy) {
+            for (int cx = 0; cx < columns; ++cx) {
+                if (wave.phase >= 0 && ((cx & 1) | (cy & 1) << 1) != wave.phase) continue;
+                const glm::ivec2 p = pixel_of_cell(cx, cy, wave.stride, seed);
+                if (p.x >= g.width || p.y >= g.height) continue;
+                const std::size_t i =
+                    static_cast<std::size_t>(p.y) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(p.x);
+                if (g.covered(i) && !(weight[i] > 0.0f))
+                    rows[static_cast<std::size_t>(cy)].push_back(static_cast<std::uint32_t>(i));
+            }
+        }
+    });
+    std::vector<std::uint32_t> holes;
+    for (const auto& row : rows) holes.insert(holes.end(), row.begin(), row.end());
+    return holes;
+}
+
+template <typename T>
+void require(bool valid, const char* field, T value, const char* range)
+{
+    if (!valid)
+        throw Error(ErrorCode::bad_argument,
+                    std::string(field) + " is " + std::to_string(value) + ", expected " + range);
+}
+
+}  // namespace
+
+void validate(const RecordOptions& o)
+{
+    require(o.error_tolerance > 0.0f && o.error_tolerance <= 1.0f, "records.error_tolerance", o.error_tolerance,
+            "a value in (0, 1]");
+    require(o.rays >= 16 && o.rays <= 65536, "records.rays", o.rays, "a value in [16, 65536]");
+    require(o.max_reach > 0.0f && std::isfinite(o.max_reach), "records.max_reach", o.max_reach,
+            "a positive number of pixels");
+    require(o.min_reach > 0.0f && o.min_reach <= o.max_reach, "records.min_reach", o.min_reach,
+            "a value in (0, max_reach]");
+    require(o.bounces >= 0 && o.bounces <= 64, "records.bounces", o.bounces, "a value in [0, 64]");
+    require(o.noise_target > 0.0f, "records.noise_target", o.noise_target, "a positive value");
+    require(o.gradient_limit > 0.0f, "records.gradient_limit", o.gradient_limit, "a positive value");
+}
+
+Placement::Placement(const RayScene& rays, const GBuffer& gbuffer, const View& view, const RecordOptions& options,
+                     ThreadPool& pool, std::vector<Record>& records, RecordStats& stats, const LightCache* cache,
+                     std::function<void(float)> report)
+    : gbuffer_(gbuffer),
+      view_(view),
+      options_(options),
+      pool_(pool),
+      records_(records),
+      stats_(stats),
+      report_(std::move(report)),
+      gatherer_(rays, options, cache),
+      surfaces_(make_tiled_surfaces(gbuffer, pool)),
+      closeness_(gbuffer.size(), 1.0f)
+{
+    validate(options);
+}
+
+void Placement::fill()
+{
+    const SplatOptions reach{options_.error_tolerance, 1.0f};
+    SpacingLimiter spacing(options_);
+    const std::vector<Wave> list = waves();
+    const Wave every_pixel{1, -1, true};
+    std::vector<float> weight;
+    bool stale = true;
+    for (std::size_t w = 0;; ++w) {
+        const bool planned = w < list.size();
+        const Wave wave = planned ? list[w] : every_pixel;
+        report_(static_cast<float>(std::min(w, list.size())) / static_cast<float>(list.size()));
+        if (w == 0 || (stale && wave.refresh)) {
+            spacing.limit(records_, 0, pool_);
+            weight.assign(gbuffer_.size(), 0.0f);
+            add_weights(records_, surfaces_, view_, reach, pool_, weight);
+            stale = false;
+        }
+        const std::vector<std::uint32_t> holes = find_holes(gbuffer_, weight, wave, options_.seed, pool_);
+        // A late record may clamp a neighbour so that a pixel already passed is a hole again. Each such pixel
+        // gets a record of its own, which always serves it: the loop ends.
+        if (holes.empty() && !planned) break;
+        if (holes.empty()) continue;
+        const std::size_t known = records_.size();
+        std::vector<Record> fresh = gatherer_.gather(gbuffer_, holes, pool_, stats_);
+        for (std::size_t i = 0; i < holes.size(); ++i) fresh[i].closeness = closeness_[holes[i]];
+        records_.insert(records_.end(), fresh.begin(), fresh.end());
+        pixels_.insert(pixels_.end(), holes.begin(), holes.end());
+        spacing.limit(records_, known, pool_);
+        add_weights(std::span(records_).subspan(known), surfaces_, view_, reach, pool_, weight);
+        stale = true;
+        ++stats_.waves;
+    }
+}
+
+void Placement::allow_closer(std::size_t k, float reach)
+{
+    Record& r = records()[k];
+    const float closeness = reach / options_.min_reach;
+    if (!(closeness < r.closeness)) return;
+    r.closeness = closeness;
+    // What it no longer serves.
+    const int radius = static_cast<int>(std::ceil(r.spacing_radius / r.footprint));
+    const glm::ivec2 size(gbuffer_.width, gbuffer_.height);
+    const glm::ivec2 centre(static_cast<int>(pixels_[k]) % size.x, static_cast<int>(pixels_[k]) / size.x);
+    const glm::ivec2 low = glm::max(centre - radius, 0), high = glm::min(centre + radius, size - 1);
+    for (int y = low.y; y <= high.y; ++y) {
+        for (int x = low.x; x <= high.x; ++x) {
+            float& least = closeness_[static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) +
+                                      static_cast<std::size_t>(x)];
+            least = std::min(least, closeness);
+        }
+    }
+}
+
+std::vector<float> Placement::noise() const
+{
+    return noise_around(gatherer_.rays(), surfaces_, view_, options_.error_tolerance, pixels_, pool_, records_);
+}
+
+void Placement::refine(std::span<const int> extra)
+{
+    gatherer_.gather_more(gbuffer_, pixels_, extra, records(), pool_, stats_, report_);
+}
+
+void place_records(const RayScene& rays, const GBuffer& gbuffer, const View& view, const RecordOptions& options,
+                   ThreadPool& pool, std::vector<Record>& records, RecordStats& stats, const ProgressFunction& progress,
+                   const LightCache* cache)
+{
+    float done = 0.0f;
+    Placement placement(rays, gbuffer, view, options, pool, records, stats, cache, [&](float fraction) {
+        if (progress && !progress("records", done + 0.5f * fraction))
+            throw Error(ErrorCode::cancelled, "cancelled while gathering records");
+    });
+    placement.fill();
+    done = 0.5f;  // refining takes about as long
+    const float widest = options.error_tolerance * options.max_reach;
+    placement.refine(extra_gathers(placement.records(), placement.noise(), placement.rays(), options.noise_target,
+                                   widest, kMostRays * options.rays));
+}
+
+}  // namespace rcs
