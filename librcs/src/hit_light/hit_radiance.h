@@ -117,7 +117,7 @@ private:
 inline glm::vec3 total_albedo(const Bsdf& bsdf, glm::vec3 outgoing)
 {
     const float cosine = glm::dot(bsdf.normal, outgoing);
-    return albedo(bsdf, cosine, diffuse_lobes(bsdf)) + albedo(bsdf, cosine, reflecting_lobes(bsdf));
+    return albedo(bsdf, cosine, ~transmitting_lobes(bsdf));
 }
 
 inline glm::vec3 ray_direction(const RayPacket& ray, int lane)

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <vector>
 
+#include "scene/material_fields.h"
 #include "util/random.h"
 
 namespace rcs {
@@ -48,22 +49,12 @@ void add_slot(Fingerprint& print, const TextureSlot& slot)
 
 void add_material(Fingerprint& print, const Material& material)
 {
-    const auto& [name, base_color, alpha, base_color_texture, metallic, roughness, metallic_roughness_texture,
-                 normal_texture, normal_scale, emission, emission_texture, ior, specular, specular_texture,
-                 specular_color, specular_color_texture, transmission, transmission_texture, clearcoat,
-                 clearcoat_roughness, clearcoat_texture, clearcoat_roughness_texture, alpha_mode, alpha_cutoff, unlit,
-                 double_sided] = material;
-    for (const glm::vec3& color : {base_color, emission, specular_color}) add_plain(print, color);
-    for (const float value : {alpha, metallic, roughness, normal_scale, ior, specular, transmission, clearcoat,
-                              clearcoat_roughness, alpha_cutoff})
-        print.add(value);
-    for (const TextureSlot* slot :
-         {&base_color_texture, &metallic_roughness_texture, &normal_texture, &emission_texture, &specular_texture,
-          &specular_color_texture, &transmission_texture, &clearcoat_texture, &clearcoat_roughness_texture})
-        add_slot(print, *slot);
-    print.add(alpha_mode);
-    print.add(unlit);
-    print.add(double_sided);
+    for (const MaterialColor& color : kMaterialColors) add_plain(print, material.*color.value);
+    for (const MaterialFactor& factor : kMaterialFactors) print.add(material.*factor.value);
+    for (const MaterialTexture& texture : kMaterialTextures) add_slot(print, material.*texture.slot);
+    print.add(material.alpha_mode);
+    print.add(material.unlit);
+    print.add(material.double_sided);
 }
 
 void add_mesh(Fingerprint& print, const Mesh& mesh)

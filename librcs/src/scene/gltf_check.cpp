@@ -1,36 +1,33 @@
 #include "scene/gltf_check.h"
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
+#include <iterator>
 #include <string_view>
 #include <utility>
 
 #include "scene/gltf_draco.h"
 #include "scene/gltf_schema.h"
 #include "scene/gltf_uri.h"
+#include "scene/material_fields.h"
 #include "scene/tinygltf.h"
 
 namespace rcs {
 namespace {
 
-constexpr std::array<std::string_view, 13> kSupportedExtensions = {"EXT_mesh_gpu_instancing",
-                                                                   "EXT_meshopt_compression",
-                                                                   "EXT_texture_webp",
-                                                                   "KHR_draco_mesh_compression",
-                                                                   "KHR_lights_punctual",
-                                                                   "KHR_materials_clearcoat",
-                                                                   "KHR_materials_emissive_strength",
-                                                                   "KHR_materials_ior",
-                                                                   "KHR_materials_specular",
-                                                                   "KHR_materials_transmission",
-                                                                   "KHR_materials_unlit",
-                                                                   "KHR_mesh_quantization",
-                                                                   "KHR_texture_transform"};
+/// Beside those of materials.
+constexpr std::string_view kSupportedExtensions[] = {
+    "EXT_mesh_gpu_instancing", "EXT_meshopt_compression", "EXT_texture_webp",     "KHR_draco_mesh_compression",
+    "KHR_lights_punctual",     "KHR_mesh_quantization",   "KHR_texture_transform"};
 
-bool is_supported(const std::string& extension)
+bool is_supported(std::string_view name)
 {
-    return std::find(kSupportedExtensions.begin(), kSupportedExtensions.end(), extension) != kSupportedExtensions.end();
+    bool supported = std::find(std::begin(kSupportedExtensions), std::end(kSupportedExtensions), name) !=
+                     std::end(kSupportedExtensions);
+    for_each_material_key([&](std::string_view extension, const char*, MaterialKey::Kind) {
+        supported = supported || extension == name;
+    });
+    return supported;
 }
 
 void check_extensions(const GltfDocument& document)

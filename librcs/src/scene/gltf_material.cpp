@@ -4,31 +4,28 @@
 #include <array>
 #include <cmath>
 #include <string>
+#include <string_view>
 #include <utility>
+
+#include "scene/material_fields.h"
+#include "util/text.h"
 
 namespace rcs {
 namespace {
 
 constexpr GltfNoteKind kClampedColor{"base colour outside [0, 1]", "material", "clamped"};
-constexpr GltfNoteKind kClamped{"values outside their range", "material", "clamped"};
+constexpr GltfNoteKind kClamped{"values outside their range", "field", "clamped"};
 constexpr GltfNoteKind kClearcoatNormal{"clearcoat normal textures", "material", "ignored"};
 constexpr GltfNoteKind kAlphaMode{"an alpha mode that glTF does not have", "material", "rendered opaque"};
 
-/// Where a material may name a texture. `occlusionTexture` is not among them: the renderer computes occlusion.
-enum Slot {
-    base_color,
-    metallic_roughness,
-    normal,
-    emission,
-    specular,
-    specular_color,
-    transmission,
-    clearcoat,
-    clearcoat_roughness,
-    slot_count
-};
+// Numbers beyond it are as good as this one.
+constexpr double kLargestFactor = 1e6;
 
-using TextureUses = std::array<TextureUse, slot_count>;
+constexpr std::size_t kTextures = std::size(kMaterialTextures);
+
+/// How a file's material uses the textures of kMaterialTextures. `occlusionTexture` is not among them: the renderer
+/// computes occlusion.
+using TextureUses = std::array<TextureUse, kTextures>;
 
 const tinygltf::Value& extension_of(const tinygltf::Material& material, const char* name)
 {
@@ -37,22 +34,23 @@ const tinygltf::Value& extension_of(const tinygltf::Material& material, const ch
     return found == material.extensions.end() ? none : found->second;
 }
 
+/// @return a texture that glTF's core names
+TextureUse core_texture_use(const tinygltf::Material& material, std::string_view key)
+{
+    const auto use = [](const auto& info) { return texture_use(info.index, info.texCoord, info.extensions); };
+    if (key == "baseColorTexture") return use(material.pbrMetallicRoughness.baseColorTexture);
+    if (key == "metallicRoughnessTexture") return use(material.pbrMetallicRoughness.metallicRoughnessTexture);
+    return key == "normalTexture" ? use(material.normalTexture) : use(material.emissiveTexture);
+}
+
 TextureUses texture_uses(const tinygltf::Material& material)
 {
-    const tinygltf::PbrMetallicRoughness& pbr = material.pbrMetallicRoughness;
-    const auto use = [](const auto& info) { return texture_use(info.index, info.texCoord, info.extensions); };
-    const tinygltf::Value& reflection = extension_of(material, "KHR_materials_specular");
-    const tinygltf::Value& coat = extension_of(material, "KHR_materials_clearcoat");
     TextureUses uses;
-    uses[base_color] = use(pbr.baseColorTexture);
-    uses[metallic_roughness] = use(pbr.metallicRoughnessTexture);
-    uses[normal] = use(material.normalTexture);
-    uses[emission] = use(material.emissiveTexture);
-    uses[specular] = texture_use(reflection, "specularTexture");
-    uses[specular_color] = texture_use(reflection, "specularColorTexture");
-    uses[transmission] = texture_use(extension_of(material, "KHR_materials_transmission"), "transmissionTexture");
-    uses[clearcoat] = texture_use(coat, "clearcoatTexture");
-    uses[clearcoat_roughness] = texture_use(coat, "clearcoatRoughnessTexture");
+    for (std::size_t i = 0; i < kTextures; ++i) {
+        const MaterialTexture& t = kMaterialTextures[i];
+        uses[i] = is_extension(t.place) ? texture_use(extension_of(material, t.place), t.key)
+                                        : core_texture_use(material, t.key);
+    }
     return uses;
 }
 
@@ -63,10 +61,18 @@ struct Factors {
     std::string name;  ///< for notes
     std::string what;  ///< for messages
 
-    float clamped(double value, double least, double most, const GltfNoteKind& kind = kClamped) const
+    float clamped(const MaterialFactor& field, double value) const
     {
+        return clamped(field.key, value, field.least, field.most);
+    }
+    float clamped(const char* key, double value, double least, double most) const
+    {
+        most = std::min(most, kLargestFactor);
+        least = std::max(least, -kLargestFactor);
         const double result = std::clamp(value, least, most);
-        if (result != value) file.notes->add(kind, name);
+        if (result != value)
+            file.notes->add(kClamped,
+                            name + ": " + text("%s is %g, expected a value in [%g, %g]", key, value, least, most));
         return static_cast<float>(result);
     }
 
@@ -76,11 +82,11 @@ struct Factors {
         return values.Has(key) ? values.Get(key).GetNumberAsDouble() : missing;
     }
 
-    glm::dvec3 color_of(const char* extension, const char* key) const
+    glm::dvec3 color_of(const MaterialColor& field) const
     {
-        const tinygltf::Value& values = extension_of(source, extension);
-        if (!values.Has(key)) return glm::dvec3(1.0);
-        const tinygltf::Value& color = values.Get(key);
+        const tinygltf::Value& values = extension_of(source, field.extension);
+        if (!values.Has(field.key)) return glm::dvec3(field.missing);
+        const tinygltf::Value& color = values.Get(field.key);
         return {color.Get(0).GetNumberAsDouble(), color.Get(1).GetNumberAsDouble(), color.Get(2).GetNumberAsDouble()};
     }
 };
@@ -91,7 +97,7 @@ void read_base_color(const Factors& factors, Material& material)
     const glm::dvec3 asked(factor.at(0), factor.at(1), factor.at(2));
     material.base_color = glm::vec3(glm::clamp(asked, 0.0, 1.0));
     if (glm::clamp(asked, 0.0, 1.0) != asked) factors.file.notes->add(kClampedColor, factors.name);
-    material.alpha = factors.clamped(factor.at(3), 0.0, 1.0);
+    material.alpha = factors.clamped("baseColorFactor", factor.at(3), 0.0, 1.0);
 }
 
 /// @throws Error bad_file
@@ -120,48 +126,45 @@ void read_alpha_mode(const Factors& factors, Material& material)
     else if (mode != "OPAQUE" && !mode.empty())
         factors.file.notes->add(kAlphaMode, factors.name);
     // A cutoff above 1 is allowed and hides everything.
-    material.alpha_cutoff = factors.clamped(factors.source.alphaCutoff, 0.0, 2.0);
+    material.alpha_cutoff = factors.clamped("alphaCutoff", factors.source.alphaCutoff, 0.0, 2.0);
 }
 
 void read_extensions(const Factors& factors, Material& material)
 {
-    constexpr double kLarge = 1e4;  // an index of refraction or a tint beyond it reflects all
-    // 0 stands for a mirror that no index of refraction gives (KHR_materials_ior).
-    const double ior = factors.of("KHR_materials_ior", "ior", 1.5);
-    material.ior = ior == 0.0 ? static_cast<float>(kLarge) : factors.clamped(ior, 1.0, kLarge);
-    material.specular = factors.clamped(factors.of("KHR_materials_specular", "specularFactor", 1.0), 0.0, 1.0);
-    const glm::dvec3 tint = factors.color_of("KHR_materials_specular", "specularColorFactor");
-    for (int i = 0; i < 3; ++i) material.specular_color[i] = factors.clamped(tint[i], 0.0, kLarge);
-    material.transmission =
-        factors.clamped(factors.of("KHR_materials_transmission", "transmissionFactor", 0.0), 0.0, 1.0);
-    material.clearcoat = factors.clamped(factors.of("KHR_materials_clearcoat", "clearcoatFactor", 0.0), 0.0, 1.0);
-    material.clearcoat_roughness =
-        factors.clamped(factors.of("KHR_materials_clearcoat", "clearcoatRoughnessFactor", 0.0), 0.0, 1.0);
+    for (const MaterialFactor& f : kMaterialFactors) {
+        if (!f.extension) continue;
+        double value = factors.of(f.extension, f.key, f.missing);
+        // 0 stands for a mirror that no index of refraction gives (KHR_materials_ior).
+        if (f.value == &Material::ior && value == 0.0) value = kLargeFactor;
+        material.*f.value = factors.clamped(f, value);
+    }
+    for (const MaterialColor& c : kMaterialColors) {
+        if (!c.extension) continue;
+        const glm::dvec3 color = factors.color_of(c);
+        for (int i = 0; i < 3; ++i) (material.*c.value)[i] = factors.clamped(c.key, color[i], 0.0, c.most);
+    }
     if (extension_of(factors.source, "KHR_materials_clearcoat").Has("clearcoatNormalTexture")) {
         factors.file.notes->add(kClearcoatNormal, factors.name);
     }
     material.unlit = factors.source.extensions.count("KHR_materials_unlit") > 0;
 }
 
+/// What a factor of 0 hides is not worth its memory.
+bool is_seen(const MaterialTexture& texture, const Material& material)
+{
+    if (texture.slot == &Material::base_color_texture) return true;
+    if (material.unlit) return false;
+    if (texture.slot == &Material::emission_texture) return material.emission != glm::vec3(0.0f);
+    return !texture.hidden_by || material.*texture.hidden_by > 0.0f;
+}
+
 void read_textures(const Factors& factors, TextureReader& textures, Material& material)
 {
     const TextureUses uses = texture_uses(factors.source);
     const UvSets sets = uv_sets_of(factors.source);
-    const auto read = [&](Slot slot, ColorSpace space) {
-        return textures.read(uses[slot], space, sets, factors.what, factors.name);
-    };
-    material.base_color_texture = read(base_color, ColorSpace::srgb);
-    if (material.unlit) return;
-    material.metallic_roughness_texture = read(metallic_roughness, ColorSpace::linear);
-    material.normal_texture = read(normal, ColorSpace::linear);
-    // What a factor of 0 hides is not worth its memory.
-    if (material.emission != glm::vec3(0.0f)) material.emission_texture = read(emission, ColorSpace::srgb);
-    material.specular_texture = read(specular, ColorSpace::linear);
-    material.specular_color_texture = read(specular_color, ColorSpace::srgb);
-    if (material.transmission > 0.0f) material.transmission_texture = read(transmission, ColorSpace::linear);
-    if (material.clearcoat > 0.0f) {
-        material.clearcoat_texture = read(clearcoat, ColorSpace::linear);
-        material.clearcoat_roughness_texture = read(clearcoat_roughness, ColorSpace::linear);
+    for (std::size_t i = 0; i < kTextures; ++i) {
+        const MaterialTexture& t = kMaterialTextures[i];
+        if (is_seen(t, material)) material.*t.slot = textures.read(uses[i], t.space, sets, factors.what, factors.name);
     }
 }
 
@@ -171,10 +174,9 @@ Material read_material(const Factors& factors, TextureReader& textures)
     Material material;
     material.double_sided = source.doubleSided;
     read_base_color(factors, material);
-    material.metallic = factors.clamped(source.pbrMetallicRoughness.metallicFactor, 0.0, 1.0);
-    material.roughness = factors.clamped(source.pbrMetallicRoughness.roughnessFactor, 0.0, 1.0);
-    constexpr double kSteepest = 1e6;
-    material.normal_scale = factors.clamped(source.normalTexture.scale, -kSteepest, kSteepest);
+    material.metallic = factors.clamped("metallicFactor", source.pbrMetallicRoughness.metallicFactor, 0.0, 1.0);
+    material.roughness = factors.clamped("roughnessFactor", source.pbrMetallicRoughness.roughnessFactor, 0.0, 1.0);
+    material.normal_scale = factors.clamped("scale", source.normalTexture.scale, -kAnyFactor, kAnyFactor);
     read_alpha_mode(factors, material);
     read_extensions(factors, material);
     material.emission = material.unlit ? glm::vec3(0.0f) : read_emission(factors);
@@ -230,7 +232,10 @@ bool uses_uv_set(const tinygltf::Material& material, int uv_set)
                        [&](const TextureUse& use) { return use.texture >= 0 && use.uv_set == uv_set; });
 }
 
-TextureUse normal_texture_use(const tinygltf::Material& material) { return texture_uses(material)[normal]; }
+TextureUse normal_texture_use(const tinygltf::Material& material)
+{
+    return core_texture_use(material, "normalTexture");
+}
 
 bool leave_image(tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int, void*)
 {

@@ -1,7 +1,11 @@
 #include "scene/gltf_schema.h"
 
+#include <map>
 #include <span>
 #include <string>
+#include <vector>
+
+#include "scene/material_fields.h"
 
 namespace rcs {
 namespace {
@@ -66,27 +70,38 @@ constexpr Member kLight[] = {{"type", Kind::text, 0, true},
 constexpr Member kSpot[] = {{"innerConeAngle", Kind::number}, {"outerConeAngle", Kind::number}};
 constexpr Member kScene[] = {{"nodes", Kind::wholes}};
 
-/// A textureInfo of an extension, or a factor.
-struct MaterialExtension {
-    const char* name;
-    std::span<const Member> members;
-};
-constexpr Member kStrength[] = {{"emissiveStrength", Kind::number}};
-constexpr Member kIor[] = {{"ior", Kind::number}};
-constexpr Member kSpecular[] = {{"specularFactor", Kind::number},
-                                {"specularTexture", Kind::object},
-                                {"specularColorFactor", Kind::numbers, 3},
-                                {"specularColorTexture", Kind::object}};
-constexpr Member kTransmission[] = {{"transmissionFactor", Kind::number}, {"transmissionTexture", Kind::object}};
-constexpr Member kClearcoat[] = {{"clearcoatFactor", Kind::number},
-                                 {"clearcoatTexture", Kind::object},
-                                 {"clearcoatRoughnessFactor", Kind::number},
-                                 {"clearcoatRoughnessTexture", Kind::object},
-                                 {"clearcoatNormalTexture", Kind::object}};
-constexpr MaterialExtension kMaterialExtensions[] = {
-    {"KHR_materials_emissive_strength", kStrength}, {"KHR_materials_ior", kIor},
-    {"KHR_materials_specular", kSpecular},          {"KHR_materials_transmission", kTransmission},
-    {"KHR_materials_clearcoat", kClearcoat},        {"KHR_materials_unlit", {}}};
+using ExtensionMembers = std::map<std::string, std::vector<Member>>;
+
+/// What the library reads of material extensions.
+ExtensionMembers make_material_extensions()
+{
+    ExtensionMembers extensions;
+    for_each_material_key([&](const char* extension, const char* key, MaterialKey::Kind kind) {
+        std::vector<Member>& members = extensions[extension];
+        if (!key) return;
+        switch (kind) {
+            case MaterialKey::Kind::number:
+                members.push_back({key, Kind::number});
+                break;
+            case MaterialKey::Kind::color:
+                members.push_back({key, Kind::numbers, 3});
+                break;
+            case MaterialKey::Kind::color_and_alpha:
+                members.push_back({key, Kind::numbers, 4});
+                break;
+            case MaterialKey::Kind::texture:
+                members.push_back({key, Kind::object});
+                break;
+        }
+    });
+    return extensions;
+}
+
+const ExtensionMembers& material_extensions()
+{
+    static const ExtensionMembers extensions = make_material_extensions();
+    return extensions;
+}
 
 bool all_are(const Json& array, bool (*is_kind)(const Json&))
 {
@@ -210,10 +225,10 @@ struct Checker {
             members(*pbr, kPbr, what);
             texture_infos(*pbr, what);
         }
-        for (const MaterialExtension& known : kMaterialExtensions) {
-            const Json* found = extension_of(document, object, known.name, what);
+        for (const auto& [name, expected] : material_extensions()) {
+            const Json* found = extension_of(document, object, name.c_str(), what);
             if (!found) continue;
-            members(*found, known.members, what + ", " + known.name);
+            members(*found, expected, what + ", " + name);
             texture_infos(*found, what);
         }
     }

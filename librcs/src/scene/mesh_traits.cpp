@@ -7,6 +7,7 @@
 
 #include "material/hand_over.h"
 #include "material/lobe_kinds.h"
+#include "scene/material_fields.h"
 
 namespace rcs {
 namespace {
@@ -152,11 +153,12 @@ MeshTraits traits_of(const Scene& scene, const Mesh& mesh, TextureRanges& ranges
     add_lobes(m, ranges, t);
     if (t.most_albedo > 0.0f || t.is(kTransmits)) t.bits |= kReflects;
     if (turns_normals(m, ranges)) t.bits |= kBumpy;
-    for (const TextureSlot* slot :
-         {&m.base_color_texture, &m.metallic_roughness_texture, &m.specular_texture, &m.specular_color_texture,
-          &m.transmission_texture, &m.clearcoat_texture, &m.clearcoat_roughness_texture})
-        if (slot->used() && t.is(kReflects) && varies(scene.textures[static_cast<std::size_t>(slot->texture)]))
+    for (const MaterialTexture& texture : kMaterialTextures) {
+        const TextureSlot& slot = m.*texture.slot;
+        if (texture.scatters && slot.used() && t.is(kReflects) &&
+            varies(scene.textures[static_cast<std::size_t>(slot.texture)]))
             t.bits |= kTextured;
+    }
     return t;
 }
 

@@ -8,6 +8,8 @@
 #include <glm/gtc/constants.hpp>
 
 #include "rcs/error.h"
+#include "scene/material_fields.h"
+#include "util/text.h"
 
 namespace rcs {
 namespace {
@@ -69,28 +71,26 @@ void check(const Element& element, const TextureSlot& slot)
 
 void check(const Element& element, const Material& material)
 {
-    const glm::vec3 color = material.base_color;
-    element.expect(is_fraction(color.r) && is_fraction(color.g) && is_fraction(color.b),
-                   "has a base colour outside [0, 1]");
-    element.expect(is_fraction(material.alpha), "has an alpha outside [0, 1]");
-    element.expect(is_fraction(material.metallic), "has a metallic outside [0, 1]");
-    element.expect(is_fraction(material.roughness), "has a roughness outside [0, 1]");
-    element.expect(std::isfinite(material.normal_scale), "has a normal scale that is not finite");
-    element.expect(is_light(material.emission), "has an emission that is negative or not finite");
-    element.expect(material.ior >= 1.0f && std::isfinite(material.ior), "has an index of refraction below 1");
-    element.expect(is_fraction(material.specular), "has a specular outside [0, 1]");
-    element.expect(is_light(material.specular_color), "has a specular colour that is negative or not finite");
-    element.expect(is_fraction(material.transmission), "has a transmission outside [0, 1]");
-    element.expect(is_fraction(material.clearcoat), "has a clearcoat outside [0, 1]");
-    element.expect(is_fraction(material.clearcoat_roughness), "has a clearcoat roughness outside [0, 1]");
-    element.expect(material.alpha_cutoff >= 0.0f && std::isfinite(material.alpha_cutoff),
-                   "has an alpha cutoff that is negative or not finite");
-    for (const TextureSlot* slot :
-         {&material.base_color_texture, &material.metallic_roughness_texture, &material.normal_texture,
-          &material.emission_texture, &material.specular_texture, &material.specular_color_texture,
-          &material.transmission_texture, &material.clearcoat_texture, &material.clearcoat_roughness_texture}) {
-        check(element, *slot);
+    const auto has = [](const char* name, const std::string& what) { return std::string("has ") + name + " " + what; };
+    for (const MaterialFactor& f : kMaterialFactors) {
+        const double value = static_cast<double>(material.*f.value);
+        if (f.most == 1.0)
+            element.expect(value >= f.least && value <= 1.0, has(f.name, "outside [0, 1]").c_str());
+        else
+            element.expect(value >= f.least && std::isfinite(value),
+                           has(f.name, std::isfinite(f.least) ? "below " + text("%g", f.least) + " or not finite"
+                                                              : "that is not finite")
+                               .c_str());
     }
+    for (const MaterialColor& c : kMaterialColors) {
+        const glm::vec3 color = material.*c.value;
+        if (c.most == 1.0)
+            element.expect(is_fraction(color.r) && is_fraction(color.g) && is_fraction(color.b),
+                           has(c.name, "outside [0, 1]").c_str());
+        else
+            element.expect(is_light(color), has(c.name, "that is negative or not finite").c_str());
+    }
+    for (const MaterialTexture& t : kMaterialTextures) check(element, material.*t.slot);
 }
 
 void check_uvs(const Element& element, const std::vector<glm::vec2>& uvs, std::size_t vertices)

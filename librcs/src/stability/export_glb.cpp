@@ -7,11 +7,14 @@
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <set>
+#include <string>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
 #include "rcs/error.h"
+#include "scene/material_fields.h"
 
 namespace rcs::stability {
 namespace {
@@ -61,12 +64,10 @@ Json material_json(const Material& m)
     json["emissiveFactor"] = array_of(m.emission / brightest);
     Json extensions;
     extensions["KHR_materials_emissive_strength"] = {{"emissiveStrength", brightest}};
-    extensions["KHR_materials_specular"] = {{"specularFactor", m.specular},
-                                            {"specularColorFactor", array_of(m.specular_color)}};
-    extensions["KHR_materials_ior"] = {{"ior", m.ior}};
-    extensions["KHR_materials_transmission"] = {{"transmissionFactor", m.transmission}};
-    extensions["KHR_materials_clearcoat"] = {{"clearcoatFactor", m.clearcoat},
-                                             {"clearcoatRoughnessFactor", m.clearcoat_roughness}};
+    for (const MaterialFactor& factor : kMaterialFactors)
+        if (factor.extension) extensions[factor.extension][factor.key] = m.*factor.value;
+    for (const MaterialColor& color : kMaterialColors)
+        if (color.extension) extensions[color.extension][color.key] = array_of(m.*color.value);
     if (m.unlit) extensions["KHR_materials_unlit"] = Json::object();
     json["extensions"] = extensions;
     if (m.alpha_mode != AlphaMode::opaque) json["alphaMode"] = m.alpha_mode == AlphaMode::mask ? "MASK" : "BLEND";
@@ -173,9 +174,9 @@ std::string what_lacks(const Scene& scene)
 std::string export_glb(const Scene& scene, const std::string& path)
 {
     Document document;
-    document.root["extensionsUsed"] = {
-        "KHR_lights_punctual",        "KHR_materials_emissive_strength", "KHR_materials_specular", "KHR_materials_ior",
-        "KHR_materials_transmission", "KHR_materials_clearcoat",         "KHR_materials_unlit"};
+    std::set<std::string> used{"KHR_lights_punctual"};
+    for_each_material_key([&](const char* name, const char*, MaterialKey::Kind) { used.insert(name); });
+    document.root["extensionsUsed"] = used;
     for (const Material& material : scene.materials) document.root["materials"].push_back(material_json(material));
     Json meshes = Json::array();
     std::vector<int> written(scene.meshes.size(), -1);
