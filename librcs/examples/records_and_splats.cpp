@@ -58,7 +58,7 @@ void run(const char* file)
     const rcs::View view{rcs::find_camera(scene, ""), 160, 160};
     const rcs::GBuffer gbuffer = rcs::render_gbuffer(gl, rays, view, 1.0f, pool);
 
-    rcs::RecordOptions options;
+    rcs::RecordSettings options;
     options.rays = 1024;
     rcs::RecordStats record_stats;
     std::vector<rcs::Record> records =
@@ -66,7 +66,7 @@ void run(const char* file)
     rcs::limit_spacing(records, options, pool);
 
     // A wide overlap closes the gaps that a plain grid leaves.
-    const rcs::SplatOptions reach{options.error_tolerance, 6.0f};
+    const rcs::SplatSettings reach{options.error_tolerance, 6.0f};
     rcs::SplatStats tile_stats;
     rcs::SplatStats quad_stats;
     const rcs::Image by_tiles = irradiance_of(rcs::splat_tiles(records, gbuffer, view, reach, pool, tile_stats));

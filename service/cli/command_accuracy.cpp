@@ -92,7 +92,7 @@ SweepPlan plan_of(const AccuracyArguments& arguments)
     if (arguments.points.find(':') == std::string::npos) {
         for (const int percent : {10, 5, 3}) {
             RenderOptions options = base;
-            options.target_error = 0.01 * percent;
+            options.quality = TargetError{0.01 * percent};
             plan.points.push_back({"--target-error " + std::to_string(percent) + "%", options});
         }
     }

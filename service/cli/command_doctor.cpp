@@ -105,9 +105,9 @@ RenderOptions metamorphic_options(const SceneArguments& arguments)
     options.width = size.width;
     options.height = size.height;
     options.aa = 1;
-    options.records.rays = 512;
-    options.records.noise_target = 0.01f;
-    options.direct.area_samples = options.direct.penumbra_samples = 64;
+    settings_of(options).rays = 512;
+    settings_of(options).noise_target = 0.01f;
+    options.area_samples = options.penumbra_samples = 64;
     return options;
 }
 

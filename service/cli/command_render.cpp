@@ -105,9 +105,8 @@ void render_scene(const RenderArguments& arguments, const std::string& record_fi
 
     // What comes before and after render() counts as well.
     const double around = seconds_of_process() + writing_seconds(arguments.output.files, options);
-    if (options.budget_seconds > 0.0) {
-        options.budget_seconds = std::max(1e-3, options.budget_seconds - around);
-    }
+    if (Budget* budget = std::get_if<Budget>(&options.quality))
+        budget->seconds = std::max(1e-3, budget->seconds - around);
     const auto tell_forecast = [&](Forecast forecast) {
         for (Forecast::Point& point : forecast.points) {
             point.seconds += around;

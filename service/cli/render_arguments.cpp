@@ -53,15 +53,15 @@ RenderOptions final_options(const RenderArguments& arguments)
     options.height = size.height;
     options.splat = parse_splat_method(arguments.splat);
     if (!arguments.target_error.empty()) {
-        options.target_error = parse_error_target(arguments.target_error);
+        options.quality = TargetError{parse_error_target(arguments.target_error)};
     }
     if (!arguments.budget.empty()) {
-        options.budget_seconds = parse_budget(arguments.budget);
+        options.quality = Budget{parse_budget(arguments.budget)};
     }
-    if (options.dry_run && options.target_error == 0.0 && options.budget_seconds == 0.0) {
-        options.target_error = kDryRunError;
+    if (options.dry_run && !has_goal(options)) {
+        options.quality = TargetError{kDryRunError};
     }
-    options.direct.penumbra_samples = std::max(options.direct.penumbra_samples, options.direct.area_samples);
+    options.penumbra_samples = std::max(options.penumbra_samples, options.area_samples);
     options.effects = parse_choice(arguments);
     if (arguments.output.files.empty()) {
         options.layers = arguments.output.layers.empty() ? std::nullopt : std::optional(arguments.output.layers);
@@ -75,6 +75,7 @@ RenderOptions final_options(const RenderArguments& arguments)
 void add_render_arguments(CLI::App& command, RenderArguments& arguments)
 {
     RenderOptions& options = arguments.options;
+    QualitySettings& quality = settings_of(options);
     add_scene_arguments(command, arguments.scene, {options.width, options.height});
     command
         .add_option(
@@ -88,10 +89,10 @@ void add_render_arguments(CLI::App& command, RenderArguments& arguments)
         ->type_name("T")
         ->check([](const std::string& text) { return check_text(parse_budget, text); }, "");
     command.add_flag("--dry-run", options.dry_run, "Print what which error would cost, and stop");
-    add_number(command, "--accuracy", options.records.error_tolerance, {0, 1, true},
+    add_number(command, "--accuracy", quality.error_tolerance, {0, 1, true},
                "Ward's a, the error that records may be off by; smaller is finer");
-    add_number(command, "--rays", options.records.rays, {16, 65536}, "Hemisphere rays for each record at first");
-    add_number(command, "--noise", options.records.noise_target, {0, 1, true},
+    add_number(command, "--rays", quality.rays, {16, 65536}, "Hemisphere rays for each record at first");
+    add_number(command, "--noise", quality.noise_target, {0, 1, true},
                "Standard error wanted at a pixel, relative to its light, on wide plain surfaces; where records lie "
                "closer it may be "
                "more. Noisy places take up to 16 times --rays");
@@ -105,7 +106,7 @@ void add_render_arguments(CLI::App& command, RenderArguments& arguments)
         ->type_name("quads|tiles|auto")
         ->check([](const std::string& text) { return check_text(parse_splat_method, text); }, "")
         ->capture_default_str();
-    add_number(command, "--area-samples", options.direct.area_samples, {1, 1024},
+    add_number(command, "--area-samples", options.area_samples, {1, 1024},
                "Shadow rays a pixel towards lamps with area; penumbras take more");
     add_number(command, "--lobe-rays", options.lobe_rays, {1, 1024},
                "Rays a pixel along reflections too sharp for records");
@@ -123,6 +124,7 @@ void add_render_arguments(CLI::App& command, RenderArguments& arguments)
     add_effects(command, "--with", arguments.with, "Simulate this effect in any case; may be given several times");
     add_effects(command, "--without", arguments.without, "Leave this effect out in any case");
     add_report_arguments(command, arguments.report);
+    command.get_option("--target-error")->excludes("--budget");
     // A goal chooses these itself.
     for (const char* goal : {"--target-error", "--budget", "--dry-run"})
         for (const char* fixed : {"--accuracy", "--rays", "--noise"}) command.get_option(goal)->excludes(fixed);

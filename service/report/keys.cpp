@@ -24,38 +24,6 @@ std::string library_path()
     return dladdr(reinterpret_cast<const void*>(&render), &info) != 0 ? info.dli_fname : "";
 }
 
-void add_effects(Fingerprint& print, const std::optional<EffectSet>& effects)
-{
-    print.add(effects.has_value());
-    print.add(effects ? effects->bits() : 0u);
-}
-
-void add_records(Fingerprint& print, const RecordOptions& options)
-{
-    const auto& [error_tolerance, rays, noise_target, min_reach, max_reach, gradient_limit, radiance, bounces, seed,
-                 effects] = options;
-    print.add(error_tolerance);
-    print.add(rays);
-    print.add(noise_target);
-    print.add(min_reach);
-    print.add(max_reach);
-    print.add(gradient_limit);
-    print.add(radiance);
-    print.add(bounces);
-    print.add(seed);
-    add_effects(print, effects);
-}
-
-void add_direct(Fingerprint& print, const DirectOptions& options)
-{
-    const auto& [area_samples, penumbra_samples, lamp_picks, seed, effects] = options;
-    print.add(area_samples);
-    print.add(penumbra_samples);
-    print.add(lamp_picks);
-    print.add(seed);
-    add_effects(print, effects);
-}
-
 }  // namespace
 
 std::string paths_key(const Scene& scene, const View& view, const ReferenceOptions& options)
@@ -97,19 +65,29 @@ std::string machine_key(int threads, const std::string& gl_renderer)
 void add(Fingerprint& print, const RenderOptions& options)
 {
     // Taken apart by all its members: one more, and this does not compile until it counts here, too.
-    const auto& [width, height, aa, bounces, records, direct, lobe_rays, overlap, splat, target_error, budget_seconds,
-                 dry_run, effects, layers, auto_exposure, seed] = options;
+    const auto& [width, height, aa, bounces, quality, min_reach, max_reach, gradient_limit, area_samples,
+                 penumbra_samples, lamp_picks, lobe_rays, overlap, splat, effects, layers, dry_run, auto_exposure,
+                 seed] = options;
     print.add(width);
     print.add(height);
     print.add(aa);
     print.add(bounces);
-    add_records(print, records);
-    add_direct(print, direct);
+    const auto [error_tolerance, rays, noise_target] = settings_or_default(options);
+    print.add(quality.index());
+    print.add(error_tolerance);
+    print.add(rays);
+    print.add(noise_target);
+    print.add(target_error(options));
+    print.add(budget_seconds(options));
+    print.add(min_reach);
+    print.add(max_reach);
+    print.add(gradient_limit);
+    print.add(area_samples);
+    print.add(penumbra_samples);
+    print.add(lamp_picks);
     print.add(lobe_rays);
     print.add(overlap);
     print.add(splat);
-    print.add(target_error);
-    print.add(budget_seconds);
     print.add(dry_run);
     print.add(effects.with.bits());
     print.add(effects.without.bits());

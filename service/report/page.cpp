@@ -116,7 +116,7 @@ Json stages(const Measurement& m)
 /// The default settings where they were measured: a user looks at those first.
 std::size_t first_shown(const AccuracyReport& report)
 {
-    const RecordOptions defaults;
+    const RecordSettings defaults;
     const std::string label = settings_point({}, defaults.error_tolerance, defaults.rays, defaults.noise_target).label;
     const auto found = std::find_if(report.points.begin(), report.points.end(),
                                     [&](const Measurement& m) { return m.label == label; });

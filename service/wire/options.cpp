@@ -10,62 +10,19 @@ namespace {
 
 [[noreturn]] void refuse(const std::string& what) { throw Error(ErrorCode::bad_argument, what); }
 
-/// The fields of a struct by name: this no longer compiles once a field is added, and its place on the wire is to be
-/// decided.
-template <typename Use>
-void visit(const RecordOptions& o, const Use& use)
+void read_quality(const v1::RenderOptions& m, RenderOptions& o)
 {
-    const auto& [error_tolerance, rays, noise_target, min_reach, max_reach, gradient_limit, radiance, bounces, seed,
-                 effects] = o;
-    use(error_tolerance, rays, noise_target, min_reach, max_reach, gradient_limit);
-    static_cast<void>(radiance), static_cast<void>(bounces), static_cast<void>(seed), static_cast<void>(effects);
-}
-
-v1::RecordOptions to_message(const RecordOptions& o)
-{
-    v1::RecordOptions m;
-    visit(o, [&](float error_tolerance, int rays, float noise_target, float min_reach, float max_reach,
-                 float gradient_limit) {
-        m.set_error_tolerance(error_tolerance);
-        m.set_rays(rays);
-        m.set_noise_target(noise_target);
-        m.set_min_reach(min_reach);
-        m.set_max_reach(max_reach);
-        m.set_gradient_limit(gradient_limit);
-    });
-    return m;
-}
-
-RecordOptions from_message(const v1::RecordOptions& m)
-{
-    RecordOptions o;
-    if (m.has_error_tolerance()) o.error_tolerance = m.error_tolerance();
-    if (m.has_rays()) o.rays = m.rays();
-    if (m.has_noise_target()) o.noise_target = m.noise_target();
-    if (m.has_min_reach()) o.min_reach = m.min_reach();
-    if (m.has_max_reach()) o.max_reach = m.max_reach();
-    if (m.has_gradient_limit()) o.gradient_limit = m.gradient_limit();
-    return o;
-}
-
-v1::DirectOptions to_message(const DirectOptions& o)
-{
-    const auto& [area_samples, penumbra_samples, lamp_picks, seed, effects] = o;
-    static_cast<void>(seed), static_cast<void>(effects);
-    v1::DirectOptions m;
-    m.set_area_samples(area_samples);
-    m.set_penumbra_samples(penumbra_samples);
-    m.set_lamp_picks(lamp_picks);
-    return m;
-}
-
-DirectOptions from_message(const v1::DirectOptions& m)
-{
-    DirectOptions o;
-    if (m.has_area_samples()) o.area_samples = m.area_samples();
-    if (m.has_penumbra_samples()) o.penumbra_samples = m.penumbra_samples();
-    if (m.has_lamp_picks()) o.lamp_picks = m.lamp_picks();
-    return o;
+    const v1::RecordOptions& records = m.records();
+    const bool told = records.has_error_tolerance() || records.has_rays() || records.has_noise_target();
+    if (told + m.has_target_error() + m.has_budget_seconds() > 1)
+        refuse("of settings of records, target_error and budget_seconds only one can be given");
+    if (m.has_target_error()) o.quality = TargetError{m.target_error()};
+    if (m.has_budget_seconds()) o.quality = Budget{m.budget_seconds()};
+    if (!told) return;
+    QualitySettings& quality = settings_of(o);
+    if (records.has_error_tolerance()) quality.error_tolerance = records.error_tolerance();
+    if (records.has_rays()) quality.rays = records.rays();
+    if (records.has_noise_target()) quality.noise_target = records.noise_target();
 }
 
 v1::SplatMethod to_wire(SplatMethod method)
@@ -151,21 +108,33 @@ EffectSet read_names(const Names& names)
 
 v1::RenderOptions to_message(const RenderOptions& o)
 {
-    const auto& [width, height, aa, bounces, records, direct, lobe_rays, overlap, splat, target_error, budget_seconds,
-                 dry_run, effects, layers, auto_exposure, seed] = o;
-    static_cast<void>(dry_run), static_cast<void>(layers), static_cast<void>(auto_exposure);
+    const auto& [width, height, aa, bounces, quality, min_reach, max_reach, gradient_limit, area_samples,
+                 penumbra_samples, lamp_picks, lobe_rays, overlap, splat, effects, layers, dry_run, auto_exposure,
+                 seed] = o;
+    static_cast<void>(layers), static_cast<void>(dry_run), static_cast<void>(auto_exposure);
     v1::RenderOptions m;
     m.set_width(width);
     m.set_height(height);
     m.set_aa(aa);
     m.set_bounces(bounces);
-    *m.mutable_records() = to_message(records);
-    *m.mutable_direct() = to_message(direct);
+    v1::RecordOptions& records = *m.mutable_records();
+    if (const auto* told = std::get_if<QualitySettings>(&quality)) {
+        records.set_error_tolerance(told->error_tolerance);
+        records.set_rays(told->rays);
+        records.set_noise_target(told->noise_target);
+    }
+    if (const auto* target = std::get_if<TargetError>(&quality)) m.set_target_error(target->error);
+    if (const auto* budget = std::get_if<Budget>(&quality)) m.set_budget_seconds(budget->seconds);
+    records.set_min_reach(min_reach);
+    records.set_max_reach(max_reach);
+    records.set_gradient_limit(gradient_limit);
+    v1::DirectOptions& direct = *m.mutable_direct();
+    direct.set_area_samples(area_samples);
+    direct.set_penumbra_samples(penumbra_samples);
+    direct.set_lamp_picks(lamp_picks);
     m.set_lobe_rays(lobe_rays);
     m.set_overlap(overlap);
     m.set_splat(to_wire(splat));
-    m.set_target_error(target_error);
-    m.set_budget_seconds(budget_seconds);
     add_names(effects.with, *m.mutable_with_effects());
     add_names(effects.without, *m.mutable_without_effects());
     m.set_seed(seed);
@@ -179,13 +148,16 @@ RenderOptions from_message(const v1::RenderOptions& m)
     if (m.has_height()) o.height = m.height();
     if (m.has_aa()) o.aa = m.aa();
     if (m.has_bounces()) o.bounces = m.bounces();
-    o.records = from_message(m.records());
-    o.direct = from_message(m.direct());
+    read_quality(m, o);
+    if (m.records().has_min_reach()) o.min_reach = m.records().min_reach();
+    if (m.records().has_max_reach()) o.max_reach = m.records().max_reach();
+    if (m.records().has_gradient_limit()) o.gradient_limit = m.records().gradient_limit();
+    if (m.direct().has_area_samples()) o.area_samples = m.direct().area_samples();
+    if (m.direct().has_penumbra_samples()) o.penumbra_samples = m.direct().penumbra_samples();
+    if (m.direct().has_lamp_picks()) o.lamp_picks = m.direct().lamp_picks();
     if (m.has_lobe_rays()) o.lobe_rays = m.lobe_rays();
     if (m.has_overlap()) o.overlap = m.overlap();
     if (m.has_splat()) o.splat = from_wire(m.splat());
-    if (m.has_target_error()) o.target_error = m.target_error();
-    if (m.has_budget_seconds()) o.budget_seconds = m.budget_seconds();
     o.effects.with = read_names(m.with_effects());
     o.effects.without = read_names(m.without_effects());
     if (m.has_seed()) o.seed = m.seed();

@@ -23,12 +23,12 @@ rcs::RenderOptions plain_ward(int size, float accuracy, int rays, float overlap)
     options.width = options.height = size;
     options.aa = 1;
     options.overlap = overlap;
-    options.records.error_tolerance = accuracy;
-    options.records.rays = rays;
-    options.records.noise_target = kNoLimit;
-    options.records.min_reach = 1.0f / accuracy;
-    options.records.max_reach = kNoLimit;
-    options.records.gradient_limit = kNoLimit;
+    settings_of(options).error_tolerance = accuracy;
+    settings_of(options).rays = rays;
+    settings_of(options).noise_target = kNoLimit;
+    options.min_reach = 1.0f / accuracy;
+    options.max_reach = kNoLimit;
+    options.gradient_limit = kNoLimit;
     return options;
 }
 

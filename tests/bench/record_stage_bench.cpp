@@ -145,7 +145,7 @@ double record_stage(const rcs::RayScene& rays, const rcs::GBuffer& gbuffer, cons
 {
     std::vector<rcs::Record> records;
     const Clock::time_point start = Clock::now();
-    rcs::RecordOptions options;
+    rcs::RecordSettings options;
     options.radiance = true;  // as for every glTF file: its surfaces have specular lobes
     rcs::place_records(rays, gbuffer, view, options, pool, records, stats);
     return seconds_since(start);

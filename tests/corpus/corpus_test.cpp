@@ -27,9 +27,9 @@ RenderOptions small_options()
     RenderOptions options;
     options.width = options.height = 32;
     options.aa = 1;
-    options.records.rays = 16;
-    options.records.error_tolerance = 1.0f;
-    options.direct.area_samples = options.direct.penumbra_samples = 1;
+    settings_of(options).rays = 16;
+    settings_of(options).error_tolerance = 1.0f;
+    options.area_samples = options.penumbra_samples = 1;
     return options;
 }
 

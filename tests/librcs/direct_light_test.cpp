@@ -45,7 +45,7 @@ std::vector<glm::vec2> random_points(int count, float extent, unsigned seed)
     return points;
 }
 
-std::vector<glm::vec3> light(const Scene& scene, const GBuffer& gbuffer, const DirectOptions& options = {},
+std::vector<glm::vec3> light(const Scene& scene, const GBuffer& gbuffer, const DirectSettings& options = {},
                              int threads = 2)
 {
     ThreadPool pool(threads);
@@ -115,7 +115,7 @@ struct Deviation {
     double mean = 0.0, largest = 0.0, ratio_of_means = 0.0;
     double of_random_rays = 0.0;  ///< expected mean if as many rays were independent, standard deviation x sqrt(2/pi)
 };
-Deviation deviation(const DirectOptions& options, int count)
+Deviation deviation(const DirectSettings& options, int count)
 {
     const std::vector<glm::vec2> points = random_points(count, 1.5f, 3);
     const std::vector<glm::vec3> e = light(half_blocked_scene(), test::points_on_floor(points), options);
@@ -141,7 +141,7 @@ Deviation deviation(const DirectOptions& options, int count)
 
 TEST(DirectIrradiance, InPenumbraConvergesToTheBruteForceSum)
 {
-    DirectOptions many;
+    DirectSettings many;
     many.area_samples = 256;
     many.penumbra_samples = 4096;
     const Deviation d = deviation(many, 60);
@@ -168,13 +168,13 @@ TEST(DirectIrradiance, ThroughNarrowSlitsIsUnbiased)
         test::add_mesh(scene,
                        test::quad({0.1f * static_cast<float>(slat), 2.0f, -10.0f}, {0.09f, 0, 0}, {0, 0, 20.0f}, 0));
     const std::vector<glm::vec2> points = random_points(400, 1.0f, 6);
-    const auto mean = [&](const DirectOptions& options) {
+    const auto mean = [&](const DirectSettings& options) {
         double sum = 0.0;
         for (const glm::vec3 e : light(scene, test::points_on_floor(points), options))
             sum += static_cast<double>(e.r) / static_cast<double>(points.size());
         return sum;
     };
-    DirectOptions many;
+    DirectSettings many;
     many.area_samples = many.penumbra_samples = 1024;
     // 400 points, whose 80 rays each leave 30 % of noise.
     EXPECT_NEAR(mean({}) / mean(many), 1.0, 0.045);
@@ -190,7 +190,7 @@ TEST(DirectIrradiance, OfAFewPickedLampsIsThatOfAllOnAverage)
     }
     test::add_mesh(scene, test::quad({1.0f, 2.0f, 1.0f}, {2.0f, 0, 0}, {0, 0, 2.0f}, 0));
     const GBuffer points = test::points_on_floor(random_points(20000, 2.5f, 11));
-    const auto mean = [&](const DirectOptions& options, std::uint64_t& shadow_rays) {
+    const auto mean = [&](const DirectSettings& options, std::uint64_t& shadow_rays) {
         ThreadPool pool(2);
         const RayScene rays = build_ray_scene(scene, pool);
         double sum = 0.0;
@@ -201,7 +201,7 @@ TEST(DirectIrradiance, OfAFewPickedLampsIsThatOfAllOnAverage)
     std::uint64_t rays_of_all = 0, rays_of_picks = 0;
     const double all = mean({}, rays_of_all);
     for (int picks : {1, 3}) {
-        DirectOptions options;
+        DirectSettings options;
         options.area_samples = options.lamp_picks = picks;
         rays_of_picks = 0;
         // One pick is off by about its own size at each of 20,000 points: 0.7 % of the mean.
@@ -277,7 +277,7 @@ TEST(DirectIrradiance, IsNothingWhereNothingIsSeenAndTheSameForAnyNumberOfThread
     EXPECT_EQ(one, light(scene, g, {}, 2));
     EXPECT_EQ(one, light(scene, g, {}, 3));
     for (std::size_t i = 0; i < g.size(); i += 3) ASSERT_EQ(one[i], glm::vec3(0.0f));
-    DirectOptions other;
+    DirectSettings other;
     other.seed = 2;
     EXPECT_NE(one, light(scene, g, other, 1)) << "the seed matters in the penumbra";
 }
@@ -296,7 +296,7 @@ TEST(DirectIrradiance, CountsItsShadowRays)
 TEST(DirectIrradiance, RefusesSampleCountsOutOfRangeByName)
 {
     const auto message = [](int area, int penumbra, int picks = 0) -> std::string {
-        DirectOptions options;
+        DirectSettings options;
         options.lamp_picks = picks;
         options.area_samples = area;
         options.penumbra_samples = penumbra;

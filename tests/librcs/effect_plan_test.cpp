@@ -345,7 +345,7 @@ TEST(EffectPlan, LeavesOutBouncesByAStatedBound)
     EXPECT_NEAR(plan[Effect::more_bounces].loss, 1e-4 / 0.9, 1e-9);
     EXPECT_EQ(plan_of(lit_room(0.5f), options).bounces, 11);
     EXPECT_EQ(plan_of(lit_room(1.0f), options).bounces, 64);
-    options.target_error = 0.5;
+    options.quality = TargetError{0.5};
     EXPECT_EQ(plan_of(lit_room(0.1f), options).bounces, 2);
 }
 

@@ -26,12 +26,12 @@ struct Stage {
     }
 };
 
-RenderOptions small(double target_error, int aa = 1)
+RenderOptions small(Quality quality, int aa = 1)
 {
     RenderOptions options;
     options.width = options.height = 120;
     options.aa = aa;
-    options.target_error = target_error;
+    options.quality = quality;
     return options;
 }
 
@@ -43,7 +43,7 @@ TEST(TargetError, IsReachedBySpendingMoreOnSmallerOnes)
         std::uint64_t rays = 0;
         double error = 1.0;
         for (const double target : {0.15, 0.07, 0.05, 0.04, 0.03}) {
-            const RenderStats stats = stage.render(small(target)).stats;
+            const RenderStats stats = stage.render(small(TargetError{target})).stats;
             EXPECT_LE(stats.error.mean_relative, target) << scene;
             EXPECT_LE(stats.error.mean_relative, error) << scene << ' ' << target;
             EXPECT_GE(stats.records.hemisphere_rays, rays) << scene << ' ' << target;
@@ -57,8 +57,8 @@ TEST(TargetError, IsReachedBySpendingMoreOnSmallerOnes)
 TEST(TargetError, CountsReflectionsThatAreTraced)
 {
     Stage stage("demo:spheres");
-    const RenderStats loose = stage.render(small(0.3)).stats;
-    const RenderStats tight = stage.render(small(0.012)).stats;
+    const RenderStats loose = stage.render(small(TargetError{0.3})).stats;
+    const RenderStats tight = stage.render(small(TargetError{0.012})).stats;
     EXPECT_LE(tight.error.mean_relative, 0.012 * 1.1);
     EXPECT_GT(tight.traced.rays, loose.traced.rays);
 }
@@ -67,7 +67,7 @@ TEST(TargetError, GivesTheSameBitsForAnyNumberOfThreads)
 {
     const auto beauty = [](int threads) {
         Stage stage("demo:cornell", threads);
-        return stage.render(small(0.06, 2)).image.layers.at("beauty").pixels;
+        return stage.render(small(TargetError{0.06}, 2)).image.layers.at("beauty").pixels;
     };
     const std::vector<float> one = beauty(1), three = beauty(3);
     ASSERT_EQ(one.size(), three.size());
@@ -77,8 +77,8 @@ TEST(TargetError, GivesTheSameBitsForAnyNumberOfThreads)
 TEST(TargetError, ThatIsOutOfReachIsSaid)
 {
     Stage stage("demo:cornell");
-    RenderOptions options = small(0.001);
-    options.budget_seconds = 0.5;
+    RenderOptions options = small(TargetError{0.001});
+    options.width = options.height = 24;
     std::vector<std::string> warnings;
     const RenderResult result = rcs::render(stage.gl, stage.rays, stage.scene.cameras[0], options, stage.pool, {},
                                             [&](LogLevel level, std::string_view text) {
@@ -92,17 +92,17 @@ TEST(TargetError, ThatIsOutOfReachIsSaid)
 TEST(TargetError, MetadataTellsWhatItChose)
 {
     Stage stage("demo:cornell");
-    const RenderOptions options = small(0.1);
+    const RenderOptions options = small(TargetError{0.1});
     const RenderResult result = stage.render(options);
-    EXPECT_NE(result.image.metadata.at("rcs:accuracy"), std::to_string(options.records.error_tolerance));
-    EXPECT_EQ(result.image.metadata.at("rcs:target-error"), std::to_string(options.target_error));
+    EXPECT_NE(result.image.metadata.at("rcs:accuracy"), std::to_string(QualitySettings{}.error_tolerance));
+    EXPECT_EQ(result.image.metadata.at("rcs:target-error"), std::to_string(0.1));
 }
 
 TEST(Forecast, IsToldOnceAndGrowsTowardsSmallErrors)
 {
     Stage stage("demo:cornell");
     int told = 0;
-    const RenderResult result = stage.render(small(0.05), [&](const Forecast& f) {
+    const RenderResult result = stage.render(small(TargetError{0.05}), [&](const Forecast& f) {
         ++told;
         ASSERT_GE(f.points.size(), 4u);
         for (std::size_t i = 1; i < f.points.size(); ++i) {
@@ -120,7 +120,7 @@ TEST(Forecast, IsToldOnceAndGrowsTowardsSmallErrors)
 TEST(DryRun, StopsAfterTheForecast)
 {
     Stage stage("demo:cornell");
-    RenderOptions options = small(0.01);
+    RenderOptions options = small(TargetError{0.01});
     options.dry_run = true;
     const RenderResult result = stage.render(options);
     EXPECT_FALSE(result.stats.forecast.points.empty());
@@ -132,7 +132,7 @@ TEST(DryRun, StopsAfterTheForecast)
 TEST(DryRun, HasNothingToForecastWithoutIndirectLight)
 {
     Stage stage("demo:cornell");
-    RenderOptions options = small(0.0);
+    RenderOptions options = small(TargetError{0.05});
     options.dry_run = true;
     options.bounces = 0;
     const RenderResult result = stage.render(options);
@@ -143,11 +143,10 @@ TEST(DryRun, HasNothingToForecastWithoutIndirectLight)
 TEST(Budget, TakesFewerPassesWhereTimeIsShortAndAimsLowerWhereItIsNot)
 {
     Stage stage("demo:cornell");
-    RenderOptions options = small(0.0, 16);
+    RenderOptions options = small(Budget{0.01}, 16);
     options.dry_run = true;  // the forecast tells what would be done
-    options.budget_seconds = 0.01;
     const Forecast brief = stage.render(options).stats.forecast;
-    options.budget_seconds = 1000.0;
+    options.quality = Budget{1000.0};
     const Forecast lengthy = stage.render(options).stats.forecast;
     EXPECT_EQ(brief.passes, 1);
     EXPECT_EQ(lengthy.passes, 16);
@@ -157,10 +156,9 @@ TEST(Budget, TakesFewerPassesWhereTimeIsShortAndAimsLowerWhereItIsNot)
 TEST(Budget, ThatIsShortGetsACoarsePictureOfAllPixels)
 {
     Stage stage("demo:cornell");
-    RenderOptions options = small(0.3, 1);
-    options.budget_seconds = 1000.0;  // the target ends it
+    RenderOptions options = small(TargetError{0.3}, 1);
     const RenderStats lengthy = stage.render(options).stats;
-    options.budget_seconds = 0.01;
+    options.quality = Budget{0.01};
     const RenderStats brief = stage.render(options).stats;
     EXPECT_LT(brief.records.records, lengthy.records.records / 2);
     EXPECT_LT(brief.direct_shadow_rays, lengthy.direct_shadow_rays / 2);
@@ -179,10 +177,10 @@ TEST(ValidateRenderOptions, NamesTargetsAndBudgetsOutOfRange)
         return "";
     };
     RenderOptions options;
-    options.target_error = 1.5;
+    options.quality = TargetError{1.5};
     EXPECT_NE(message(options).find("target_error is 1.5"), std::string::npos);
     options = {};
-    options.budget_seconds = -1.0;
+    options.quality = Budget{-1.0};
     EXPECT_NE(message(options).find("budget_seconds is -1"), std::string::npos);
 }
 

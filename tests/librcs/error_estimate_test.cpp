@@ -166,8 +166,8 @@ TEST(EstimateError, OfARenderIsAboutItsError)
         RenderOptions options;
         options.width = options.height = 96;
         options.aa = 1;
-        options.records.error_tolerance = accuracy;
-        options.records.noise_target = accuracy / 2.0f;
+        settings_of(options).error_tolerance = accuracy;
+        settings_of(options).noise_target = accuracy / 2.0f;
         const RenderResult result = render(gl, rays, scene.cameras[0], options, pool);
         const double measured = compare_images(result.image, reference, "indirect").mean_relative_error;
         EXPECT_GT(result.stats.error.mean_relative, measured / 1.5) << accuracy;

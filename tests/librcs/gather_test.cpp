@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-std::vector<Record> gather(const Scene& scene, const GBuffer& points, const RecordOptions& options,
+std::vector<Record> gather(const Scene& scene, const GBuffer& points, const RecordSettings& options,
                            RecordStats* stats = nullptr, int threads = 2)
 {
     ThreadPool pool(threads);
@@ -46,7 +46,7 @@ TEST(GatherRecords, UnderAnOpenSkySeePiTimesItsRadiance)
                    test::quad({-10, 0, -10}, {0, 0, 20}, {20, 0, 0}, test::add_material(scene, glm::vec3(0.5f))));
     scene.sky_radiance = {1.0f, 2.0f, 0.5f};
     for (const int bounces : {0, 1}) {
-        RecordOptions options;
+        RecordSettings options;
         options.bounces = bounces;
         for (const Record& r : gather(scene, test::points_on_floor({{0, 0}, {3, -4}}), options)) {
             for (int c = 0; c < 3; ++c)
@@ -63,7 +63,7 @@ TEST(GatherRecords, UnderAnOpenSkySeePiTimesItsRadiance)
 TEST(GatherRecords, BesideALitWallHaveItsIrradianceAndTheGradientTowardsIt)
 {
     const Scene scene = test::lit_corner();
-    RecordOptions options;
+    RecordSettings options;
     options.rays = 4096;
     const double h = 2.0;
     for (const double d : {0.3, 1.0, 3.0}) {
@@ -94,7 +94,7 @@ TEST(GatherRecords, BesideALitWallGainAsTheNormalTurnsTowardsIt)
     // E = pi/2 integral of sin(elevation + lean) from the floor to the wall's top; its derivative at no lean.
     const double expected = 0.5 * kPi * h / std::hypot(d, h);
     for (const int rays : {256, 4096}) {
-        RecordOptions options;
+        RecordSettings options;
         options.rays = rays;
         glm::dvec3 rotation(0.0);
         const int count = 256;
@@ -138,7 +138,7 @@ TEST(GatherRecords, BelowAGlossyCeilingHaveTheLightOfItsLobe)
     const int lobe_alone = test::add_material(scene, test::glossy(0.0f, roughness, glm::vec3(0.0f)));
     test::add_mesh(scene, test::quad({-3, 2, -3}, {6, 0, 0}, {0, 0, 6}, lobe_alone));
     scene.lights = {test::point_light({0.0, 1.0, 0.0}, glm::vec3(1.0f))};
-    RecordOptions options;
+    RecordSettings options;
     options.rays = 16384;
     const std::vector<float> places = {0.0f, 1.0f, 2.0f, 2.5f};
     std::vector<glm::vec2> points;
@@ -155,7 +155,7 @@ TEST(GatherRecords, HaveTheHarmonicMeanOfTheDistancesTheyMeet)
     // In a sphere of radius 2 seen from a point at distance a of its centre, every chord is known.
     const Scene scene = test::lit_sphere(0.6f);
     GBuffer points = test::points_on_floor({{0.0f, 0.0f}, {1.0f, 0.0f}});
-    RecordOptions options;
+    RecordSettings options;
     options.rays = 4096;
     const std::vector<Record> records = gather(scene, points, options);
     EXPECT_NEAR(records[0].harmonic_mean_distance, 2.0f, 0.005f);
@@ -193,7 +193,7 @@ TEST(GatherRecords, ComeInTheOrderOfThePixelsWhateverTheBatchOrTheThreads)
 
 TEST(GatherRecords, OfSeveralBouncesTakeALightCache)
 {
-    RecordOptions options;
+    RecordSettings options;
     options.bounces = 2;
     EXPECT_THROW(gather(test::furnished_room(), test::points_on_floor({{0.0f, 1.0f}}), options), Error);
 }

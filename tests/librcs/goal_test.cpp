@@ -12,7 +12,7 @@ RenderOptions with_budget(double seconds)
 {
     RenderOptions options;
     options.aa = 3;
-    options.budget_seconds = seconds;
+    if (seconds > 0.0) options.quality = Budget{seconds};
     return options;
 }
 

@@ -198,7 +198,7 @@ TEST(LightCache, SaysWhichNumberOfBouncesItTakes)
 {
     for (const int bounces : {0, 65}) {
         try {
-            validate(LightCacheOptions{.bounces = bounces});
+            validate(LightCacheSettings{.bounces = bounces});
             FAIL() << bounces;
         } catch (const Error& e) {
             EXPECT_EQ(e.code(), ErrorCode::bad_argument);

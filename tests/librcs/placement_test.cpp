@@ -28,7 +28,7 @@ protected:
     GBuffer gbuffer = render_gbuffer(gl, rays, view, 1.0f, pool);
     RecordStats stats;
 
-    std::vector<Record> place(const RecordOptions& options, int threads = 2, std::vector<Record> records = {})
+    std::vector<Record> place(const RecordSettings& options, int threads = 2, std::vector<Record> records = {})
     {
         ThreadPool own(threads);
         place_records(rays, gbuffer, view, options, own, records, stats);
@@ -63,7 +63,7 @@ using test::same_bits;
 TEST_F(PlaceRecords, LeavesNoVisiblePointUnserved)
 {
     for (const float tolerance : {0.1f, 0.2f, 0.5f}) {
-        RecordOptions options;
+        RecordSettings options;
         options.error_tolerance = tolerance;
         options.rays = 64;
         EXPECT_EQ(unserved(place(options), static_cast<double>(tolerance)), 0) << tolerance;
@@ -72,7 +72,7 @@ TEST_F(PlaceRecords, LeavesNoVisiblePointUnserved)
 
 TEST_F(PlaceRecords, NeedsFewRecordsAndMoreOfThemForLessError)
 {
-    RecordOptions options;
+    RecordSettings options;
     options.rays = 64;
     std::size_t last = 0;
     for (const float tolerance : {1.0f, 0.4f, 0.2f, 0.1f}) {
@@ -90,7 +90,7 @@ TEST_F(PlaceRecords, NeedsFewRecordsAndMoreOfThemForLessError)
 
 TEST_F(PlaceRecords, MakesEachRecordAtAVisiblePointAndCountsIt)
 {
-    RecordOptions options;
+    RecordSettings options;
     options.rays = 64;
     const std::vector<Record> records = place(options);
     EXPECT_EQ(stats.records, records.size());
@@ -112,7 +112,7 @@ TEST_F(PlaceRecords, MakesEachRecordAtAVisiblePointAndCountsIt)
 
 TEST_F(PlaceRecords, GivesTheSameBitsForAnyNumberOfThreads)
 {
-    RecordOptions options;
+    RecordSettings options;
     options.rays = 100;
     const std::vector<Record> one = place(options, 1);
     EXPECT_TRUE(same_bits(one, place(options, 2)));
@@ -122,7 +122,7 @@ TEST_F(PlaceRecords, GivesTheSameBitsForAnyNumberOfThreads)
 
 TEST_F(PlaceRecords, ASeedIsAnotherSetOfRecords)
 {
-    RecordOptions options;
+    RecordSettings options;
     options.rays = 64;
     const std::vector<Record> first = place(options);
     options.seed = 2;
@@ -131,7 +131,7 @@ TEST_F(PlaceRecords, ASeedIsAnotherSetOfRecords)
 
 TEST_F(PlaceRecords, AddsNothingWhereTheCacheServesAll)
 {
-    RecordOptions options;
+    RecordSettings options;
     options.rays = 64;
     const std::vector<Record> first = place(options);
     stats = {};
@@ -142,7 +142,7 @@ TEST_F(PlaceRecords, AddsNothingWhereTheCacheServesAll)
 
 TEST_F(PlaceRecords, KeepsTheCacheInFrontAndFillsTheRest)
 {
-    RecordOptions options;
+    RecordSettings options;
     options.rays = 64;
     std::vector<Record> half = place(options);
     half.resize(half.size() / 2);
@@ -172,7 +172,7 @@ TEST_F(PlaceRecords, StopsWhenAsked)
 TEST(ValidateRecordOptions, NamesTheFieldItsValueAndItsRange)
 {
     const auto message = [](auto change) -> std::string {
-        RecordOptions options;
+        RecordSettings options;
         change(options);
         try {
             validate(options);
@@ -183,23 +183,24 @@ TEST(ValidateRecordOptions, NamesTheFieldItsValueAndItsRange)
         return "no error";
     };
     const float nan = std::numeric_limits<float>::quiet_NaN();
-    EXPECT_EQ(message([](RecordOptions&) {}), "no error");
+    EXPECT_EQ(message([](RecordSettings&) {}), "no error");
     for (const float a : {0.0f, -1.0f, 1.5f, nan})
-        EXPECT_NE(message([a](RecordOptions& o) { o.error_tolerance = a; }).find("error_tolerance is"),
+        EXPECT_NE(message([a](RecordSettings& o) { o.error_tolerance = a; }).find("error_tolerance is"),
                   std::string::npos)
             << a;
     for (const int n : {15, -1, 65537})
-        EXPECT_NE(message([n](RecordOptions& o) { o.rays = n; }).find("rays is " + std::to_string(n)),
+        EXPECT_NE(message([n](RecordSettings& o) { o.rays = n; }).find("rays is " + std::to_string(n)),
                   std::string::npos);
     for (const float r : {0.0f, 101.0f, nan})
-        EXPECT_NE(message([r](RecordOptions& o) { o.min_reach = r; }).find("min_reach is"), std::string::npos) << r;
+        EXPECT_NE(message([r](RecordSettings& o) { o.min_reach = r; }).find("min_reach is"), std::string::npos) << r;
     for (const float r : {0.0f, -2.0f, nan, std::numeric_limits<float>::infinity()})
-        EXPECT_NE(message([r](RecordOptions& o) { o.max_reach = r; }).find("max_reach is"), std::string::npos) << r;
+        EXPECT_NE(message([r](RecordSettings& o) { o.max_reach = r; }).find("max_reach is"), std::string::npos) << r;
     for (const float g : {0.0f, -3.0f, nan})
-        EXPECT_NE(message([g](RecordOptions& o) { o.gradient_limit = g; }).find("gradient_limit is"), std::string::npos)
+        EXPECT_NE(message([g](RecordSettings& o) { o.gradient_limit = g; }).find("gradient_limit is"),
+                  std::string::npos)
             << g;
     for (const int b : {-1, 65, 700})
-        EXPECT_NE(message([b](RecordOptions& o) { o.bounces = b; }).find("bounces is"), std::string::npos) << b;
+        EXPECT_NE(message([b](RecordSettings& o) { o.bounces = b; }).find("bounces is"), std::string::npos) << b;
 }
 
 }  // namespace

@@ -135,7 +135,7 @@ TEST(SplatQuads, GiveTheSumsOfAPlainDoubleLoop)
     const View view = test_view(61, 47);
     const GBuffer gbuffer = wavy_gbuffer(view);
     const std::vector<Record> records = random_records(gbuffer, 300);
-    SplatOptions options;
+    SplatSettings options;
     options.overlap = 2.0f;
     SplatStats stats;
     const SplatBuffer splats = splat_quads(gl(), records, gbuffer, view, options, stats);
@@ -181,7 +181,7 @@ TEST(SplatQuads, LightGlossySurfacesAsTilesDo)
         shading.lobes.push_back(i % 7 == 0 ? Lobe{} : make_lobe<Specular>(f0, 1.0f, alpha));  // some have no lobe
     }
     ThreadPool pool(2);
-    SplatOptions options;
+    SplatSettings options;
     options.overlap = 2.0f;
     SplatStats stats;
     const SplatBuffer quads = splat_quads(gl(), records, gbuffer, view, options, stats, &shading);
@@ -243,7 +243,7 @@ TEST(SplatQuads, OfALargeImageHaveNoSeamBetweenTheirBands)
     record.normal = {0.0f, 0.0f, 1.0f};
     record.irradiance = glm::vec3(1.0f);
     record.spacing_radius = 100.0f;
-    SplatOptions options;
+    SplatSettings options;
     options.error_tolerance = 1.0f;  // whatever the normal
     SplatStats stats;
     const SplatBuffer splats = splat_quads(gl(), {record}, gbuffer, view, options, stats);

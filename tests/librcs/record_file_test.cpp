@@ -216,13 +216,13 @@ TEST(RecordKey, ChangesWithAllThatRecordsDependOnAndWithNothingElse)
               key);
     const std::vector<std::function<void(RenderOptions&)>> changes{
         [](RenderOptions& o) { o.bounces = 2; },
-        [](RenderOptions& o) { o.target_error = 0.05; },
-        [](RenderOptions& o) { o.records.error_tolerance = 0.19f; },
-        [](RenderOptions& o) { o.records.rays = 256; },
-        [](RenderOptions& o) { o.records.noise_target = 0.01f; },
-        [](RenderOptions& o) { o.records.min_reach = 10.0f; },
-        [](RenderOptions& o) { o.records.max_reach = 50.0f; },
-        [](RenderOptions& o) { o.records.gradient_limit = 2.0f; },
+        [](RenderOptions& o) { o.quality = TargetError{0.05}; },
+        [](RenderOptions& o) { settings_of(o).error_tolerance = 0.19f; },
+        [](RenderOptions& o) { settings_of(o).rays = 256; },
+        [](RenderOptions& o) { settings_of(o).noise_target = 0.01f; },
+        [](RenderOptions& o) { o.min_reach = 10.0f; },
+        [](RenderOptions& o) { o.max_reach = 50.0f; },
+        [](RenderOptions& o) { o.gradient_limit = 2.0f; },
         [](RenderOptions& o) { o.effects.without.set(Effect::area_light); },
         [](RenderOptions& o) { o.effects.with.set(Effect::area_light); }};
     for (std::size_t i = 0; i < changes.size(); ++i) {
@@ -231,7 +231,7 @@ TEST(RecordKey, ChangesWithAllThatRecordsDependOnAndWithNothingElse)
     }
     const auto aimed = [&](float overlap) {
         return with([&](RenderOptions& o) {
-            o.target_error = 0.05;
+            o.quality = TargetError{0.05};
             o.overlap = overlap;
         });
     };
@@ -296,9 +296,9 @@ TEST(RecordFile, GivesTheSamePictureWithoutARay)
 {
     RenderOptions options = small(1);
     expect_same_picture(test::furnished_room(), options, "diffuse");
-    options.target_error = 0.08;
+    options.quality = TargetError{0.08};
     expect_same_picture(test::furnished_room(), options, "with a target");
-    options.target_error = 0.0;
+    options.quality = QualitySettings{};
     options.bounces = 3;
     expect_same_picture(load_scene("demo:spheres"), options, "glossy, three bounces");
 }

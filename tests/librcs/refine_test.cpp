@@ -64,7 +64,7 @@ double irradiance_of_spot(glm::dvec3 p, glm::dvec3 n)
 using test::same_bits;
 
 /// Largest distance of records [px].
-float widest(const RecordOptions& options) { return options.error_tolerance * options.max_reach; }
+float widest(const RecordSettings& options) { return options.error_tolerance * options.max_reach; }
 
 /// Standard error [W m^-2].
 double error_of(const Record& r)
@@ -94,7 +94,7 @@ struct Field {
             for (std::uint32_t x = 3; x < 120; x += step) pixels.push_back(y * 120 + x);
     }
 
-    std::vector<Record> first(const RecordOptions& options)
+    std::vector<Record> first(const RecordSettings& options)
     {
         stats = {};
         std::vector<Record> records = RecordGatherer(rays, options, nullptr).gather(gbuffer, pixels, pool, stats);
@@ -103,7 +103,7 @@ struct Field {
     }
 
     /// @param fresh  how many of the records, from the back, may get more rays
-    std::vector<Record> refined(std::vector<Record> records, const RecordOptions& options, std::size_t fresh)
+    std::vector<Record> refined(std::vector<Record> records, const RecordSettings& options, std::size_t fresh)
     {
         stats = {};
         const RecordGatherer gatherer(rays, options, nullptr);
@@ -116,13 +116,13 @@ struct Field {
                              [](float) {});
         return records;
     }
-    std::vector<Record> refined(const std::vector<Record>& records, const RecordOptions& options)
+    std::vector<Record> refined(const std::vector<Record>& records, const RecordSettings& options)
     {
         return refined(records, options, records.size());
     }
 
     /// How many gathers a record's neighbourhood asks for: the splat of variances as a plain double loop.
-    double gathers_wanted(const std::vector<Record>& records, std::size_t k, const RecordOptions& options) const
+    double gathers_wanted(const std::vector<Record>& records, std::size_t k, const RecordSettings& options) const
     {
         const double px = static_cast<double>(records[k].spacing_radius) / static_cast<double>(records[k].footprint);
         const double area = std::min(1.0, std::pow(px / static_cast<double>(widest(options)), 2.0));
@@ -170,7 +170,7 @@ Deviation deviation(const std::vector<Record>& records, const std::vector<double
 TEST(ExtraGathers, KeepsTheMeanUnbiasedWhereABrightSpotIsRarelyHit)
 {
     Field field(bright_spot(), 14);  // few neighbours: a record's own noise would count for much
-    RecordOptions options;
+    RecordSettings options;
     options.rays = 64;
     std::vector<double> truth;
     for (const Record& r : field.first(options))
@@ -203,7 +203,7 @@ TEST(ExtraGathers, GivesRaysByTheNoiseOfTheNeighboursAndLeavesQuietOnesAlone)
     }
     scene.lights.clear();
     Field field(scene);
-    RecordOptions options;
+    RecordSettings options;
     options.rays = 64;
     options.noise_target = 0.02f;
     const std::vector<Record> before = field.first(options);
@@ -244,7 +244,7 @@ TEST(ExtraGathers, NeverGivesARecordMoreThan2048RaysOrTheOptions)
 {
     Field field(test::furnished_room());
     for (const int rays : {16, 17, 65, 100, 128, 700, 1000, 1500, 2048, 3000}) {
-        RecordOptions options;
+        RecordSettings options;
         options.rays = rays;
         options.noise_target = 1e-6f;
         std::vector<Record> records = field.first(options);
@@ -260,7 +260,7 @@ TEST(ExtraGathers, NeverGivesARecordMoreThan2048RaysOrTheOptions)
 TEST(ExtraGathers, ChangesOnlyTheFreshOnes)
 {
     Field field(bright_spot());
-    RecordOptions options;
+    RecordSettings options;
     options.rays = 64;
     const std::vector<Record> before = field.first(options);
     const std::vector<Record> after = field.refined(before, options, 40);
@@ -272,7 +272,7 @@ TEST(ExtraGathers, ChangesOnlyTheFreshOnes)
 TEST(ExtraGathers, GivesTheSameBitsForAnyNumberOfThreads)
 {
     const Scene scene = bright_spot();
-    RecordOptions options;
+    RecordSettings options;
     options.rays = 64;
     Field one(scene, 7, 1), three(scene, 7, 3);
     const std::vector<Record> a = one.refined(one.first(options), options);
@@ -287,7 +287,7 @@ TEST(ExtraGathers, GivesTheSameBitsForAnyNumberOfThreads)
 TEST(ExtraGathers, ShootsNothingWhereAnyNoiseWillDo)
 {
     Field field(bright_spot());
-    RecordOptions options;
+    RecordSettings options;
     for (const float target : {1e6f, std::numeric_limits<float>::max(), std::numeric_limits<float>::infinity()}) {
         options.noise_target = target;
         const std::vector<Record> before = field.first(options);
@@ -304,7 +304,7 @@ TEST(ExtraGathers, ChoosesTheSameForAnyStrengthOfLight)
         Scene scene = bright_spot();
         for (PunctualLight& l : scene.lights) l.intensity *= strength;
         Field field(scene);
-        RecordOptions options;
+        RecordSettings options;
         options.rays = 64;
         field.refined(field.first(options), options);
         rays.push_back(field.stats.refining_rays);
@@ -324,7 +324,7 @@ TEST(ExtraGathers, LeavesDarknessAndOpenSkyAlone)
     sky.cameras = {look_at_camera("camera", {0.0, 4.0, 0.1}, {0.0, 0.0, 0.0}, 0.8)};
     for (const Scene& scene : {dark, sky}) {
         Field field(scene);
-        RecordOptions options;
+        RecordSettings options;
         options.noise_target = 1e-30f;  // its square is no float
         const std::vector<Record> before = field.first(options);
         const std::vector<Record> after = field.refined(before, options);
@@ -349,7 +349,7 @@ TEST(ExtraGathers, OfNoneIsNothing)
 TEST(GatherMore, TellsHowFarItIsAndStopsWhenTheListenerThrows)
 {
     Field field(bright_spot());
-    RecordOptions options;
+    RecordSettings options;
     options.rays = 16;
     std::vector<Record> records;
     std::vector<std::uint32_t> pixels;

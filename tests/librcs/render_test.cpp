@@ -320,7 +320,7 @@ TEST(Render, PicturesOfNeighbouringSeedsDifferAsMuchAsThoseOfAnySeeds)
     const Scene scene = load_scene("demo:cornell");
     RenderOptions options = small(96, 4);
     options.bounces = 0;
-    options.direct.area_samples = options.direct.penumbra_samples = 4;
+    options.area_samples = options.penumbra_samples = 4;
     options.effects.with.set(Effect::anti_aliasing);  // every sample by itself
     const auto of_seed = [&](std::uint64_t seed) {
         options.seed = seed;
@@ -365,10 +365,10 @@ TEST(ValidateRenderOptions, NamesTheFieldItsValueAndItsRange)
     starts([](RenderOptions& o) { o.overlap = 0.5f; }, "overlap is 0.5,");
     starts([](RenderOptions& o) { o.overlap = std::numeric_limits<float>::quiet_NaN(); }, "overlap is nan,");
     starts([](RenderOptions& o) { o.overlap = 17.0f; }, "overlap is 17,");
-    starts([](RenderOptions& o) { o.records.error_tolerance = -1.0f; }, "records.error_tolerance is -1");
-    starts([](RenderOptions& o) { o.records.rays = 3; }, "records.rays is 3,");
-    starts([](RenderOptions& o) { o.direct.area_samples = 0; }, "direct.area_samples is 0,");
-    starts([](RenderOptions& o) { o.direct.penumbra_samples = 1; }, "direct.penumbra_samples is 1,");
+    starts([](RenderOptions& o) { settings_of(o).error_tolerance = -1.0f; }, "error_tolerance is -1");
+    starts([](RenderOptions& o) { settings_of(o).rays = 3; }, "rays is 3,");
+    starts([](RenderOptions& o) { o.area_samples = 0; }, "area_samples is 0,");
+    starts([](RenderOptions& o) { o.penumbra_samples = 1; }, "penumbra_samples is 1,");
 }
 
 }  // namespace

@@ -87,7 +87,7 @@ TEST(SharedSamples, AreNoneInPenumbrasOfALamp)
 TEST(SharedSamples, AreNotForGoalsNorWhereRaysFollowLobes)
 {
     RenderOptions goal;
-    goal.target_error = 0.2;
+    goal.quality = TargetError{0.2};
     EXPECT_EQ(render_both(test::lit_room(), goal).planned.stats.counts.shared_samples, 0u);
     EXPECT_EQ(render_both(test::panel_room(test::metal(0.1f))).planned.stats.counts.shared_samples, 0u);
     RenderOptions one;

@@ -32,7 +32,7 @@ std::vector<Record> random_records(std::size_t count, unsigned seed)
     return records;
 }
 
-std::vector<Record> limited(std::vector<Record> records, const RecordOptions& options, int threads = 2)
+std::vector<Record> limited(std::vector<Record> records, const RecordSettings& options, int threads = 2)
 {
     ThreadPool pool(threads);
     limit_spacing(records, options, pool);
@@ -41,7 +41,7 @@ std::vector<Record> limited(std::vector<Record> records, const RecordOptions& op
 
 TEST(LimitSpacing, IsTheBruteForceNeighbourClampingWithinThePixelRange)
 {
-    const RecordOptions options;
+    const RecordSettings options;
     const std::vector<Record> records = random_records(2000, 1);
     const std::vector<Record> result = limited(records, options);
     int clamped_by_neighbours = 0;
@@ -65,7 +65,7 @@ TEST(LimitSpacing, IsTheBruteForceNeighbourClampingWithinThePixelRange)
 TEST(LimitSpacing, IsAFixedPoint)
 {
     // No record's reach exceeds another's by more than the distance between them: clamping again changes nothing.
-    RecordOptions options;
+    RecordSettings options;
     options.min_reach = 1e-6f;
     options.max_reach = 1e9f;
     options.error_tolerance = 1.0f;
@@ -77,7 +77,7 @@ TEST(LimitSpacing, IsAFixedPoint)
 
 TEST(LimitSpacing, DoesNotDependOnTheOrderOfTheRecordsOrOnThreads)
 {
-    const RecordOptions options;
+    const RecordSettings options;
     const std::vector<Record> records = random_records(2000, 3);
     const std::vector<Record> straight = limited(records, options, 1);
     std::vector<std::size_t> order(records.size());
@@ -94,7 +94,7 @@ TEST(LimitSpacing, DoesNotDependOnTheOrderOfTheRecordsOrOnThreads)
 
 TEST(LimitSpacing, DoneTwiceIsDoneOnce)
 {
-    const RecordOptions options;
+    const RecordSettings options;
     const std::vector<Record> once = limited(random_records(300, 5), options);
     const std::vector<Record> twice = limited(once, options);
     for (std::size_t k = 0; k < once.size(); ++k) ASSERT_EQ(twice[k].spacing_radius, once[k].spacing_radius);
@@ -102,7 +102,7 @@ TEST(LimitSpacing, DoneTwiceIsDoneOnce)
 
 TEST(LimitSpacing, OfARecordThatHitNothingIsTheWidest)
 {
-    RecordOptions options;
+    RecordSettings options;
     std::vector<Record> records(1);
     records[0].harmonic_mean_distance = kInfinity;
     records[0].footprint = 0.01f;
@@ -115,7 +115,7 @@ TEST(LimitSpacing, OfARecordThatHitNothingIsTheWidest)
 
 TEST(LimitSpacing, OfARecordInACornerIsTheClosestAndTrustsItsGradientLess)
 {
-    const RecordOptions options;
+    const RecordSettings options;
     std::vector<Record> records(1);
     records[0].footprint = 0.01f;
     records[0].irradiance = glm::vec3(1.0f);
@@ -129,7 +129,7 @@ TEST(LimitSpacing, OfARecordInACornerIsTheClosestAndTrustsItsGradientLess)
 
 TEST(LimitSpacing, ShrinksWhereTheGradientIsSteep)
 {
-    const RecordOptions options;
+    const RecordSettings options;
     const float reach = options.max_reach * 0.01f;
     for (const float steepness : {0.0f, 1.0f, 5.0f, 8.0f, 20.0f, 1e6f}) {
         std::vector<Record> records(1);
@@ -152,16 +152,16 @@ TEST(LimitSpacing, OfBlackRecordsIsFinite)
         records[k].irradiance = glm::vec3(0.0f);
         if (k % 2 == 0) records[k].gradient_reach = 0.0f;
     }
-    for (const Record& r : limited(records, RecordOptions())) {
+    for (const Record& r : limited(records, RecordSettings())) {
         EXPECT_TRUE(std::isfinite(r.spacing_radius) && r.spacing_radius > 0.0f);
         EXPECT_TRUE(r.gradient_scale >= 0.0f && r.gradient_scale <= 1.0f) << r.gradient_scale;
     }
-    EXPECT_TRUE(limited({}, RecordOptions()).empty());
+    EXPECT_TRUE(limited({}, RecordSettings()).empty());
 }
 
 TEST(LimitSpacing, ScalesWithTheScene)
 {
-    const RecordOptions options;
+    const RecordSettings options;
     const std::vector<Record> records = random_records(500, 7);
     std::vector<Record> larger = records;
     for (Record& r : larger) {  // by a power of two: the same bits

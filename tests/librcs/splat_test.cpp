@@ -24,7 +24,7 @@ protected:
     View view{look_at_camera("c", {100.0, 20.0, -3.0}, {100.0, 20.0, -4.0}, 1.0), 203, 117, {0.5, 0.5}};
     GBuffer gbuffer = wavy_wall(view, {100.0, 20.0, -3.0});
     std::vector<Record> records = random_records(gbuffer, 400, 7);
-    SplatOptions options{0.3f, 2.5f};
+    SplatSettings options{0.3f, 2.5f};
     ThreadPool pool{2};
     SplatStats stats;
 };

@@ -28,8 +28,8 @@ RenderOptions options_of_doctor()
     options.width = 160;
     options.height = 120;
     options.aa = 1;
-    options.records.rays = 512;
-    options.direct.area_samples = options.direct.penumbra_samples = 64;
+    settings_of(options).rays = 512;
+    options.area_samples = options.penumbra_samples = 64;
     return options;
 }
 

@@ -79,8 +79,8 @@ TEST_P(Metamorphic, HoldsForARoom)
     RenderOptions options;
     options.width = options.height = 64;
     options.aa = 1;
-    options.records.rays = 512;
-    options.direct.area_samples = options.direct.penumbra_samples = 64;
+    settings_of(options).rays = 512;
+    options.area_samples = options.penumbra_samples = 64;
     const Scene scene = stability::furnished_room();
     Camera camera = scene.cameras[0];
     camera.lens_shift = {0.2, -0.1};

@@ -61,19 +61,20 @@ TEST(SettingsSweep, GoesFromCoarseToFineAndKeepsAllOtherOptions)
             EXPECT_EQ(points[i].options.seed, 5u);
             EXPECT_NO_THROW(validate(points[i].options));
             if (i == 0) continue;
-            const RecordOptions &coarse = points[i - 1].options.records, &fine = points[i].options.records;
+            const QualitySettings coarse = settings_or_default(points[i - 1].options),
+                                  fine = settings_or_default(points[i].options);
             EXPECT_LE(fine.error_tolerance, coarse.error_tolerance);
             EXPECT_GE(fine.rays, coarse.rays);
             EXPECT_LT(fine.noise_target, coarse.noise_target);
         }
-        EXPECT_EQ(points.front().options.records.error_tolerance, 0.5f);
-        EXPECT_EQ(points.back().options.records.error_tolerance, 0.07f);
+        EXPECT_EQ(settings_or_default(points.front().options).error_tolerance, 0.5f);
+        EXPECT_EQ(settings_or_default(points.back().options).error_tolerance, 0.07f);
     }
 }
 
 TEST(SettingsSweep, HoldsTheDefaultSettings)
 {
-    const RecordOptions defaults;
+    const RecordSettings defaults;
     const SweepPoint wanted = settings_point({}, defaults.error_tolerance, defaults.rays, defaults.noise_target);
     EXPECT_EQ(wanted.label, "--accuracy 0.2 --rays 128 --noise 0.02");
     int found = 0;

@@ -192,9 +192,9 @@ TEST(Keys, ChangeWithEveryOptionOfARenderAndOfThePaths)
     RenderOptions options;
     const auto expect_new = [&] { EXPECT_TRUE(prints.insert(print(options)).second); };
     options.aa = 9, expect_new();
-    options.records.noise_target = 0.5f, expect_new();
-    options.records.max_reach = 99.0f, expect_new();
-    options.direct.area_samples = 3, expect_new();
+    settings_of(options).noise_target = 0.5f, expect_new();
+    options.max_reach = 99.0f, expect_new();
+    options.area_samples = 3, expect_new();
     options.overlap = 2.0f, expect_new();
     options.seed = 7, expect_new();
 

@@ -14,7 +14,7 @@
 
 namespace rcs {
 
-struct DirectOptions {
+struct DirectSettings {
     int area_samples = 16;  ///< shadow rays per pixel towards lamps with area where visibility is uniform, in [1, 1024]
     int penumbra_samples = 64;  ///< the same where it is mixed, in [area_samples, 65536]
     int lamp_picks = 0;  ///< 0: each triangle that matters gets shadow rays of its own; else so many of them, picked by
@@ -25,13 +25,13 @@ struct DirectOptions {
 };
 
 /// @throws Error bad_argument: the field, its value and its range
-void validate(const DirectOptions& options);
+void validate(const DirectSettings& options);
 
 /// Direct irradiance of the scene's lamps at every visible point. The sky is not a lamp: its light
 /// arrives through the records.
 /// @param shadow_rays  is increased by the number of shadow rays shot
 /// @return one RGB irradiance [W m^-2] per pixel; 0 where nothing is seen
-std::vector<glm::vec3> direct_irradiance(const RayScene& rays, const GBuffer& gbuffer, const DirectOptions& options,
+std::vector<glm::vec3> direct_irradiance(const RayScene& rays, const GBuffer& gbuffer, const DirectSettings& options,
                                          ThreadPool& pool, std::uint64_t& shadow_rays);
 
 }  // namespace rcs

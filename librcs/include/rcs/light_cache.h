@@ -28,7 +28,7 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
-struct LightCacheOptions {
+struct LightCacheSettings {
     int bounces = 1;         ///< reflections on the way to a cell's surface, in [1, 64]
     int kept_fewer = 0;      ///< up to so many bounces fewer can be asked for too, in [0, 63]
     int max_cells = 80'000;  ///< that the visible points' rays may find, and again as many that those cells' rays find,
@@ -49,10 +49,10 @@ struct LightCacheStats {
 /// the bounces over what those rays have met: a further bounce costs no further ray.
 /// @param view  the view that `gbuffer` was made for
 LightCache build_light_cache(const RayScene& rays, const GBuffer& gbuffer, const View& view,
-                             const LightCacheOptions& options, ThreadPool& pool, LightCacheStats& stats,
+                             const LightCacheSettings& options, ThreadPool& pool, LightCacheStats& stats,
                              const ProgressFunction& progress = {});
 
 /// @throws Error bad_argument: the field, its value and its range
-void validate(const LightCacheOptions& options);
+void validate(const LightCacheSettings& options);
 
 }  // namespace rcs

@@ -20,6 +20,7 @@
 #include "rcs/records.h"
 #include "rcs/reference.h"
 #include "rcs/render.h"
+#include "rcs/render_options.h"
 #include "rcs/scene.h"
 #include "rcs/scene_choice.h"
 #include "rcs/splat.h"

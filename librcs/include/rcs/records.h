@@ -39,7 +39,7 @@ struct Record {
     float gradient_scale = 1.0f;  ///< how much of the translation gradient to trust, in [0, 1]: less than 1
                                   ///< where the least spacing overrides the reach of the expansion
     float closeness =
-        1.0f;              ///< its least R_k over RecordOptions::min_reach, in (0, 1]: less where the error asks for it
+        1.0f;  ///< its least R_k over RecordSettings::min_reach, in (0, 1]: less where the error asks for it
     float breadth = 1.0f;  ///< of the last splat's influence, in (0, 1]: less than 1 where records lie as close
                            ///< as they may and their expansions still disagree
     /// Incoming radiance times cosine in spherical harmonics of scene space (Krivanek et al. 2005, with the cosine
@@ -48,7 +48,7 @@ struct Record {
 };
 
 /// How records are placed and gathered.
-struct RecordOptions {
+struct RecordSettings {
     float error_tolerance = 0.2f;  ///< a, in (0, 1]; smaller is finer
     int rays = 128;                ///< hemisphere rays per record at first, in [16, 65536]; rounded to M x N strata
     float noise_target = 0.02f;    ///< standard error wanted at a pixel relative to its irradiance, > 0, where records
@@ -78,13 +78,13 @@ struct RecordStats {
 /// @param cache  of options.bounces - 1 bounces, where that is more than 0; else unused
 /// @return one record for each, in the same order
 std::vector<Record> gather_records(const RayScene& rays, const GBuffer& gbuffer,
-                                   const std::vector<std::uint32_t>& pixels, const RecordOptions& options,
+                                   const std::vector<std::uint32_t>& pixels, const RecordSettings& options,
                                    ThreadPool& pool, RecordStats& stats, const LightCache* cache = nullptr);
 
 /// Sets every record's spacing radius: a R_k, limited by the relative gradient, by neighbours (no
 /// record may claim more than a neighbour's radius plus the distance to it; Krivanek et al. 2006,
 /// neighbour clamping, here as the order-free fixed point) and to a range of pixels on the surface.
-void limit_spacing(std::vector<Record>& records, const RecordOptions& options, ThreadPool& pool);
+void limit_spacing(std::vector<Record>& records, const RecordSettings& options, ThreadPool& pool);
 
 /// Adds records until every visible point is within the spacing radius of one: waves of holes on a
 /// hierarchy of pixel grids, coarse to fine. Which pixels a wave takes follows from the image and the seed
@@ -92,11 +92,11 @@ void limit_spacing(std::vector<Record>& records, const RecordOptions& options, T
 /// @param view  the view that `gbuffer` was made for
 /// @param cache  as for gather_records()
 /// @param records  those there are already; the new ones are appended, all spacing radii brought up to date
-void place_records(const RayScene& rays, const GBuffer& gbuffer, const View& view, const RecordOptions& options,
+void place_records(const RayScene& rays, const GBuffer& gbuffer, const View& view, const RecordSettings& options,
                    ThreadPool& pool, std::vector<Record>& records, RecordStats& stats,
                    const ProgressFunction& progress = {}, const LightCache* cache = nullptr);
 
 /// @throws Error bad_argument: the field, its value and its range
-void validate(const RecordOptions& options);
+void validate(const RecordSettings& options);
 
 }  // namespace rcs

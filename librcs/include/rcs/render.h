@@ -14,42 +14,15 @@
 #include "rcs/light_cache.h"
 #include "rcs/log.h"
 #include "rcs/records.h"
+#include "rcs/render_options.h"
 #include "rcs/splat.h"
 
 namespace rcs {
 
-struct RenderOptions {
-    int width = 1000;   ///< [px], in [1, 16384]
-    int height = 1000;  ///< [px], in [1, 16384]
-    int aa = 4;         ///< jittered passes that share the records, in [1, 64]; 1 samples pixel centres
-    int bounces = 1;    ///< bounces of indirect light, in [0, 64]; 8 is full interreflection but for very light rooms
-    RecordOptions records;
-    DirectOptions direct;  ///< shadow rays of a pixel, of which each pass shoots its part
-    int lobe_rays = 16;    ///< rays a pixel along lobes too narrow for records, shared between neighbours, in [1, 1024]
-    float overlap = 3.0f;  ///< influence radius of the last splat, in spacing radii, in [1, 16]
-    SplatMethod splat = SplatMethod::automatic;
-    /// Mean relative error of indirect light to reach (ErrorEstimate), in (0, 1]; 0: what `records` says is done. With
-    /// it, or with a budget, records are placed and rays chosen by the estimated error, from coarser settings than
-    /// `records`.
-    double target_error = 0.0;
-    /// Wall time of render() to spend [s], in [0, 1e6]; 0: no limit. Takes fewer passes where the time asks for it.
-    /// What is rendered then depends on the machine.
-    double budget_seconds = 0.0;
-    bool dry_run = false;  ///< stop after the forecast
-    EffectChoice effects;  ///< what is simulated though the plan would not, and what is not though it would; alpha,
-                           ///< transmission, normal maps and instancing are chosen in build_ray_scene()
-    std::optional<std::vector<std::string>> layers;  ///< to make beside beauty; none: all
-    bool auto_exposure = false;  ///< whether a display picture will be made that takes its exposure from this one
-    std::uint64_t seed = 1;      ///< of every random stream
-};
-
-/// @throws Error bad_argument: the field, its value and its range
-void validate(const RenderOptions& options);
-
 /// What render() takes in all for a mean relative error of indirect light, said before the main work.
 struct Forecast {
     struct Point {
-        double error;    ///< as RenderOptions::target_error
+        double error;    ///< as TargetError::error
         double seconds;  ///< wall time of render()
     };
     std::vector<Point> points;  ///< from large errors to small ones

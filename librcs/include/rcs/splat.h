@@ -17,7 +17,7 @@ enum class SplatMethod {
     tiles,      ///< records binned to tiles of the image, summed by the CPU
 };
 
-struct SplatOptions {
+struct SplatSettings {
     float error_tolerance = 0.2f;  ///< a; scales the tolerance to a change of normal
     float overlap = 1.0f;          ///< influence radius of a record of full breadth, in spacing radii, >= 1
     bool error_sums = true;        ///< also sum up what the error estimate takes
@@ -32,7 +32,7 @@ struct SplatBuffer {
     std::vector<float> count;                               ///< records with w_k > 0
     /// What the error estimate takes (sum w_k l_k(p)^2, sum w_k v_k, sum w_k^2 v_k), of each record's luminance l_k as
     /// it is extrapolated and its variance v_k, in units of `luminance_unit` [W m^-2] and its square. Empty without
-    /// SplatOptions::error_sums.
+    /// SplatSettings::error_sums.
     std::vector<float> squares, variance, variance_of_sum;
     float luminance_unit = 1.0f;
     /// sum w_k L_k(p, lobe): radiance that the pixel's specular lobe reflects, over the lobe's directional albedo
@@ -52,10 +52,10 @@ struct Shading;
 /// @param view  the view that `gbuffer` was made for
 /// @param glossy  if given, wide specular lobes are lit as well; the records keep radiance then
 SplatBuffer splat_tiles(const std::vector<Record>& records, const GBuffer& gbuffer, const View& view,
-                        const SplatOptions& options, ThreadPool& pool, SplatStats& stats,
+                        const SplatSettings& options, ThreadPool& pool, SplatStats& stats,
                         const Shading* glossy = nullptr);
 SplatBuffer splat_quads(GlContext& gl, const std::vector<Record>& records, const GBuffer& gbuffer, const View& view,
-                        const SplatOptions& options, SplatStats& stats, const Shading* glossy = nullptr);
+                        const SplatSettings& options, SplatStats& stats, const Shading* glossy = nullptr);
 
 /// The pixel rectangle that a sphere can touch: never too small, also when the sphere surrounds the
 /// camera or reaches behind it (then the whole image).

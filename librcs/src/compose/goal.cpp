@@ -77,8 +77,8 @@ double Goal::elapsed() const
 
 bool Goal::wants_pass(int done)
 {
-    if (options_.budget_seconds > 0.0 && done > 0) {
-        const double now = elapsed(), left = options_.budget_seconds - now;
+    if (budget_seconds(options_) > 0.0 && done > 0) {
+        const double now = elapsed(), left = budget_seconds(options_) - now;
         if (done > 1) pass_seconds_ = now - pass_ended_;
         pass_ended_ = now;
         // One that would end too late by more than there is left is left out, one that fits is added.
@@ -90,25 +90,25 @@ bool Goal::wants_pass(int done)
     return done < passes_;
 }
 
-DirectOptions Goal::afford(const RayScene& rays, const FirstView& first, const DirectOptions& options,
-                           ThreadPool& pool) const
+DirectSettings Goal::afford(const RayScene& rays, const FirstView& first, const DirectSettings& options,
+                            ThreadPool& pool) const
 {
-    if (!(options_.budget_seconds > 0.0)) return options;
-    const auto seconds = [&](const DirectOptions& tried) {
+    if (!(budget_seconds(options_) > 0.0)) return options;
+    const auto seconds = [&](const DirectSettings& tried) {
         return try_direct_light(rays, first.gbuffer, first.view, first.shading, tried, pool);
     };
-    const double room = kMostForDirect * (options_.budget_seconds - elapsed());
+    const double room = kMostForDirect * (budget_seconds(options_) - elapsed());
     if (seconds(options) * kWithPenumbras <= room) return options;
-    DirectOptions fewer = options;
+    DirectSettings fewer = options;
     for (fewer.lamp_picks = options.area_samples;; fewer.lamp_picks /= 2) {
         fewer.area_samples = fewer.lamp_picks;
         if (fewer.lamp_picks == 1 || seconds(fewer) <= room) return fewer;
     }
 }
 
-RecordOptions Goal::overture(const RecordOptions& options)
+RecordSettings Goal::overture(const RecordSettings& options)
 {
-    RecordOptions coarse = options;
+    RecordSettings coarse = options;
     coarse.error_tolerance = 0.25f;
     coarse.rays = 64;
     return coarse;
@@ -117,7 +117,7 @@ RecordOptions Goal::overture(const RecordOptions& options)
 int Goal::rays_of_round(int rays) const
 {
     if (!is_set()) return rays;
-    return std::max(1, options_.budget_seconds > 0.0 ? rays / 8 : rays / 2);
+    return std::max(1, budget_seconds(options_) > 0.0 ? rays / 8 : rays / 2);
 }
 
 namespace {
@@ -147,7 +147,7 @@ double lobe_error(const FirstView& first, PassLight light)
 std::optional<RecordGoal> Goal::set(const FirstView& first, const RecordForecast& records, RenderStats& stats,
                                     const ForecastFunction& tell)
 {
-    const double budget = options_.budget_seconds, before = elapsed();
+    const double budget = budget_seconds(options_), before = elapsed();
     const double lobes = part_with_lobes(first);
     const double pass_seconds =
         seconds_of(stats, "gbuffer") + seconds_of(stats, "direct") + seconds_of(stats, "glossy");
@@ -176,13 +176,13 @@ std::optional<RecordGoal> Goal::set(const FirstView& first, const RecordForecast
     Forecast& forecast = stats.forecast;
     for (const double error : kForecastErrors) forecast.points.push_back({error, seconds_to(error)});
     forecast.passes = passes_;
-    forecast.goal_error = options_.target_error;
+    forecast.goal_error = target_error(options_);
     if (budget > 0.0) forecast.goal_error = std::max(forecast.goal_error, error_within(seconds_to, budget));
     forecast.goal_seconds = seconds_to(forecast.goal_error);
     if (tell) tell(forecast);
     stopped_ = options_.dry_run;
     if (stopped_) return std::nullopt;
-    if (!(budget > 0.0)) return RecordGoal{options_.target_error};
+    if (!(budget > 0.0)) return RecordGoal{target_error(options_)};
     double left = budget - elapsed() - (passes_ - 1) * pass_seconds;
     if (round_seconds > 0.0) {
         // Time goes where the error is.
@@ -191,11 +191,11 @@ std::optional<RecordGoal> Goal::set(const FirstView& first, const RecordForecast
         lobe_rounds_ = 1 + static_cast<int>(std::min(share * for_light / round_seconds, kMostLobeRounds * 1.0));
         left -= (lobe_rounds_ - 1) * round_seconds;
     }
-    return RecordGoal{options_.target_error, std::max(1e-3, left), looks_after(passes_, lobes), forecast.goal_error};
+    return RecordGoal{target_error(options_), std::max(1e-3, left), looks_after(passes_, lobes), forecast.goal_error};
 }
 
 void Goal::place(const RayScene& rays, const FirstView& first, ThreadPool& pool, const LightCache* cache,
-                 RecordOptions& options, std::vector<Record>& records, RenderStats& stats,
+                 RecordSettings& options, std::vector<Record>& records, RenderStats& stats,
                  const ProgressFunction& progress, const ForecastFunction& forecast)
 {
     float done = 0.0f;
@@ -206,21 +206,22 @@ void Goal::place(const RayScene& rays, const FirstView& first, ThreadPool& pool,
     };
     Placement placement(rays, first.gbuffer, first.view, overture(options), pool, records, stats.records, cache,
                         report);
-    const double most =
-        options_.budget_seconds > 0.0 ? std::max(1e-3, kMostForOverture * (options_.budget_seconds - elapsed())) : 0.0;
+    const double most = budget_seconds(options_) > 0.0
+                            ? std::max(1e-3, kMostForOverture * (budget_seconds(options_) - elapsed()))
+                            : 0.0;
     place_to_goal(placement, first.view, options_.overlap, most,
-                  options_.budget_seconds > 0.0 ? 0.0 : options_.target_error, pool, records, stats.records,
+                  budget_seconds(options_) > 0.0 ? 0.0 : target_error(options_), pool, records, stats.records,
                   [&](const RecordForecast& cost) { return set(first, cost, stats, forecast); });
     options = placement.options();
 }
 
 bool Goal::wants_more_lobes(const FirstView& first, int rounds) const
 {
-    const bool has_target = options_.target_error > 0.0 && !(options_.budget_seconds > 0.0);
+    const bool has_target = target_error(options_) > 0.0 && !(budget_seconds(options_) > 0.0);
     if (!has_target || first.light.traced.radiance.empty() || rounds >= kMostLobeRounds) return false;
     // Every pass traces by itself.
     const double error = picture_error(first, first.light, 1.0f / std::sqrt(static_cast<float>(passes_)));
-    return error > options_.target_error && picture_error(first, first.light, 0.0f) < 0.98 * error;
+    return error > target_error(options_) && picture_error(first, first.light, 0.0f) < 0.98 * error;
 }
 
 void add_round(TracedLight& light, const TracedLight& more, int rounds)

@@ -19,19 +19,19 @@ struct FirstView {
     bool has_lobes;  ///< that records light
 };
 
-/// Steers a render to RenderOptions::target_error or budget_seconds: what the first view's records are to reach, how
+/// Steers a render to a target error or a budget: what the first view's records are to reach, how
 /// many passes there are, how often narrow lobes are traced.
 class Goal {
 public:
     explicit Goal(const RenderOptions& options);
 
-    bool is_set() const { return options_.target_error > 0.0 || options_.budget_seconds > 0.0; }
+    bool is_set() const { return has_goal(options_); }
     int passes() const { return passes_; }
     /// Asked before each pass, with how many are done. With a budget passes() follows what they really take.
     bool wants_pass(int done);
     /// With a budget too short for all shadow rays: fewer. Asked before the first view's direct light.
-    DirectOptions afford(const RayScene& rays, const FirstView& first, const DirectOptions& options,
-                         ThreadPool& pool) const;
+    DirectSettings afford(const RayScene& rays, const FirstView& first, const DirectSettings& options,
+                          ThreadPool& pool) const;
     /// How often the first view's lobes are traced before wants_more_lobes() is asked.
     int lobe_rounds() const { return lobe_rounds_; }
     /// Rays of one round of tracing: few, so that there can be as many as it takes.
@@ -39,12 +39,12 @@ public:
     bool stopped() const { return stopped_; }
 
     /// What the coarse records are made with, which error and time are forecast from.
-    static RecordOptions overture(const RecordOptions& options);
+    static RecordSettings overture(const RecordSettings& options);
 
     /// Places the first view's records. @param options  become those that later views are to be filled with
     /// @param stats  stages so far: what another pass would cost
     void place(const RayScene& rays, const FirstView& first, ThreadPool& pool, const LightCache* cache,
-               RecordOptions& options, std::vector<Record>& records, RenderStats& stats,
+               RecordSettings& options, std::vector<Record>& records, RenderStats& stats,
                const ProgressFunction& progress, const ForecastFunction& forecast);
 
     /// Whether tracing the lobes once more would bring the picture nearer to the target. @param rounds  so far

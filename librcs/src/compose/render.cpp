@@ -12,6 +12,7 @@
 #include "compose/compose.h"
 #include "compose/effect_counts.h"
 #include "compose/goal.h"
+#include "compose/settings.h"
 #include "compose/shared_samples.h"
 #include "gbuffer/shading.h"
 #include "gbuffer/views.h"
@@ -24,15 +25,6 @@
 
 namespace rcs {
 namespace {
-
-void require(bool valid, const char* field, double value, const char* range)
-{
-    if (valid) return;
-    std::string number = std::to_string(value);
-    number.erase(std::min(number.find_last_not_of('0') + 1, number.size()));
-    if (number.back() == '.') number.pop_back();
-    throw Error(ErrorCode::bad_argument, std::string(field) + " is " + number + ", expected " + range);
-}
 
 // Behind up to so many surfaces with narrow lobes the light cache knows how many bounces are left; further on, about.
 constexpr int kKeptFewer = 8;
@@ -117,7 +109,7 @@ std::string percent(double part)
 }
 
 /// @param records, passes  as they were, which with a target or a budget is not what the options say
-void describe(const RenderOptions& o, const RecordOptions& records, int passes, const Camera& camera,
+void describe(const RenderOptions& o, const RecordSettings& records, int passes, const Camera& camera,
               const RenderStats& stats, LayeredImage& image)
 {
     image.metadata["rcs:effects"] = list_effects(stats.plan, true);
@@ -130,8 +122,8 @@ void describe(const RenderOptions& o, const RecordOptions& records, int passes, 
     image.metadata["rcs:noise"] = number(records.noise_target);
     image.metadata["rcs:bounces"] = number(o.bounces);
     image.metadata["rcs:aa"] = number(passes);
-    if (o.target_error > 0.0) image.metadata["rcs:target-error"] = number(o.target_error);
-    if (o.budget_seconds > 0.0) image.metadata["rcs:budget"] = number(o.budget_seconds);
+    if (target_error(o) > 0.0) image.metadata["rcs:target-error"] = number(target_error(o));
+    if (budget_seconds(o) > 0.0) image.metadata["rcs:budget"] = number(budget_seconds(o));
     image.metadata["rcs:lobe-rays"] = number(o.lobe_rays);
     image.metadata["rcs:overlap"] = number(o.overlap);
     image.metadata["rcs:seed"] = number(o.seed);
@@ -143,21 +135,6 @@ void describe(const RenderOptions& o, const RecordOptions& records, int passes, 
 }
 
 }  // namespace
-
-void validate(const RenderOptions& o)
-{
-    require(o.width >= 1 && o.width <= 16384, "width", o.width, "a value in [1, 16384]");
-    require(o.height >= 1 && o.height <= 16384, "height", o.height, "a value in [1, 16384]");
-    require(o.aa >= 1 && o.aa <= 64, "aa", o.aa, "a value in [1, 64]");
-    require(o.bounces >= 0 && o.bounces <= 64, "bounces", o.bounces, "a value in [0, 64]");
-    require(o.lobe_rays >= 1 && o.lobe_rays <= 1024, "lobe_rays", o.lobe_rays, "a value in [1, 1024]");
-    require(o.overlap >= 1.0f && o.overlap <= 16.0f, "overlap", o.overlap, "a value in [1, 16]");
-    require(o.target_error >= 0.0 && o.target_error <= 1.0, "target_error", o.target_error, "a value in [0, 1]");
-    require(o.budget_seconds >= 0.0 && o.budget_seconds <= 1e6, "budget_seconds", o.budget_seconds,
-            "a value in [0, 1e6]");
-    validate(o.records);
-    validate(o.direct);
-}
 
 void RenderStats::add(const std::string& stage, double seconds)
 {
@@ -194,18 +171,15 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
     stats.gl_platform = gl.platform();
     const SplatMethod method = choose_method(options.splat, gl);
     stats.splat_method = method == SplatMethod::quads ? "quads" : "tiles";
-    RecordOptions record_options = options.records;
-    record_options.seed = options.seed;
-    record_options.bounces = options.bounces;
+    RecordSettings record_options = record_settings(options);
     record_options.radiance = plan.needs(Effect::glossy_records);
     record_options.effects = effects;
-    DirectOptions direct_options = options.direct;
-    direct_options.seed = options.seed;
-    direct_options.area_samples = of_pass(options.direct.area_samples, options.aa);
-    direct_options.penumbra_samples = of_pass(options.direct.penumbra_samples, options.aa);
+    DirectSettings direct_options = direct_settings(options);
+    direct_options.area_samples = of_pass(options.area_samples, options.aa);
+    direct_options.penumbra_samples = of_pass(options.penumbra_samples, options.aa);
     direct_options.effects = effects;
     const int lobe_rays = goal.rays_of_round(of_pass(options.lobe_rays, options.aa));
-    SplatOptions wide{options.records.error_tolerance, options.overlap, plan.needs(Effect::error_estimate)};
+    SplatSettings wide{record_options.error_tolerance, options.overlap, plan.needs(Effect::error_estimate)};
     const bool has_lamps =
         plan.needs(Effect::punctual_light) || plan.needs(Effect::area_light) || plan.needs(Effect::environment_peaks);
     const bool has_records = plan.needs(Effect::indirect_diffuse), has_traced = plan.needs(Effect::traced_lobes);
@@ -230,7 +204,7 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
         note_bytes(shading, counts);
         if (plan.needs(Effect::more_bounces) && !light_cache) {
             light_cache = clock.run("bounces", [&] {
-                LightCacheOptions cache_options{
+                LightCacheSettings cache_options{
                     .bounces = options.bounces - 1, .seed = options.seed, .effects = effects};
                 if (has_narrow_lobes(rays.scene()))
                     cache_options.kept_fewer = std::min(cache_options.bounces - 1, kKeptFewer);
@@ -322,9 +296,9 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
     tally.finish(gl, records, result.image, counts);
     describe(options, record_options, goal.passes(), camera, stats, result.image);
     result.image.metadata["rcs:records"] = std::to_string(records.size());
-    if (log && options.target_error > 0.0 && stats.error.mean_relative > kNotReached * options.target_error)
+    if (log && stats.error.mean_relative > kNotReached * target_error(options) && target_error(options) > 0.0)
         log(LogLevel::warning, "the error of indirect light is estimated as " + percent(stats.error.mean_relative) +
-                                   ", not the " + percent(options.target_error) + " wanted");
+                                   ", not the " + percent(target_error(options)) + " wanted");
     if (stats.unserved_pixels > 0 && log)
         log(LogLevel::warning, std::to_string(stats.unserved_pixels) + " visible pixels are served by no record");
     result.records = std::move(records);

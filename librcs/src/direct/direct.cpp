@@ -54,21 +54,21 @@ LampSight sight_around(const std::vector<LampSight>& sight, int width, int heigh
 
 }  // namespace
 
-void validate(const DirectOptions& o)
+void validate(const DirectSettings& o)
 {
     if (o.area_samples < 1 || o.area_samples > 1024)
         throw Error(ErrorCode::bad_argument,
-                    "direct.area_samples is " + std::to_string(o.area_samples) + ", expected a value in [1, 1024]");
+                    "area_samples is " + std::to_string(o.area_samples) + ", expected a value in [1, 1024]");
     if (o.penumbra_samples < o.area_samples || o.penumbra_samples > 65536)
-        throw Error(ErrorCode::bad_argument, "direct.penumbra_samples is " + std::to_string(o.penumbra_samples) +
+        throw Error(ErrorCode::bad_argument, "penumbra_samples is " + std::to_string(o.penumbra_samples) +
                                                  ", expected a value in [area_samples, 65536]");
     if (o.lamp_picks < 0 || o.lamp_picks > 1024)
         throw Error(ErrorCode::bad_argument,
-                    "direct.lamp_picks is " + std::to_string(o.lamp_picks) + ", expected a value in [0, 1024]");
+                    "lamp_picks is " + std::to_string(o.lamp_picks) + ", expected a value in [0, 1024]");
 }
 
 double try_direct_light(const RayScene& rays, const GBuffer& gbuffer, const View& view, const Shading& shading,
-                        const DirectOptions& options, ThreadPool& pool)
+                        const DirectSettings& options, ThreadPool& pool)
 {
     const DirectLight light(rays, options);
     std::vector<std::size_t> tried;
@@ -91,7 +91,7 @@ double try_direct_light(const RayScene& rays, const GBuffer& gbuffer, const View
 }
 
 DirectLightResult direct_light(const RayScene& rays, const GBuffer& gbuffer, const View& view, const Shading& shading,
-                               const DirectOptions& options, ThreadPool& pool, std::uint64_t& shadow_rays)
+                               const DirectSettings& options, ThreadPool& pool, std::uint64_t& shadow_rays)
 {
     validate(options);
     const DirectLight light(rays, options);
@@ -136,7 +136,7 @@ DirectLightResult direct_light(const RayScene& rays, const GBuffer& gbuffer, con
     return result;
 }
 
-std::vector<glm::vec3> direct_irradiance(const RayScene& rays, const GBuffer& gbuffer, const DirectOptions& options,
+std::vector<glm::vec3> direct_irradiance(const RayScene& rays, const GBuffer& gbuffer, const DirectSettings& options,
                                          ThreadPool& pool, std::uint64_t& shadow_rays)
 {
     return direct_light(rays, gbuffer, View{}, Shading{}, options, pool, shadow_rays).irradiance;

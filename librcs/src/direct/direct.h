@@ -22,10 +22,10 @@ struct DirectLightResult {
 /// @param view  of `gbuffer`: says where each point is seen from
 /// @param shading  may be empty: then all is diffuse   @param shadow_rays  is increased by the number of rays shot
 DirectLightResult direct_light(const RayScene& rays, const GBuffer& gbuffer, const View& view, const Shading& shading,
-                               const DirectOptions& options, ThreadPool& pool, std::uint64_t& shadow_rays);
+                               const DirectSettings& options, ThreadPool& pool, std::uint64_t& shadow_rays);
 
 /// Wall time that direct_light() would take without a second look at penumbras [s], as far as some of the pixels tell.
 double try_direct_light(const RayScene& rays, const GBuffer& gbuffer, const View& view, const Shading& shading,
-                        const DirectOptions& options, ThreadPool& pool);
+                        const DirectSettings& options, ThreadPool& pool);
 
 }  // namespace rcs

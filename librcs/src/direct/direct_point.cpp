@@ -33,12 +33,12 @@ glm::vec2 lattice(int n, float shift1, float shift2)
 
 }  // namespace
 
-DirectLight::DirectLight(const RayScene& rays, const DirectOptions& options)
+DirectLight::DirectLight(const RayScene& rays, const DirectSettings& options)
     : DirectLight(rays, options, effects_or_scene(options.effects, rays))
 {
 }
 
-DirectLight::DirectLight(const RayScene& rays, const DirectOptions& options, const EffectSet& effects)
+DirectLight::DirectLight(const RayScene& rays, const DirectSettings& options, const EffectSet& effects)
     : rays_(rays),
       options_(options),
       lights_(collect_lights(rays, effects)),

@@ -74,7 +74,7 @@ public:
         Workspace() { reset(packet.ray); }
     };
 
-    DirectLight(const RayScene& rays, const DirectOptions& options);
+    DirectLight(const RayScene& rays, const DirectSettings& options);
 
     /// @param mixed  lamps (bits as of LampSight) that may be hidden in part, and get more shadow rays
     Lit at(const SurfacePoint& point, const Viewer& viewer, std::uint64_t key, Workspace& w,
@@ -91,7 +91,7 @@ public:
     }
 
 private:
-    DirectLight(const RayScene& rays, const DirectOptions& options, const EffectSet& effects);
+    DirectLight(const RayScene& rays, const DirectSettings& options, const EffectSet& effects);
 
     /// The lobes that reflect, and how they share the work with the lamps.
     struct Lobes {
@@ -130,7 +130,7 @@ private:
     float peak_samples_towards(glm::vec3 direction) const;
 
     const RayScene& rays_;
-    DirectOptions options_;
+    DirectSettings options_;
     Lights lights_;
     const Environment& sky_;
     LampCandidates candidates_;

@@ -9,7 +9,7 @@
 namespace rcs {
 
 TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GBuffer& gbuffer, const View& view,
-                        const Shading& shading, const LobeOptions& options, ThreadPool& pool, GlossyStats& stats)
+                        const Shading& shading, const LobeSettings& options, ThreadPool& pool, GlossyStats& stats)
 {
     const auto is_traced = [&](std::size_t i) { return gbuffer.covered(i) && shading.is_traced(i); };
     const LobePaths paths(rays, light, gbuffer, view, shading, options.bounces, options.seed);

@@ -17,7 +17,7 @@ struct TracedLight {
     std::vector<float> error;         ///< standard error of its luminance, from how the rays differ
 };
 
-struct LobeOptions {
+struct LobeSettings {
     int rays_per_pixel = 16;  ///< > 0
     int bounces = 1;          ///< surfaces after the visible point that reflect; >= 0
     std::uint64_t seed = 1;
@@ -27,6 +27,6 @@ struct LobeOptions {
 /// shared between neighbours (LobeSharing). Emission of what these rays meet first does not count: the direct light has
 /// it.
 TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GBuffer& gbuffer, const View& view,
-                        const Shading& shading, const LobeOptions& options, ThreadPool& pool, GlossyStats& stats);
+                        const Shading& shading, const LobeSettings& options, ThreadPool& pool, GlossyStats& stats);
 
 }  // namespace rcs

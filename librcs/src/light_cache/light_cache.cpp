@@ -58,7 +58,7 @@ std::vector<SurfaceSample> visible_points(const GBuffer& g, std::uint64_t seed)
 
 class Builder {
 public:
-    Builder(const RayScene& rays, const CellGrid& grid, const LightCacheOptions& options, ThreadPool& pool)
+    Builder(const RayScene& rays, const CellGrid& grid, const LightCacheSettings& options, ThreadPool& pool)
         : rays_(rays), radiance_(rays, nullptr, effects_or_scene(options.effects, rays)), options_(options), pool_(pool)
     {
         cache_->grid = grid;
@@ -90,7 +90,7 @@ private:
 
     const RayScene& rays_;
     HitRadiance radiance_;
-    LightCacheOptions options_;
+    LightCacheSettings options_;
     ThreadPool& pool_;
     std::unique_ptr<LightCache::Impl> cache_ = std::make_unique<LightCache::Impl>();
     std::vector<Worker> workers_;
@@ -265,7 +265,7 @@ std::unique_ptr<LightCache::Impl> Builder::finish(LightCacheStats& stats)
 
 }  // namespace
 
-void validate(const LightCacheOptions& o)
+void validate(const LightCacheSettings& o)
 {
     if (o.bounces < 1 || o.bounces > 64)
         throw Error(ErrorCode::bad_argument,
@@ -279,7 +279,7 @@ void validate(const LightCacheOptions& o)
 }
 
 LightCache build_light_cache(const RayScene& rays, const GBuffer& gbuffer, const View& view,
-                             const LightCacheOptions& options, ThreadPool& pool, LightCacheStats& stats,
+                             const LightCacheSettings& options, ThreadPool& pool, LightCacheStats& stats,
                              const ProgressFunction& progress)
 {
     validate(options);

@@ -19,7 +19,7 @@ namespace {
 
 // The coarsest grid of candidates [px]: about the widest spacing of default options.
 constexpr int kCoarsestStride = 32;
-constexpr int kMostRays = 16;  // per record, in times RecordOptions::rays
+constexpr int kMostRays = 16;  // per record, in times RecordSettings::rays
 
 /// One wave: in each cell of a grid, one pixel by rule.
 struct Wave {
@@ -80,21 +80,19 @@ void require(bool valid, const char* field, T value, const char* range)
 
 }  // namespace
 
-void validate(const RecordOptions& o)
+void validate(const RecordSettings& o)
 {
-    require(o.error_tolerance > 0.0f && o.error_tolerance <= 1.0f, "records.error_tolerance", o.error_tolerance,
+    require(o.error_tolerance > 0.0f && o.error_tolerance <= 1.0f, "error_tolerance", o.error_tolerance,
             "a value in (0, 1]");
-    require(o.rays >= 16 && o.rays <= 65536, "records.rays", o.rays, "a value in [16, 65536]");
-    require(o.max_reach > 0.0f && std::isfinite(o.max_reach), "records.max_reach", o.max_reach,
-            "a positive number of pixels");
-    require(o.min_reach > 0.0f && o.min_reach <= o.max_reach, "records.min_reach", o.min_reach,
-            "a value in (0, max_reach]");
-    require(o.bounces >= 0 && o.bounces <= 64, "records.bounces", o.bounces, "a value in [0, 64]");
-    require(o.noise_target > 0.0f, "records.noise_target", o.noise_target, "a positive value");
-    require(o.gradient_limit > 0.0f, "records.gradient_limit", o.gradient_limit, "a positive value");
+    require(o.rays >= 16 && o.rays <= 65536, "rays", o.rays, "a value in [16, 65536]");
+    require(o.max_reach > 0.0f && std::isfinite(o.max_reach), "max_reach", o.max_reach, "a positive number of pixels");
+    require(o.min_reach > 0.0f && o.min_reach <= o.max_reach, "min_reach", o.min_reach, "a value in (0, max_reach]");
+    require(o.bounces >= 0 && o.bounces <= 64, "bounces", o.bounces, "a value in [0, 64]");
+    require(o.noise_target > 0.0f, "noise_target", o.noise_target, "a positive value");
+    require(o.gradient_limit > 0.0f, "gradient_limit", o.gradient_limit, "a positive value");
 }
 
-Placement::Placement(const RayScene& rays, const GBuffer& gbuffer, const View& view, const RecordOptions& options,
+Placement::Placement(const RayScene& rays, const GBuffer& gbuffer, const View& view, const RecordSettings& options,
                      ThreadPool& pool, std::vector<Record>& records, RecordStats& stats, const LightCache* cache,
                      std::function<void(float)> report)
     : gbuffer_(gbuffer),
@@ -113,7 +111,7 @@ Placement::Placement(const RayScene& rays, const GBuffer& gbuffer, const View& v
 
 void Placement::fill()
 {
-    const SplatOptions reach{options_.error_tolerance, 1.0f};
+    const SplatSettings reach{options_.error_tolerance, 1.0f};
     SpacingLimiter spacing(options_);
     const std::vector<Wave> list = waves();
     const Wave every_pixel{1, -1, true};
@@ -176,7 +174,7 @@ void Placement::refine(std::span<const int> extra)
     gatherer_.gather_more(gbuffer_, pixels_, extra, records(), pool_, stats_, report_);
 }
 
-void place_records(const RayScene& rays, const GBuffer& gbuffer, const View& view, const RecordOptions& options,
+void place_records(const RayScene& rays, const GBuffer& gbuffer, const View& view, const RecordSettings& options,
                    ThreadPool& pool, std::vector<Record>& records, RecordStats& stats, const ProgressFunction& progress,
                    const LightCache* cache)
 {

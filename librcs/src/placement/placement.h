@@ -15,7 +15,7 @@ namespace rcs {
 class Placement {
 public:
     /// @param report  told the fraction done of each step, on this thread; may throw
-    Placement(const RayScene& rays, const GBuffer& gbuffer, const View& view, const RecordOptions& options,
+    Placement(const RayScene& rays, const GBuffer& gbuffer, const View& view, const RecordSettings& options,
               ThreadPool& pool, std::vector<Record>& records, RecordStats& stats, const LightCache* cache,
               std::function<void(float)> report);
 
@@ -29,7 +29,7 @@ public:
     /// Gathers again, with extra[i] times rays() more at record i.
     void refine(std::span<const int> extra);
 
-    RecordOptions& options() { return options_; }
+    RecordSettings& options() { return options_; }
     /// Hemisphere rays of one gather.
     int rays() const { return gatherer_.rays(); }
     const TiledSurfaces& surfaces() const { return surfaces_; }
@@ -41,7 +41,7 @@ public:
 private:
     const GBuffer& gbuffer_;
     const View& view_;
-    RecordOptions options_;
+    RecordSettings options_;
     ThreadPool& pool_;
     std::vector<Record>& records_;
     RecordStats& stats_;

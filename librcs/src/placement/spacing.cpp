@@ -106,7 +106,7 @@ private:
 };
 
 /// All limits but the neighbours', which `near` already holds.
-void set_spacing(Record& r, float near, const RecordOptions& options)
+void set_spacing(Record& r, float near, const RecordSettings& options)
 {
     const float reach = std::clamp(std::min(near, options.gradient_limit * r.gradient_reach),
                                    r.closeness * options.min_reach * r.footprint, options.max_reach * r.footprint);
@@ -138,7 +138,7 @@ struct SpacingLimiter::Trees {
     }
 };
 
-SpacingLimiter::SpacingLimiter(const RecordOptions& options) : options_(options), trees_(std::make_unique<Trees>()) {}
+SpacingLimiter::SpacingLimiter(const RecordSettings& options) : options_(options), trees_(std::make_unique<Trees>()) {}
 SpacingLimiter::~SpacingLimiter() = default;
 
 void SpacingLimiter::limit(std::vector<Record>& records, std::size_t first, ThreadPool& pool)
@@ -164,7 +164,7 @@ void SpacingLimiter::limit(std::vector<Record>& records, std::size_t first, Thre
     }
 }
 
-void limit_spacing(std::vector<Record>& records, const RecordOptions& options, ThreadPool& pool)
+void limit_spacing(std::vector<Record>& records, const RecordSettings& options, ThreadPool& pool)
 {
     SpacingLimiter(options).limit(records, 0, pool);
 }

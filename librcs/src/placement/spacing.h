@@ -12,7 +12,7 @@ namespace rcs {
 /// limit_spacing() for a set of records that only grows: what neighbours allow is kept from call to call.
 class SpacingLimiter {
 public:
-    explicit SpacingLimiter(const RecordOptions& options);
+    explicit SpacingLimiter(const RecordSettings& options);
     ~SpacingLimiter();
 
     /// Limits the records from `first` on by all there are; those before only if `first` is 0.
@@ -22,7 +22,7 @@ public:
 private:
     struct Trees;
 
-    RecordOptions options_;
+    RecordSettings options_;
     std::unique_ptr<Trees> trees_;
     std::vector<float> near_;          // per record: the least R_j + |x_i - x_j| over all j, or what is wanted at most
     std::vector<std::uint32_t> seen_;  // per record: over how many records j, from the first on

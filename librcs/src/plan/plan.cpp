@@ -138,7 +138,7 @@ void Planner::plan_light()
                                                        : dark());
     bounded(area);
     area.cost = "a shadow ray a sample and lamp or more, most in penumbras, and one for each gather hit";
-    area.rays = pixels_ * view_[kReflects].share * options_.direct.area_samples;
+    area.rays = pixels_ * view_[kReflects].share * options_.area_samples;
 
     const std::string no_sky = "the sky's radiance is 0";
     PlannedEffect& sky =
@@ -155,7 +155,7 @@ void Planner::plan_light()
                                                   : "parts of the sky are brighter than 8 times its mean");
     bounded(peaks);
     peaks.cost = "shadow rays as for area light";
-    peaks.rays = pixels_ * view_[kReflects].share * options_.direct.area_samples;
+    peaks.rays = pixels_ * view_[kReflects].share * options_.area_samples;
 
     const Sighting& lobe = view_[kHasLobe];
     PlannedEffect& highlights =
@@ -169,7 +169,7 @@ void Planner::plan_light()
 void Planner::plan_bounces(bool called_for)
 {
     const double albedo = facts_.most_albedo;
-    const double share = options_.target_error > 0.0 ? kBounceShareOfTarget * options_.target_error : kBounceShare;
+    const double share = target_error(options_) > 0.0 ? kBounceShareOfTarget * target_error(options_) : kBounceShare;
     // Each bounce has at most `albedo` of the power of the one before: after n of them albedo^n / (1 - albedo) is
     // missing.
     const auto missing = [&](int n) {
@@ -214,8 +214,8 @@ void Planner::plan_indirect()
                                      : !any ? "no bounce is asked for and the sky's radiance is 0"
                                             : dark());
     measured(indirect, view_[kReflects]);
-    indirect.cost =
-        text("records of about 250 bytes with %d rays and more, splatted in each pass", options_.records.rays);
+    indirect.cost = text("records of about 250 bytes with %d rays and more, splatted in each pass",
+                         settings_or_default(options_).rays);
     indirect.bytes = 100.0 * pixels_;
 
     const std::string roughness =
@@ -329,7 +329,7 @@ void Planner::plan_picture()
                                options_.aa > 1 ? options_.effects : EffectChoice{});
     plan_.passes = aa.needed ? options_.aa : 1;
     aa.cost = "all that is done for each pass";
-    const bool goal = options_.target_error > 0.0 || options_.budget_seconds > 0.0;
+    const bool goal = has_goal(options_);
     // Rays along lobes may meet what is smaller than a pixel; goals weigh passes before it is known how much they
     // share.
     plan_.shares_samples = plan_.passes > 1 && !options_.effects.with.has(Effect::anti_aliasing) && !goal &&

@@ -163,7 +163,7 @@ void note_cells(const Basis& frame, const HitPacket& packet, const FacePacket& f
 
 class Gatherer {
 public:
-    Gatherer(const RayScene& rays, const RecordOptions& options, const LightCache* cache)
+    Gatherer(const RayScene& rays, const RecordSettings& options, const LightCache* cache)
         : rays_(rays),
           radiance_(rays, cache, effects_or_scene(options.effects, rays)),
           has_bounce_(options.bounces > 0),
@@ -410,12 +410,12 @@ struct RecordGatherer::Impl {
     std::uint64_t seed;
 };
 
-RecordGatherer::RecordGatherer(const RayScene& rays, const RecordOptions& options, const LightCache* cache)
+RecordGatherer::RecordGatherer(const RayScene& rays, const RecordSettings& options, const LightCache* cache)
     : impl_(new Impl{Gatherer(rays, options, options.bounces > 1 ? cache : nullptr), make_hemisphere_grid(options.rays),
                      options.seed})
 {
     if (options.bounces > 1 && !cache)
-        throw Error(ErrorCode::bad_argument, "records.bounces is " + std::to_string(options.bounces) +
+        throw Error(ErrorCode::bad_argument, "bounces is " + std::to_string(options.bounces) +
                                                  ", which takes a light cache; expected 0 or 1 without one");
 }
 
@@ -490,7 +490,7 @@ void RecordGatherer::gather_more(const GBuffer& gbuffer, std::span<const std::ui
 }
 
 std::vector<Record> gather_records(const RayScene& rays, const GBuffer& gbuffer,
-                                   const std::vector<std::uint32_t>& pixels, const RecordOptions& options,
+                                   const std::vector<std::uint32_t>& pixels, const RecordSettings& options,
                                    ThreadPool& pool, RecordStats& stats, const LightCache* cache)
 {
     return RecordGatherer(rays, options, cache).gather(gbuffer, pixels, pool, stats);

@@ -14,7 +14,7 @@ namespace rcs {
 /// prepared once. @param cache  as for gather_records()
 class RecordGatherer {
 public:
-    RecordGatherer(const RayScene& rays, const RecordOptions& options, const LightCache* cache);
+    RecordGatherer(const RayScene& rays, const RecordSettings& options, const LightCache* cache);
     ~RecordGatherer();
 
     std::vector<Record> gather(const GBuffer& gbuffer, const std::vector<std::uint32_t>& pixels, ThreadPool& pool,

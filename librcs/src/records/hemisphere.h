@@ -26,7 +26,7 @@ struct HemisphereGrid {
     std::vector<float> cos_phi, sin_phi, cos_bound, sin_bound;
 };
 
-/// The largest grid: what RecordOptions::rays may ask for.
+/// The largest grid: what RecordSettings::rays may ask for.
 inline constexpr int kMostHemisphereRays = 65536;
 
 /// @param rays  wanted number of cells, in [1, kMostHemisphereRays]; M = round(sqrt(rays / pi)) >= 2, N = round(rays /

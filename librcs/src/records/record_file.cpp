@@ -62,13 +62,14 @@ RecordKey record_key(const Scene& scene, const RenderOptions& options)
 {
     Fingerprint print;
     add(print, scene);
-    const RecordOptions& r = options.records;
+    const QualitySettings r = settings_or_default(options);
     const std::string aim =
-        options.target_error > 0.0
-            ? "target error " + text(options.target_error) + ", overlap " + text(options.overlap)
+        target_error(options) > 0.0
+            ? "target error " + text(target_error(options)) + ", overlap " + text(options.overlap)
             : "accuracy " + text(r.error_tolerance) + ", rays " + text(r.rays) + ", noise " + text(r.noise_target);
-    RecordKey key{print.text(), "bounces " + text(options.bounces) + ", " + aim + ", reach " + text(r.min_reach) +
-                                    " to " + text(r.max_reach) + " px, gradient limit " + text(r.gradient_limit)};
+    RecordKey key{print.text(), "bounces " + text(options.bounces) + ", " + aim + ", reach " + text(options.min_reach) +
+                                    " to " + text(options.max_reach) + " px, gradient limit " +
+                                    text(options.gradient_limit)};
     if (const std::string with = names_of(options.effects.with); !with.empty()) key.settings += ", with" + with;
     if (const std::string without = names_of(options.effects.without); !without.empty())
         key.settings += ", without" + without;

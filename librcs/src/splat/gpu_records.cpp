@@ -47,7 +47,7 @@ float influence_radius(const Record& record, float overlap)
 }
 
 void append_gpu_records(std::span<const Record> records, glm::dvec3 camera_position, const View& view,
-                        const SplatOptions& options, bool with_radiance, float luminance_unit, GpuRecords& gpu_records)
+                        const SplatSettings& options, bool with_radiance, float luminance_unit, GpuRecords& gpu_records)
 {
     const float per_unit = 1.0f / luminance_unit;
     const float inv_normal_tolerance = 1.0f / (options.error_tolerance * options.overlap);

@@ -21,7 +21,8 @@ float influence_radius(const Record& record, float overlap);
 /// @param camera_position  what positions are relative to, as in the G-buffer
 /// @param luminance_unit  SplatBuffer::luminance_unit
 void append_gpu_records(std::span<const Record> records, glm::dvec3 camera_position, const View& view,
-                        const SplatOptions& options, bool with_radiance, float luminance_unit, GpuRecords& gpu_records);
+                        const SplatSettings& options, bool with_radiance, float luminance_unit,
+                        GpuRecords& gpu_records);
 
 /// Mean luminance of the records' irradiance, so that its squares stay within floats; 1 if all is dark. [W m^-2]
 float luminance_unit(std::span<const Record> records);

@@ -166,7 +166,7 @@ SplatBuffer make_splat_buffer(const GBuffer& gbuffer, bool glossy, bool with_err
 }  // namespace
 
 SplatBuffer splat_quads(GlContext& gl, const std::vector<Record>& records, const GBuffer& gbuffer, const View& view,
-                        const SplatOptions& options, SplatStats& stats, const Shading* glossy)
+                        const SplatSettings& options, SplatStats& stats, const Shading* glossy)
 {
     const bool has_lobes = glossy != nullptr;
     SplatBuffer splats = make_splat_buffer(gbuffer, has_lobes, options.error_sums);

@@ -48,7 +48,7 @@ Bins bin_records(const std::vector<gpu::GpuRecord>& records, const TiledSurfaces
 }
 
 GpuRecords make_gpu_records(std::span<const Record> records, glm::dvec3 camera, const View& view,
-                            const SplatOptions& options, bool with_radiance, float unit, ThreadPool& pool)
+                            const SplatSettings& options, bool with_radiance, float unit, ThreadPool& pool)
 {
     constexpr std::size_t kChunk = 2048;
     std::vector<GpuRecords> chunks((records.size() + kChunk - 1) / kChunk);
@@ -284,7 +284,7 @@ TiledSurfaces make_tiled_surfaces(const GBuffer& g, ThreadPool& pool)
 }
 
 void add_weights(std::span<const Record> records, const TiledSurfaces& surfaces, const View& view,
-                 const SplatOptions& options, ThreadPool& pool, std::vector<float>& weight)
+                 const SplatSettings& options, ThreadPool& pool, std::vector<float>& weight)
 {
     const GpuRecords from = make_gpu_records(records, surfaces.camera_position, view, options, false, 1.0f, pool);
     for_each_busy_tile(surfaces, from, pool, [&](std::size_t t, const TileRecords& in_tile) {
@@ -295,7 +295,7 @@ void add_weights(std::span<const Record> records, const TiledSurfaces& surfaces,
 }
 
 SplatBuffer splat_tiles(std::span<const Record> records, const TiledSurfaces& surfaces, const View& view,
-                        const SplatOptions& options, ThreadPool& pool, SplatStats& stats, const Shading* glossy)
+                        const SplatSettings& options, ThreadPool& pool, SplatStats& stats, const Shading* glossy)
 {
     SplatBuffer out;
     out.width = surfaces.width;
@@ -342,7 +342,7 @@ SplatBuffer splat_tiles(std::span<const Record> records, const TiledSurfaces& su
 }
 
 SplatBuffer splat_tiles(const std::vector<Record>& records, const GBuffer& gbuffer, const View& view,
-                        const SplatOptions& options, ThreadPool& pool, SplatStats& stats, const Shading* glossy)
+                        const SplatSettings& options, ThreadPool& pool, SplatStats& stats, const Shading* glossy)
 {
     return splat_tiles(records, make_tiled_surfaces(gbuffer, pool), view, options, pool, stats, glossy);
 }

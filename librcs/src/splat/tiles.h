@@ -29,11 +29,11 @@ TiledSurfaces make_tiled_surfaces(const GBuffer& gbuffer, ThreadPool& pool);
 
 /// Adds the records' weights alone, for finding holes: one sum per pixel, row by row.
 void add_weights(std::span<const Record> records, const TiledSurfaces& surfaces, const View& view,
-                 const SplatOptions& options, ThreadPool& pool, std::vector<float>& weight);
+                 const SplatSettings& options, ThreadPool& pool, std::vector<float>& weight);
 
 /// splat_tiles() of splat.h, on surfaces that are tiled already.
 SplatBuffer splat_tiles(std::span<const Record> records, const TiledSurfaces& surfaces, const View& view,
-                        const SplatOptions& options, ThreadPool& pool, SplatStats& stats,
+                        const SplatSettings& options, ThreadPool& pool, SplatStats& stats,
                         const Shading* glossy = nullptr);
 
 }  // namespace rcs

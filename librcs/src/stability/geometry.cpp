@@ -25,8 +25,8 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 RenderOptions quiet_options(int size)
 {
     RenderOptions options = small_options(size);
-    options.records.rays = 512;
-    options.direct.area_samples = options.direct.penumbra_samples = 64;
+    settings_of(options).rays = 512;
+    options.area_samples = options.penumbra_samples = 64;
     return options;
 }
 

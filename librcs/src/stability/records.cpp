@@ -19,7 +19,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 
 SplatBuffer splat(CaseRun& run, SplatMethod method, const std::vector<Record>& records, const GBuffer& g,
-                  const View& view, const SplatOptions& options)
+                  const View& view, const SplatSettings& options)
 {
     SplatStats stats;
     return method == SplatMethod::quads ? splat_quads(run.gl(), records, g, view, options, stats)
@@ -95,7 +95,7 @@ void record_in_a_crease(CaseRun& run)
     run.figure(static_cast<double>(result.records.size()) / seen, "records a pixel");
     for (const Record& r : result.records)
         run.require(
-            r.spacing_radius >= 0.999f * options.records.error_tolerance * options.records.min_reach * r.footprint,
+            r.spacing_radius >= 0.999f * settings_or_default(options).error_tolerance * options.min_reach * r.footprint,
             "a record's radius of " + text_of(static_cast<double>(r.spacing_radius)) +
                 " m is below the least of pixels");
 }
@@ -143,8 +143,8 @@ void steep_gradient(CaseRun& run)
     const std::vector<glm::dvec3> spot = {{0, 0.3, -0.1}, {0, 0.5, -0.1}, {0, 0.5, 0.1}, {0, 0.3, 0.1}};
     for (const float accuracy : {0.2f, 0.05f}) {
         RenderOptions options = small_options(size);
-        options.records.rays = 4096;
-        options.records.error_tolerance = accuracy;
+        settings_of(options).rays = 4096;
+        settings_of(options).error_tolerance = accuracy;
         const LayeredImage image =
             run.render(bright_spot(), options, "accuracy " + text_of(static_cast<double>(accuracy))).image;
         double error = 0.0, sum = 0.0, peak = 0.0;
@@ -197,7 +197,8 @@ void light_through_sheet(CaseRun& run, int bounces)
     const LayeredImage image = run.render(divided_room(), options).image;
     double lit = 0.0, dark = 0.0, near = 0.0;
     // Records are no closer than pixels allow, and reach twice as far: what they say across the sheet ends there.
-    const int reach = static_cast<int>(std::ceil(2.0f * options.records.error_tolerance * options.records.min_reach));
+    const int reach =
+        static_cast<int>(std::ceil(2.0f * settings_or_default(options).error_tolerance * options.min_reach));
     for (int y = 0; y < size; ++y)
         for (int x = 0; x < size; ++x)
             // The sheet itself lies between two columns.
@@ -302,7 +303,7 @@ void many_records_on_a_pixel(CaseRun& run)
             records[k].rotation_gradient[c] *= 1e6f;
         }
     }
-    const SplatOptions options{0.3f, 2.0f};
+    const SplatSettings options{0.3f, 2.0f};
     const std::vector<SplatSums> exact = double_loop(records, g, options);
     for (const SplatMethod method : kBothMethods) {
         const SplatBuffer sums = splat(run, method, records, g, view, options);
@@ -325,7 +326,7 @@ void tiny_bright_source(CaseRun& run)
     scene.sky_radiance = glm::vec3(1.0f);
     const int size = 64;
     RenderOptions options = small_options(size);
-    options.records.rays = 16384;  // one or two of a record's rays find it
+    settings_of(options).rays = 16384;  // one or two of a record's rays find it
     const LayeredImage image = run.render(scene, options).image;
     const std::vector<glm::dvec3> spot = {{0, 1, 0}, {0, 1.02, 0}, {0, 1.02, 0.02}, {0, 1, 0.02}};
     double sum = 0.0, expected = 0.0, highest = 0.0, peak = 0.0;
@@ -383,7 +384,7 @@ Record gather_beside_wall(CaseRun& run, double distance, double turn)
     g.position_error.assign(1, 1e-6f);
     g.instance.assign(1, 0);
     g.primitive.assign(1, 0);
-    RecordOptions options;
+    RecordSettings options;
     options.rays = 16384;
     RecordStats stats;
     return gather_records(rays, g, {0}, options, run.pool(), stats).front();
@@ -420,7 +421,7 @@ void spacing_of_neighbours(CaseRun& run)
         r.footprint = 1e-4f;  // so small that pixels set no least radius
         r.gradient_reach = 100.0f;
     }
-    RecordOptions options;
+    RecordSettings options;
     options.min_reach = 1e-3f;
     options.max_reach = 1e6f;
     std::vector<Record> reversed(records.rbegin(), records.rend());

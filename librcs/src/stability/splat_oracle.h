@@ -76,7 +76,7 @@ struct SplatSums {
 
 /// The definition written out again: every record at every pixel, in double precision, from the paper's
 /// formulas and not from the shared header.
-inline std::vector<SplatSums> double_loop(const std::vector<Record>& records, const GBuffer& g, const SplatOptions& o)
+inline std::vector<SplatSums> double_loop(const std::vector<Record>& records, const GBuffer& g, const SplatSettings& o)
 {
     std::vector<SplatSums> pixels(g.size());
     for (std::size_t i = 0; i < g.size(); ++i) {

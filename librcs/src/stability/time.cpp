@@ -66,7 +66,7 @@ void records_in_a_file(CaseRun& run)
     Scene brighter = scene;
     brighter.lights.push_back(point_light({-1.5, 2.0, 1.0}, {3.0f, 1.0f, 0.5f}));
     RenderOptions finer = options;
-    finer.records.error_tolerance *= 0.5f;
+    settings_of(finer).error_tolerance *= 0.5f;
     run.require(!complaint(path, record_key(brighter, options)).empty(), "records of another light are taken");
     run.require(!complaint(path, record_key(scene, finer)).empty(), "records of another accuracy are taken");
     std::ifstream file(path, std::ios::binary);

@@ -25,11 +25,11 @@ void compare_splats(CaseRun& run, const Scene& scene, const View& view, std::vec
     const RayScene rays = build_ray_scene(scene, run.pool());
     const GBuffer g = render_gbuffer(run.gl(), rays, view, 1.0f, run.pool());
     std::vector<Record> records = std::move(more);
-    RecordOptions record_options;
+    RecordSettings record_options;
     record_options.rays = 32;
     RecordStats stats;
     place_records(rays, g, view, record_options, run.pool(), records, stats);
-    const SplatOptions options{0.2f, 3.0f};
+    const SplatSettings options{0.2f, 3.0f};
     const std::vector<SplatSums> exact = double_loop(records, g, options);
     double light = 0.0;
     for (const Record& r : records)
@@ -174,7 +174,7 @@ void odd_sizes(CaseRun& run)
             RenderOptions options = small_options(1, method);
             options.width = size.width;
             options.height = size.height;
-            options.records.rays = 16;
+            settings_of(options).rays = 16;
             try {
                 const RenderResult result = run.render(furnished_room(), options, words);
                 const Image& beauty = result.image.layers.at("beauty");

@@ -27,9 +27,9 @@ constexpr Settings kSettings[kMostSweepPoints] = {
 SweepPoint settings_point(const RenderOptions& base, float accuracy, int rays, float noise)
 {
     SweepPoint point{{}, base};
-    point.options.records.error_tolerance = accuracy;
-    point.options.records.rays = rays;
-    point.options.records.noise_target = noise;
+    settings_of(point.options).error_tolerance = accuracy;
+    settings_of(point.options).rays = rays;
+    settings_of(point.options).noise_target = noise;
     char label[96];
     std::snprintf(label, sizeof label, "--accuracy %g --rays %d --noise %g", static_cast<double>(accuracy), rays,
                   static_cast<double>(noise));
