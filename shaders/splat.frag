@@ -1,6 +1,6 @@
 #version 450 core
-// What one record adds to one pixel. Variants: RCS_SPLAT_GLOSSY also lights lobes, RCS_SPLAT_ERRORS also sums up what the
-// error estimate takes.
+// What one record adds to one pixel. Variants: RCS_SPLAT_GLOSSY also lights lobes, RCS_SPLAT_ERRORS also sums up what
+// the error estimate takes.
 #include "shared/bindings.h"
 #include "shared/gpu_record.h"
 #include "shared/weight.h"

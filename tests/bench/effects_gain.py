@@ -57,9 +57,11 @@ LAMBERTIAN = {"pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.5, 0.5, 1], "m
               "extensions": {"KHR_materials_specular": {"specularFactor": 0}}}
 LITTLE = {
     "room": (LAMBERTIAN, True),
-    "emissive": ({"pbrMetallicRoughness": {"baseColorFactor": [0, 0, 0, 1], "metallicFactor": 0}, "emissiveFactor": [1, 1, 1],
+    "emissive": ({"pbrMetallicRoughness": {"baseColorFactor": [0, 0, 0, 1], "metallicFactor": 0},
+                  "emissiveFactor": [1, 1, 1],
                   "extensions": {"KHR_materials_specular": {"specularFactor": 0}}}, False),
-    "unlit": ({"pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.5, 0.5, 1]}, "extensions": {"KHR_materials_unlit": {}}}, True),
+    "unlit": ({"pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.5, 0.5, 1]},
+               "extensions": {"KHR_materials_unlit": {}}}, True),
 }
 
 
@@ -73,8 +75,9 @@ def processor_seconds(command):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("rcsplat")
-    parser.add_argument("scenes", nargs="*", default=["room", "emissive", "unlit", "demo:cornell", "demo:spheres", "demo:furnace",
-                                                       "demo:closed-box", "demo:sphere-light", "demo:corner", "demo:atrium"])
+    parser.add_argument("scenes", nargs="*",
+                        default=["room", "emissive", "unlit", "demo:cornell", "demo:spheres", "demo:furnace",
+                                 "demo:closed-box", "demo:sphere-light", "demo:corner", "demo:atrium"])
     parser.add_argument("--pairs", type=int, default=3)
     parser.add_argument("--size", default="320x320")
     parser.add_argument("--options", default="", help="more of render's options, in one string")
@@ -91,7 +94,8 @@ def main():
                     file.write(text)
                 with open(os.path.join(folder, "room.bin"), "wb") as file:
                     file.write(data)
-            base = [arguments.rcsplat, "render", path, "--quiet", "-o", os.path.join(folder, "out.png")] + arguments.options.split()
+            base = [arguments.rcsplat, "render", path, "--quiet", "-o",
+                    os.path.join(folder, "out.png")] + arguments.options.split()
             if camera:
                 base += ["--camera", camera]
 
@@ -104,8 +108,9 @@ def main():
                 for effects in ("auto", "all") if pair % 2 == 0 else ("all", "auto"):
                     times[effects].append(max(1e-3, seconds(effects, arguments.size) - start[effects]))
             ratios = [b / a for a, b in zip(times["auto"], times["all"])]
-            print(f"{os.path.basename(scene):28} {statistics.median(times['auto']):9.2f} {statistics.median(times['all']):9.2f} "
-                  f"{statistics.median(ratios):9.2f}   {' '.join(f'{r:.2f}' for r in ratios)}", flush=True)
+            print(f"{os.path.basename(scene):28} {statistics.median(times['auto']):9.2f} "
+                  f"{statistics.median(times['all']):9.2f} {statistics.median(ratios):9.2f}   "
+                  f"{' '.join(f'{r:.2f}' for r in ratios)}", flush=True)
 
 
 if __name__ == "__main__":

@@ -3,10 +3,11 @@
 
     tests/bench/guard_cost.py SCENE [--camera NAME] [--pairs 9] [--work DIR]
 
-There is no switch for them in the product: guards.json says how the source would read without them, which is put into the
-copy of the sources that tests/mutation/run.py builds in. Two clamps without
-which no render would end (of the turn of normals, of rays in the tangent plane: an instruction each) stay. Pairs alternate in order; what is compared is processor time, of
-the render alone as --stats has it wall time is printed as well. Ends with 1 if the guards cost more than 3 %.
+There is no switch for them in the product: guards.json says how the source would read without them, which is put into
+the copy of the sources that tests/mutation/run.py builds in. Two clamps without which no render would end (of the turn
+of normals, of rays in the tangent plane: an instruction each) stay. Pairs alternate in order; what is compared is
+processor time, of the render alone as --stats has it; wall time is printed as well. Ends with 1 if the guards cost more
+than 3 %.
 """
 
 import argparse
@@ -34,7 +35,8 @@ def apply(source, guards):
         text = path.read_text()
         before.setdefault(path, text)
         if text.count(guard["find"]) != 1:
-            sys.exit("error: guard %s applies %d times in %s" % (guard["name"], text.count(guard["find"]), guard["file"]))
+            sys.exit("error: guard %s applies %d times in %s" %
+                     (guard["name"], text.count(guard["find"]), guard["file"]))
         path.write_text(text.replace(guard["find"], guard["replace"]))
     return before
 
@@ -44,10 +46,12 @@ def render(folder, scene, camera, size):
     with tempfile.TemporaryDirectory() as scratch:
         stats = pathlib.Path(scratch) / "stats.json"
         begin = resource.getrusage(resource.RUSAGE_CHILDREN)
-        subprocess.run([folder / "bin" / "rcsplat", "render", scene, *(["--camera", camera] if camera else []), "--size", size, "-q",
+        subprocess.run([folder / "bin" / "rcsplat", "render", scene, *(["--camera", camera] if camera else []),
+                        "--size", size, "-q",
                         "-o", pathlib.Path(scratch) / "a.exr", "--stats", stats], check=True)
         end = resource.getrusage(resource.RUSAGE_CHILDREN)
-        wall = sum(seconds for stage, seconds in json.loads(stats.read_text())["stage_seconds"].items() if stage not in ("load", "write"))
+        wall = sum(seconds for stage, seconds in json.loads(stats.read_text())["stage_seconds"].items()
+                   if stage not in ("load", "write"))
         return end.ru_utime - begin.ru_utime, wall
 
 
@@ -88,11 +92,13 @@ def main():
             continue  # warms the disk's cache
         processor.append(times[kept][0] / times[folder][0] - 1.0)
         wall.append(times[kept][1] / times[folder][1] - 1.0)
-        print("pair %d: with %.2f s, without %.2f s of processor time: %+.1f %%" % (pair, times[kept][0], times[folder][0], 100 * processor[-1]), flush=True)
+        print("pair %d: with %.2f s, without %.2f s of processor time: %+.1f %%" %
+              (pair, times[kept][0], times[folder][0], 100 * processor[-1]), flush=True)
     median = statistics.median(processor)
     spread = sorted(processor)
-    print("guards cost %.1f %% of the processor time (median of %d pairs, from %.1f to %.1f %%), %.1f %% of the wall time"
-          % (100 * median, len(processor), 100 * spread[0], 100 * spread[-1], 100 * statistics.median(wall)))
+    print("guards cost %.1f %% of the processor time (median of %d pairs, from %.1f to %.1f %%), "
+          "%.1f %% of the wall time" % (100 * median, len(processor), 100 * spread[0], 100 * spread[-1],
+                                        100 * statistics.median(wall)))
     sys.exit(0 if median <= MOST_COST else 1)
 
 

@@ -68,7 +68,8 @@ def main():
     parser.add_argument("--spp", type=int, default=1024, help="paths a pixel of the reference")
     parser.add_argument("--bounces", type=int, default=1)
     parser.add_argument("--seeds", type=int, default=1, help="renders to take the mean of")
-    parser.add_argument("--render", default="", help="options of rcsplat render, as one word: '--accuracy 0.1 --rays 512'")
+    parser.add_argument("--render", default="",
+                        help="options of rcsplat render, as one word: '--accuracy 0.1 --rays 512'")
     args = parser.parse_args()
     args.output.mkdir(parents=True, exist_ok=True)
     common = ["demo:spheres", "--size", args.size, "--aa", "1", "--bounces", str(args.bounces), "--pixel-format",
@@ -84,8 +85,8 @@ def main():
 
     reference, error = luminance(reference_path, "beauty"), luminance(reference_path, "standard_error")
     rays = view_rays(reference.shape[1], reference.shape[0])
-    print(f"{args.size} pixels, bounces {args.bounces}, reference {args.spp} paths a pixel, seeds {args.seeds}; render options: "
-          f"{args.render or 'defaults'}\n")
+    print(f"{args.size} pixels, bounces {args.bounces}, reference {args.spp} paths a pixel, seeds {args.seeds}; "
+          f"render options: {args.render or 'defaults'}\n")
     print("| row | roughness | pixels | render / reference | step | sigma |\n| --- | --- | --- | --- | --- | --- |")
     worst = 0.0
     for row in ROWS:

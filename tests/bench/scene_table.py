@@ -136,7 +136,8 @@ def main():
     parser.add_argument("--noise", type=float, default=2.0, help="noise wanted of a reference [%%]")
     parser.add_argument("--bounces", type=int, nargs="+", default=[1, 4])
     parser.add_argument("--only", nargs="+", default=[""], help="parts of scene/camera names to take")
-    parser.add_argument("--render", default="", help="options of rcsplat render, as one word: '--accuracy 0.1 --rays 512'")
+    parser.add_argument("--render", default="",
+                        help="options of rcsplat render, as one word: '--accuracy 0.1 --rays 512'")
     args = parser.parse_args()
     args.noise /= 100.0
     args.output.mkdir(parents=True, exist_ok=True)

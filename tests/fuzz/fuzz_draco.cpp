@@ -23,9 +23,11 @@ std::string file_with_mesh(const std::uint8_t* data, std::size_t size)
 {
     const std::size_t vertices = data[0] + 1u, indices = 3u * (data[1] + 1u);
     std::string json =
-        R"({"asset":{"version":"2.0"},"extensionsUsed":["KHR_draco_mesh_compression"],"extensionsRequired":["KHR_draco_mesh_compression"],)"
-        R"("scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0,"NORMAL":1},"indices":2,)"
-        R"("extensions":{"KHR_draco_mesh_compression":{"bufferView":0,"attributes":{"POSITION":0,"NORMAL":1}}}}]}],"accessors":[)"
+        R"({"asset":{"version":"2.0"},"extensionsUsed":["KHR_draco_mesh_compression"],)"
+        R"("extensionsRequired":["KHR_draco_mesh_compression"],)"
+        R"("scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],)"
+        R"("meshes":[{"primitives":[{"attributes":{"POSITION":0,"NORMAL":1},"indices":2,"extensions":)"
+        R"({"KHR_draco_mesh_compression":{"bufferView":0,"attributes":{"POSITION":0,"NORMAL":1}}}}]}],"accessors":[)"
         R"({"componentType":5126,"type":"VEC3","count":)" +
         std::to_string(vertices) + R"(},{"componentType":5126,"type":"VEC3","count":)" + std::to_string(vertices) +
         R"(},{"componentType":5125,"type":"SCALAR","count":)" + std::to_string(indices) +

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Makes seed corpora for the fuzzers from the test corpus and the shared scenes: OUT/gltf, OUT/draco, OUT/image, OUT/records.
+"""Makes seed corpora for the fuzzers from the test corpus and the shared scenes: OUT/gltf, OUT/draco, OUT/image and
+OUT/records.
 
     make_seeds.py CORPUS_FOLDER [SCENES_FOLDER] --out OUT     # CORPUS_FOLDER as write_corpus makes it
 """

@@ -5,8 +5,8 @@
     tests/fuzz/mutate_scenes.py build/asan/bin/rcsplat build/seeds ../shared/scenes --count 2000
 
 A failure is a signal, a sanitizer's report, an internal error, an exit code that is none of ours, no picture after
-success, more than 10 s of processor time, or more than 4 GB. Failing files are kept with what was said. What is made from
-a seed file depends on --seed and the number alone, so a failure can be made again by --only N.
+success, more than 10 s of processor time, or more than 4 GB. Failing files are kept with what was said. What is made
+from a seed file depends on --seed and the number alone, so a failure can be made again by --only N.
 """
 
 import argparse
@@ -101,8 +101,9 @@ def absurd_value(rng, data):
 
 def absurd_count(rng, data):
     def change(document):
-        names = ("count", "byteLength", "byteOffset", "byteStride", "bufferView", "buffer", "indices", "componentType", "mesh",
-                 "source", "input", "output", "skeleton", "camera", "texture", "index", "POSITION", "NORMAL", "TEXCOORD_0")
+        names = ("count", "byteLength", "byteOffset", "byteStride", "bufferView", "buffer", "indices", "componentType",
+                 "mesh", "source", "input", "output", "skeleton", "camera", "texture", "index", "POSITION", "NORMAL",
+                 "TEXCOORD_0")
         found = [(c, k) for c, k in places(document) if k in names]
         if found:
             container, key = rng.choice(found)
@@ -233,7 +234,8 @@ def main():
     seeds = find_seeds(arguments.seeds)
     if not seeds:
         sys.exit("no .glb or .gltf of at most %d bytes in %s" % (LARGEST_SEED, ", ".join(arguments.seeds)))
-    numbers = [arguments.only] if arguments.only is not None else range(arguments.first, arguments.first + arguments.count)
+    numbers = [arguments.only] if arguments.only is not None else range(arguments.first,
+                                                                        arguments.first + arguments.count)
     pictures = errors = 0
     slowest = heaviest = 0.0
     failures = []
@@ -253,12 +255,14 @@ def main():
                 shutil.move(str(result["folder"]), kept)
             if result["wrong"]:
                 failures.append(result)
-                print("FAIL %d: %s of %s: %s" % (result["number"], result["mutation"], result["source"], result["wrong"]),
+                print("FAIL %d: %s of %s: %s" % (result["number"], result["mutation"], result["source"],
+                                                 result["wrong"]),
                       flush=True)
             shutil.rmtree(result["folder"], ignore_errors=True)
             if (pictures + errors + len(failures)) % 200 == 0:
                 print("%d pictures, %d errors, %d failures so far" % (pictures, errors, len(failures)), flush=True)
-    print("%d files from %d seeds: %d pictures, %d errors, %d failures; slowest %.1f s of processor time, most memory %.0f MB"
+    print("%d files from %d seeds: %d pictures, %d errors, %d failures; slowest %.1f s of processor time, "
+          "most memory %.0f MB"
           % (len(numbers), len(seeds), pictures, errors, len(failures), slowest, heaviest))
     for name, (wrong, fine, refused) in sorted(by_mutation.items()):
         print("  %-18s %4d pictures %4d errors %4d failures" % (name, fine, refused, wrong))

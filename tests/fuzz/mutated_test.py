@@ -14,6 +14,7 @@ with tempfile.TemporaryDirectory() as folder:
     seeds = pathlib.Path(folder) / "seeds"
     subprocess.run([write_corpus, seeds], check=True)
     folders = [seeds] + ([scenes] if pathlib.Path(scenes).is_dir() else [])
-    done = subprocess.run([sys.executable, pathlib.Path(__file__).with_name("mutate_scenes.py"), program, *folders, "--count", "200",
+    done = subprocess.run([sys.executable, pathlib.Path(__file__).with_name("mutate_scenes.py"), program, *folders,
+                           "--count", "200",
                            "--keep", pathlib.Path(folder) / "kept"])
 sys.exit(done.returncode)

@@ -3,12 +3,12 @@
 
     tests/fuzz/run.py --seeds build/release/bin/write_corpus [--seconds 1200] [--scenes ../shared/scenes] [--only draco]
 
-By hand each run tries other inputs, and begins with those that earlier ones found worth keeping. The tests pass --seed: as
-many inputs as TARGETS says, fewer where --seconds end first, from the seeds alone, the same ones each time, so that what
-breaks them is a change of the sources.
+By hand each run tries other inputs, and begins with those that earlier ones found worth keeping. The tests pass --seed:
+as many inputs as TARGETS says, fewer where --seconds end first, from the seeds alone, the same ones each time, so that
+what breaks them is a change of the sources.
 
-Ends with 77 (skipped) where there is no clang with its fuzzing runtime (Debian: clang-14 libclang-rt-14-dev), with 0 if no
-input was found that crashes, hangs or takes more than 4 GB.
+Ends with 77 (skipped) where there is no clang with its fuzzing runtime (Debian: clang-14 libclang-rt-14-dev), with 0 if
+no input was found that crashes, hangs or takes more than 4 GB.
 """
 
 import argparse
@@ -22,7 +22,8 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 HERE = ROOT / "tests" / "fuzz"
 SKIPPED = 77
-TARGETS = {"gltf": 15_000, "draco": 20_000, "image": 2_500, "records": 200_000, "frame": 100_000}  # inputs with --seed: about a minute of each
+# Inputs with --seed: about a minute of each.
+TARGETS = {"gltf": 15_000, "draco": 20_000, "image": 2_500, "records": 200_000, "frame": 100_000}
 
 
 def clang():
@@ -31,8 +32,10 @@ def clang():
         path = shutil.which(name)
         with tempfile.TemporaryDirectory() as folder:
             source = pathlib.Path(folder) / "a.cpp"
-            source.write_text('extern "C" int LLVMFuzzerTestOneInput(const unsigned char*, unsigned long) { return 0; }')
-            if path and subprocess.run([path, "-fsanitize=fuzzer,address,undefined", source, "-o", source.with_suffix("")],
+            source.write_text('extern "C" int LLVMFuzzerTestOneInput(const unsigned char*, unsigned long)'
+                              ' { return 0; }')
+            if path and subprocess.run([path, "-fsanitize=fuzzer,address,undefined", source, "-o",
+                                        source.with_suffix("")],
                                        capture_output=True).returncode == 0:
                 return path
     return None
@@ -51,9 +54,11 @@ def main():
     if not compiler:
         print("skipped: there is no clang that links fuzzers")
         sys.exit(SKIPPED)
-    subprocess.run(["cmake", "--preset", "fuzz", "-B", arguments.build, "-DCMAKE_CXX_COMPILER=" + compiler], cwd=ROOT, check=True,
+    subprocess.run(["cmake", "--preset", "fuzz", "-B", arguments.build, "-DCMAKE_CXX_COMPILER=" + compiler], cwd=ROOT,
+                   check=True,
                    stdout=subprocess.DEVNULL)
-    subprocess.run(["cmake", "--build", arguments.build, "--target", *("fuzz_" + name for name in arguments.only)], check=True,
+    subprocess.run(["cmake", "--build", arguments.build, "--target", *("fuzz_" + name for name in arguments.only)],
+                   check=True,
                    stdout=subprocess.DEVNULL)
     corpus, seeds = arguments.build / "corpus", arguments.build / "seeds"
     subprocess.run([arguments.seeds, seeds], check=True)
@@ -68,13 +73,15 @@ def main():
                 folder.mkdir(parents=True, exist_ok=True)
             done = subprocess.run(
                 [arguments.build / "bin" / ("fuzz_" + name), "-max_total_time=%d" % arguments.seconds, "-timeout=20",
-                 "-rss_limit_mb=4096", "-malloc_limit_mb=4096", "-print_final_stats=1", "-verbosity=0", "-close_fd_mask=1",
+                 "-rss_limit_mb=4096", "-malloc_limit_mb=4096", "-print_final_stats=1", "-verbosity=0",
+                 "-close_fd_mask=1",
                  "-artifact_prefix=%s/" % found, "-seed=%d" % (arguments.seed or 0),
                  "-runs=%d" % (TARGETS[name] if arguments.seed else -1), kept, corpus / name],
                 env=dict(os.environ, TMPDIR=scratch, ASAN_OPTIONS="detect_leaks=0:allocator_may_return_null=1"),
                 stderr=subprocess.PIPE, text=True, errors="replace")
         stats = [line.split("::")[1].strip() for line in done.stderr.splitlines() if "number_of_executed_units" in line]
-        print("%-6s %s, %s" % (name, "clean" if done.returncode == 0 else "FAILED", stats[0] if stats else "no statistics"), flush=True)
+        print("%-6s %s, %s" % (name, "clean" if done.returncode == 0 else "FAILED",
+                               stats[0] if stats else "no statistics"), flush=True)
         if done.returncode != 0:
             failed.append(name)
             print("\n".join(done.stderr.splitlines()[-40:]), flush=True)

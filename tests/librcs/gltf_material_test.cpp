@@ -59,7 +59,8 @@ TEST(GltfMaterial, DefaultsAreThoseOfGltf)
 TEST(GltfMaterial, EveryFactorArrives)
 {
     const Material m = material_of(Json::parse(R"({
-        "pbrMetallicRoughness": {"baseColorFactor": [0.1, 0.2, 0.3, 0.4], "metallicFactor": 0.5, "roughnessFactor": 0.6},
+        "pbrMetallicRoughness": {"baseColorFactor": [0.1, 0.2, 0.3, 0.4], "metallicFactor": 0.5,
+            "roughnessFactor": 0.6},
         "alphaMode": "MASK", "alphaCutoff": 0.7, "doubleSided": true, "emissiveFactor": [1, 0.5, 0.25],
         "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 4}, "KHR_materials_ior": {"ior": 1.75},
             "KHR_materials_specular": {"specularFactor": 0.8, "specularColorFactor": [0.5, 1, 2]},

@@ -2,10 +2,11 @@
 """Puts one deliberate fault after the other into a copy of the sources: each has to be caught by the stability suite.
 
     tests/mutation/run.py [--work DIR] [--only NAME ...] [--jobs N]
+    tests/mutation/run.py --check      # only whether each still applies, and each of tests/bench/guards.json
 
-faults.json lists them: the file, the text to replace, what with, and the cases (rcsplat doctor --case) that may catch it.
-The copy is built once, then what each fault touches. Prints which cases caught each. Ends with 0 only if every fault
-still applies, builds, and is caught, and the copy without faults passes. The checkout is never touched.
+faults.json lists them: the file, the text to replace, what with, and the cases (rcsplat doctor --case) that may catch
+it. The copy is built once, then what each fault touches. Prints which cases caught each. Ends with 0 only if every
+fault still applies, builds, and is caught, and the copy without faults passes. The checkout is never touched.
 """
 
 import argparse
@@ -26,7 +27,8 @@ MOST_BYTES = 12 << 30
 
 def copy_sources(target):
     """Brings the copy up to date without touching files that are the same, so that a build of it goes on."""
-    listed = subprocess.run(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"], cwd=ROOT, check=True,
+    listed = subprocess.run(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"], cwd=ROOT,
+                            check=True,
                             capture_output=True).stdout.decode().split("\0")
     for name in filter(None, listed):
         source, copy = ROOT / name, target / name
@@ -44,7 +46,8 @@ def build(source, folder, jobs):
     environment = dict(os.environ, CCACHE_BASEDIR=str(source), CCACHE_NOHASHDIR="1")
     if not (folder / "build.ninja").is_file():
         launcher = ["-DCMAKE_CXX_COMPILER_LAUNCHER=ccache"] if shutil.which("ccache") else []
-        subprocess.run(["cmake", "-S", source, "-B", folder, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", "-DRCS_BUILD_TESTS=OFF",
+        subprocess.run(["cmake", "-S", source, "-B", folder, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
+                        "-DRCS_BUILD_TESTS=OFF",
                         *launcher], check=True, stdout=subprocess.DEVNULL, env=environment)
     done = subprocess.run(["cmake", "--build", folder, "--target", "rcsplat", "-j", str(jobs)], stdout=subprocess.PIPE,
                           stderr=subprocess.STDOUT, text=True, env=environment)
@@ -79,11 +82,25 @@ def failing_cases(program, cases):
     return caught
 
 
+def check(changes):
+    """Whether every change applies once to the checkout. @return 0, or 1 after saying which do not"""
+    wrong = 0
+    for change in changes:
+        path = ROOT / change["file"]
+        times = path.read_text().count(change["find"]) if path.is_file() else 0
+        if times != 1:
+            print("ERROR   %-28s applies %d times in %s" % (change["name"], times, change["file"]))
+            wrong += 1
+    print("%d of %d changes apply" % (len(changes) - wrong, len(changes)))
+    return 1 if wrong else 0
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--work", default=ROOT / "build" / "mutation", type=pathlib.Path, help="where the copy lies")
     parser.add_argument("--only", nargs="*", help="names of faults")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--check", action="store_true", help="only look whether each fault applies")
     arguments = parser.parse_args()
     faults = json.loads((HERE / "faults.json").read_text())
     if arguments.only:
@@ -91,6 +108,8 @@ def main():
         if unknown:
             sys.exit("error: no fault is named " + ", ".join(sorted(unknown)))
         faults = [fault for fault in faults if fault["name"] in arguments.only]
+    if arguments.check:
+        sys.exit(check(faults + json.loads((ROOT / "tests" / "bench" / "guards.json").read_text())))
     source, folder = arguments.work.resolve() / "source", arguments.work.resolve() / "build"
     copy_sources(source)
     problem = build(source, folder, arguments.jobs)
@@ -108,7 +127,8 @@ def main():
         path = source / fault["file"]
         original = path.read_text()
         if original.count(fault["find"]) != 1:
-            print("ERROR   %-28s applies %d times in %s" % (fault["name"], original.count(fault["find"]), fault["file"]), flush=True)
+            print("ERROR   %-28s applies %d times in %s" %
+                  (fault["name"], original.count(fault["find"]), fault["file"]), flush=True)
             missed.append(fault["name"])
             continue
         path.write_text(original.replace(fault["find"], fault["replace"]))
@@ -124,7 +144,8 @@ def main():
         if problem or not caught:
             missed.append(fault["name"])
             continue
-        print("caught  %-28s by %s (%.0f s)" % (fault["name"], ", ".join(case for case, _ in caught), time.monotonic() - begin), flush=True)
+        print("caught  %-28s by %s (%.0f s)" %
+              (fault["name"], ", ".join(case for case, _ in caught), time.monotonic() - begin), flush=True)
         for case, words in caught:
             print("        %-28s %s: %s" % ("", case, words), flush=True)
     print("%d of %d faults caught" % (len(faults) - len(missed), len(faults)))

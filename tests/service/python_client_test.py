@@ -20,16 +20,19 @@ from rcsplat import Client, RenderError, job_pb2
 address, scene, expected = sys.argv[1:]
 with Client(address) as client:
     assert client.health().serving
-    job = client.submit(scene, width=40, height=32, bounces=2, records={"error_tolerance": 0.3}, labels={"test": "python"})
+    job = client.submit(scene, width=40, height=32, bounces=2, records={"error_tolerance": 0.3},
+                        labels={"test": "python"})
     stages = [s.running[0].stage for s in job.progress() if s.running]
     assert stages, "no progress was seen"
     image = job.image()
     assert image.shape == (32, 40, 3) and image.dtype == numpy.uint8, image.shape
-    assert numpy.array_equal(image, numpy.asarray(Image.open(expected).convert("RGB"))), "not the picture of the command line"
+    same = numpy.array_equal(image, numpy.asarray(Image.open(expected).convert("RGB")))
+    assert same, "not the picture of the command line"
     assert client.jobs()[0].labels["test"] == "python"
     again = client.submit(scene, width=40, height=32, bounces=2, records={"error_tolerance": 0.3})
     assert numpy.array_equal(again.image(), image)
-    plain, shifted = (client.submit(scene, width=40, height=32, exposure=0.0, lens_shift=shift).image().astype(int) for shift in (None, (0.25, 0)))
+    plain, shifted = (client.submit(scene, width=40, height=32, exposure=0.0, lens_shift=shift).image().astype(int)
+                      for shift in (None, (0.25, 0)))
     moved, kept = (numpy.abs(shifted[:, :32] - plain[:, i:i + 32]).mean() for i in (8, 0))
     assert moved < 0.3 * kept, "not moved by 8 pixels: %g, %g" % (moved, kept)
     try:
@@ -62,7 +65,8 @@ def main() -> int:
         source = folder / "source"
         for part in ("service/python", "proto"):
             shutil.copytree(ROOT / part, source / part)
-        installed = subprocess.run([python, "-m", "pip", "install", "--quiet", "--retries", "1", "--timeout", "10", source / "service/python"], capture_output=True, text=True)
+        installed = subprocess.run([python, "-m", "pip", "install", "--quiet", "--retries", "1", "--timeout", "10",
+                                    source / "service/python"], capture_output=True, text=True)
         if installed.returncode != 0:
             print(installed.stderr)
             offline = "Could not find a version" in installed.stderr or "No matching distribution" in installed.stderr

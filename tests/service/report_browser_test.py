@@ -4,9 +4,9 @@
 usage: report_browser_test.py RCSPLAT        makes a small report and tests its page
        report_browser_test.py --page INDEX.HTML [--screenshots FOLDER]    tests a page there is, and shows it
 
-Checked are: no request goes anywhere, nothing is logged as an error, every picture of every point loads, tabs, views and
-slider work by keyboard, links of the plot choose points, light and dark have contrast, narrow windows do not overflow.
-Exits with 77 where there is no Chromium.
+Checked are: no request goes anywhere, nothing is logged as an error, every picture of every point loads, tabs, views
+and slider work by keyboard, links of the plot choose points, light and dark have contrast, narrow windows do not
+overflow. Exits with 77 where there is no Chromium.
 """
 import argparse
 import base64
@@ -126,7 +126,8 @@ def check_quiet(browser):
         params = event.get("params", {})
         if event.get("method") == "Network.requestWillBeSent":
             url = params["request"]["url"]
-            expect(url.startswith("data:") or url.startswith("file:") and url.endswith("index.html"), f"asks for {url[:200]}")
+            expect(url.startswith("data:") or url.startswith("file:") and url.endswith("index.html"),
+                   f"asks for {url[:200]}")
         elif event.get("method") == "Runtime.exceptionThrown":
             expect(False, f"script error: {params['exceptionDetails'].get('text')}")
         elif event.get("method") == "Runtime.consoleAPICalled":
@@ -141,10 +142,12 @@ def check_contents(browser):
     expect(points >= 3, "has points")
     for selector in ['[role="tab"]', "#plot a", "tbody tr"]:
         expect(count(selector) == points, f"{selector}: one for each of the {points} points")
-    expect(" costs " in browser.evaluate("document.querySelector('.headline').textContent"), "the headline says what errors cost")
+    expect(" costs " in browser.evaluate("document.querySelector('.headline').textContent"),
+           "the headline says what errors cost")
     for selector in ["#plot .front-point", "#plot .paths-point", "#plot .floor"]:
         expect(count(selector) >= 1, f"the plot shows {selector}")
-    expect(browser.evaluate("[...document.images].every((image) => image.alt !== '')"), "every picture has an alternative text")
+    expect(browser.evaluate("[...document.images].every((image) => image.alt !== '')"),
+           "every picture has an alternative text")
     expect(browser.evaluate("document.documentElement.lang") == "en", "the language is named")
 
 
@@ -158,7 +161,9 @@ def check_pictures(browser):
                 radio.click();
                 const image = document.getElementById("over");
                 await image.decode().catch(() => bad.push(`${i} ${radio.value}`));
-                if (image.naturalWidth !== image.width && image.naturalWidth !== Number(image.getAttribute("width"))) bad.push(`${i} ${radio.value} has another size`);
+                const width = Number(image.getAttribute("width"));
+                if (image.naturalWidth !== image.width && image.naturalWidth !== width)
+                    bad.push(`${i} ${radio.value} has another size`);
             }
             if (Boolean(point.images.records) === point.traced) bad.push(`${i}: records`);
         }
@@ -180,7 +185,8 @@ def check_keyboard(browser):
     expect(browser.evaluate("chosen") == last, "End goes to the last point")
     expect(browser.evaluate("document.activeElement.getAttribute('aria-selected')") == "true", "the focus follows")
     expect(browser.evaluate("getComputedStyle(document.activeElement).outlineStyle") != "none", "the focus is seen")
-    expect(browser.evaluate("document.querySelector('input[value=records]').disabled"), "the path tracer has no records to show")
+    expect(browser.evaluate("document.querySelector('input[value=records]').disabled"),
+           "the path tracer has no records to show")
     browser.press("Home")
     expect(label() == first, "Home goes back to the first")
 
@@ -195,7 +201,8 @@ def check_keyboard(browser):
     clip = lambda: browser.evaluate("getComputedStyle(document.getElementById('over')).clipPath")
     before = clip()
     browser.press("ArrowRight")
-    expect(clip() != before and browser.evaluate("document.getElementById('split').value") == "51", "arrows move the slider")
+    expect(clip() != before and browser.evaluate("document.getElementById('split').value") == "51",
+           "arrows move the slider")
     browser.evaluate("views.find((v) => v.value === 'difference').click()")
     expect(browser.evaluate("document.getElementById('slider').hidden && !document.getElementById('scale').hidden"),
            "the heat map has a scale instead of a slider")
@@ -246,12 +253,14 @@ def check_sizes(browser):
 def save_screenshots(browser, folder):
     """Those of docs/accuracy.md."""
     default = browser.evaluate("data.first")
-    for name, scheme, view, place, height in [("curve", "light", "picture", "", 900), ("slider", "light", "picture", "point", 900),
+    for name, scheme, view, place, height in [("curve", "light", "picture", "", 900),
+                                              ("slider", "light", "picture", "point", 900),
                                               ("difference", "dark", "difference", "point", 900),
                                               ("records", "dark", "records", "point", 900)]:
         browser.size(1200, height)
         browser.scheme(scheme)
-        browser.evaluate(f"choose({default}); document.activeElement.blur(); views.find((v) => v.value === '{view}').click()")
+        browser.evaluate(f"choose({default}); document.activeElement.blur(); "
+                         f"views.find((v) => v.value === '{view}').click()")
         browser.evaluate(f"document.getElementById('{place}').scrollIntoView()" if place else "scrollTo(0, 0)")
         browser.evaluate("document.getElementById('over').decode().then(() => new Promise(requestAnimationFrame))")
         browser.screenshot(folder / f"report-{name}.jpg")
@@ -291,7 +300,8 @@ def main():
     else:
         with tempfile.TemporaryDirectory(prefix="rcs-report-") as folder:
             subprocess.run([arguments.rcsplat, "accuracy", "demo:cornell", "--size", "48x40", "--points",
-                            "0.5:16:0.4,0.2:64:0.1", "--path-samples", "16,32", "--reference-error", "8", "-q", "-o", folder],
+                            "0.5:16:0.4,0.2:64:0.1", "--path-samples", "16,32", "--reference-error", "8", "-q", "-o",
+                        folder],
                            check=True)
             test_page(program, pathlib.Path(folder) / "index.html", arguments.screenshots)
     print("FAILED" if failures else "all expectations hold")

@@ -1,4 +1,5 @@
-"""Looks at the status page of a real server in headless Chromium: status_page_test.py RCSPLAT; 77 where there is no browser."""
+"""Looks at the status page of a real server in headless Chromium: status_page_test.py RCSPLAT; 77 where there is no
+browser."""
 
 import json
 import pathlib
@@ -44,14 +45,16 @@ def main() -> int:
         log = folder / "log"
         socket = str(folder / "run/socket")
         with open(log, "w") as out:
-            server = subprocess.Popen([rcsplat, "serve", "--socket", socket, "--state", folder / "state", "--http", "127.0.0.1:0"], stderr=out)
+            server = subprocess.Popen([rcsplat, "serve", "--socket", socket, "--state", folder / "state", "--http",
+                                       "127.0.0.1:0"], stderr=out)
         try:
             wait_for(lambda: "event=worker_ready" in log.read_text())
             port = re.search(r"http=127.0.0.1 port=(\d+)", log.read_text())[1]
             page = f"http://127.0.0.1:{port}"
 
             def submit(*words: str) -> None:
-                subprocess.run([rcsplat, "submit", *words, "--detach", "--server", socket], check=True, stdout=subprocess.DEVNULL)
+                subprocess.run([rcsplat, "submit", *words, "--detach", "--server", socket], check=True,
+                               stdout=subprocess.DEVNULL)
 
             def jobs() -> list:
                 return json.loads(fetch(page + "/status.json"))["jobs"]
@@ -76,7 +79,8 @@ def main() -> int:
                 print("no browser")
                 return 77
             dom = subprocess.run(
-                [browser, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder}/browser", "--virtual-time-budget=3000",
+                [browser, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder}/browser",
+                 "--virtual-time-budget=3000",
                  "--dump-dom", page], capture_output=True, text=True, timeout=120).stdout
             assert "serving; 1 of 1 workers busy" in dom, dom
             assert 'id="job-1"' in dom and f'src="{by_number[1]["shown"][0]["picture"]}"' in dom, dom

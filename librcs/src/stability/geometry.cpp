@@ -144,7 +144,8 @@ void write_triangle(const std::string& path, const std::vector<glm::vec3>& posit
 {
     const std::string split = std::to_string(12 * positions.size()), count = std::to_string(positions.size());
     std::string json =
-        R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"name":"hull","primitives":[{"attributes":{"POSITION":0)";
+        R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],)"
+        R"("meshes":[{"name":"hull","primitives":[{"attributes":{"POSITION":0)";
     if (!normals.empty()) json += R"(,"NORMAL":1)";
     json += R"(}}]}],"bufferViews":[{"buffer":0,"byteLength":)" + split + "}";
     if (!normals.empty())
@@ -239,7 +240,8 @@ void odd_nodes(CaseRun& run)
 {
     const std::string path = run.folder() + "/nodes.glb";
     const std::string head =
-        R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"meshes":[{"name":"hull","primitives":[{"attributes":{"POSITION":0}}]}],)"
+        R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],)"
+        R"("meshes":[{"name":"hull","primitives":[{"attributes":{"POSITION":0}}]}],)"
         R"("bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36}],)"
         R"("accessors":[{"bufferView":0,"componentType":5126,"type":"VEC3","count":3}],"nodes":[)";
     const std::string binary = one_triangle({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {});

@@ -38,8 +38,10 @@ def _blob(path: pathlib.Path) -> options_pb2.Blob:
 class Client:
     """A connection to `rcsplat serve`. Not for several threads at a time.
 
-    address: path of a Unix socket, or HOST:PORT; by default $RCSPLAT_SERVER or the socket that a server takes by itself.
-    token: of a server on TCP. ca, certificate, key: PEM files for TLS, which is spoken beyond loopback or where they are given.
+    address: path of a Unix socket, or HOST:PORT; by default $RCSPLAT_SERVER or the socket that a server takes by
+    itself.
+    token: of a server on TCP. ca, certificate, key: PEM files for TLS, which is spoken beyond loopback or where they
+    are given.
     """
 
     def __init__(

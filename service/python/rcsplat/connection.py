@@ -38,7 +38,8 @@ def _is_loopback(host: str) -> bool:
 
 
 class Connection:
-    def __init__(self, address: str, ca: Optional[str], certificate: Optional[str], key: Optional[str], timeout: float) -> None:
+    def __init__(self, address: str, ca: Optional[str], certificate: Optional[str], key: Optional[str],
+                 timeout: float) -> None:
         self._buffer = b""
         if "/" in address or ":" not in address:
             self._socket: socket.socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)

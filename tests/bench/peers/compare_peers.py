@@ -4,9 +4,9 @@ as Markdown, also to OUT/peers_SCENE_CAMERA_WxH.md.
 
     compare_peers.py build/release/bin/rcsplat ../shared/scenes/sponza.glb --camera atrium -o /tmp/peers
 
-All are given a Lambertian copy of the scene (mean texture colours, no sky) and sample pixel centres. Errors are those of
-`rcsplat compare --layer indirect` against `rcsplat reference`, which is kept in OUT. Whole processes are timed, their
-loading and writing included; what a renderer needs done before (Radiance's octree, meshes in its format) is not.
+All are given a Lambertian copy of the scene (mean texture colours, no sky) and sample pixel centres. Errors are those
+of `rcsplat compare --layer indirect` against `rcsplat reference`, which is kept in OUT. Whole processes are timed,
+their loading and writing included; what a renderer needs done before (Radiance's octree, meshes in its format) is not.
 
 The peers are optional, and what lacks is named and left out: numpy and pyradiance (`pip install pyradiance`), Mitsuba
 (`pip install mitsuba`, and LLVM 17 or later, which DRJIT_LIBLLVM_PATH names), POV-Ray (`apt-get install povray`).
@@ -45,8 +45,10 @@ def parse():
     parser.add_argument("--threads", type=int, default=len(os.sched_getaffinity(0)))
     parser.add_argument("--peers", default="own,radiance,povray,mitsuba", help="of these, which")
     parser.add_argument("--render", action="append", metavar="OPTIONS",
-                        help="options of rcsplat render, as one word, may be given several times; default: a scan from coarse to fine")
-    parser.add_argument("--spp", type=int, nargs="+", default=[64, 256, 1024], help="paths a pixel of the own path tracer")
+                        help="options of rcsplat render, as one word, may be given several times; "
+                             "default: a scan from coarse to fine")
+    parser.add_argument("--spp", type=int, nargs="+", default=[64, 256, 1024],
+                        help="paths a pixel of the own path tracer")
     parser.add_argument("--errors", type=float, nargs="+", default=[0.05, 0.1], help="where path tracers are compared")
     parser.add_argument("--reference-spp", type=int, default=65536)
     parser.add_argument("--stride", type=int, default=10, help="of the reference's pixels")

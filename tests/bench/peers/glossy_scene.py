@@ -57,7 +57,8 @@ def write_glossy(path):
         nodes.append({"mesh": len(meshes) - 1, **node})
 
     def surface(color, roughness, metallic=0.0, **more):
-        return {"doubleSided": True, "pbrMetallicRoughness": {"baseColorFactor": [*color, 1.0], "roughnessFactor": roughness,
+        return {"doubleSided": True, "pbrMetallicRoughness": {"baseColorFactor": [*color, 1.0],
+                                                              "roughnessFactor": roughness,
                                                               "metallicFactor": metallic}, **more}
 
     quad = lambda y, s, up: (np.array([[-s, y, -s], [-s, y, s], [s, y, s], [s, y, -s]]), np.tile([0, up, 0], (4, 1)),
@@ -70,7 +71,8 @@ def write_glossy(path):
     for i, roughness in enumerate((0.1, 0.3, 0.6, 1.0)):
         for metallic in (0.0, 1.0):
             color = (0.9, 0.7, 0.4) if metallic else (0.2, 0.4, 0.6)
-            add(sphere(), surface(color, roughness, metallic), translation=[-1.2 + 0.8 * i, 0.36 + 0.8 * metallic, -0.6 * metallic],
+            add(sphere(), surface(color, roughness, metallic),
+                translation=[-1.2 + 0.8 * i, 0.36 + 0.8 * metallic, -0.6 * metallic],
                 scale=[0.35, 0.35, 0.35])
     nodes.append({"camera": 0, "translation": [0, 1.2, 2.4], "rotation": [-0.05, 0, 0, 0.99875]})
     nodes.append({"extensions": {"KHR_lights_punctual": {"light": 0}}, "translation": [1.5, 2.2, 1.5],

@@ -54,7 +54,8 @@ def write_glb(path, document, buffer):
     buffer += b"\0" * (-len(buffer) % 4)
     with open(path, "wb") as file:
         file.write(struct.pack("<III", 0x46546C67, 2, 28 + len(text) + len(buffer)))
-        file.write(struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", len(buffer), 0x4E4942) + buffer)
+        file.write(struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", len(buffer), 0x4E4942) +
+                   buffer)
 
 
 def node_matrix(node):

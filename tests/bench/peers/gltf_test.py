@@ -30,7 +30,8 @@ def write_triangle(path, normals, node, material=None, lights=()):
         {"translation": [10, 0, 0], "children": [1]}, {"mesh": 0, **node},
         {"name": "eye", "camera": 0, "translation": [1, 2, 3]}, *({"extensions": {"KHR_lights_punctual": {"light": i}}}
                                                                   for i in range(len(lights)))],
-        "meshes": [{"primitives": [{"attributes": {"POSITION": position, "NORMAL": normal}, "indices": index, "material": 0}]}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": position, "NORMAL": normal}, "indices": index,
+                                    "material": 0}]}],
         "materials": [material or {}], "cameras": [{"type": "perspective", "perspective": {"yfov": 0.5, "znear": 0.1}}],
         "extensions": {"KHR_lights_punctual": {"lights": list(lights)}}}
     document["scenes"][0]["nodes"] += range(3, 3 + len(lights))
@@ -80,7 +81,8 @@ class Scene(unittest.TestCase):
             gltf.Glb(self.path)
 
     def test_made_lambertian_has_neither_gloss_nor_metal_and_keeps_its_color(self):
-        shiny = {"pbrMetallicRoughness": {"baseColorFactor": [0.2, 0.4, 0.6, 0.5], "metallicFactor": 1.0}, "alphaMode": "BLEND"}
+        shiny = {"pbrMetallicRoughness": {"baseColorFactor": [0.2, 0.4, 0.6, 0.5], "metallicFactor": 1.0},
+                 "alphaMode": "BLEND"}
         write_triangle(self.path, self.FLAT, {}, shiny)
         lambertian.write_lambertian(self.path, self.path)
         material = gltf.Glb(self.path)["materials"][0]

@@ -39,10 +39,12 @@ class Layers(unittest.TestCase):
 
     def test_difference_is_what_the_picture_has_more(self):
         for name, values in (("full", [3, 2, 1]), ("direct", [1, 1, 1])):
-            subprocess.run(["oiiotool", "--pattern", f"constant:color={','.join(map(str, values))}", "4x4", "3", "-d", "float", "-o",
+            subprocess.run(["oiiotool", "--pattern", f"constant:color={','.join(map(str, values))}", "4x4", "3", "-d",
+                            "float", "-o",
                             self.folder / f"{name}.exr"], check=True)
         images.write_difference(self.folder / "i.exr", self.folder / "full.exr", self.folder / "direct.exr")
-        self.assertEqual(self.pixel(self.folder / "i.exr", 0, 0), {"indirect.R": 2.0, "indirect.G": 1.0, "indirect.B": 0.0})
+        self.assertEqual(self.pixel(self.folder / "i.exr", 0, 0),
+                         {"indirect.R": 2.0, "indirect.G": 1.0, "indirect.B": 0.0})
 
 
 if __name__ == "__main__":

@@ -59,7 +59,8 @@ def compare(scene, options, folder):
         path = os.path.join(folder, "glossy.glb")
         glossy_scene.write_glossy(path)
     exr = os.path.join(folder, "reference.exr")
-    command = [options.rcsplat, "reference", path, "--size", f"{options.size}x{options.size}", "--spp", str(options.spp),
+    command = [options.rcsplat, "reference", path, "--size", f"{options.size}x{options.size}", "--spp",
+               str(options.spp),
                "--bounces", str(options.bounces), "--aa", "64", "--pixel-format", "float", "-q", "-o", exr]
     command += ["--environment", f"{options.sky},{options.sky},{options.sky}" if options.sky > 0 else "none"]
     subprocess.run(command + (["--camera", camera] if camera else []), check=True)
@@ -78,8 +79,8 @@ def compare(scene, options, folder):
     ratio = ours.mean() / theirs.mean()
     # 16 images tell their standard error within 18 %: relMSE, its square, within some 40 %.
     good = abs(ratio - 1) < 0.01 and found < 1.4 * explained
-    print(f"{os.path.basename(scene):28} {theirs.mean():9.5f} {ratio:9.4f} {mean_error:9.4f} {found:11.3e} {explained:11.3e}"
-          f"  {'ok' if good else 'DIFFERS'}", flush=True)
+    print(f"{os.path.basename(scene):28} {theirs.mean():9.5f} {ratio:9.4f} {mean_error:9.4f} "
+          f"{found:11.3e} {explained:11.3e}  {'ok' if good else 'DIFFERS'}", flush=True)
     return good
 
 

@@ -14,7 +14,8 @@ from job import Job, Run
 
 COUNTS = [16, 64, 256]  # paths a pixel
 WORKER = pathlib.Path(__file__).with_name("mitsuba_worker.py")
-PROBE = "import mitsuba as mi; mi.set_variant('llvm_ad_rgb'); import drjit as dr; dr.eval(dr.minimum(mi.Float([1, 2]), mi.Float([2, 1])))"
+PROBE = ("import mitsuba as mi; mi.set_variant('llvm_ad_rgb'); import drjit as dr; "
+         "dr.eval(dr.minimum(mi.Float([1, 2]), mi.Float([2, 1])))")
 
 
 def missing(_job):
@@ -43,5 +44,6 @@ def runs(job: Job):
 
 def trace(job, folder, spp, depth):
     out = folder / "pixels.bin"
-    cost = processes.timed([sys.executable, WORKER, job.glb, job.camera, job.width, job.height, spp, depth, folder, out])
+    cost = processes.timed([sys.executable, WORKER, job.glb, job.camera, job.width, job.height, spp, depth, folder,
+                            out])
     return cost, np.fromfile(out, "<f4").reshape(job.height, job.width, 3)

@@ -43,7 +43,8 @@ def bsdf_of(values, flat, textures):
     if texture and color != [1, 1, 1]:
         sys.exit("a base colour factor besides a texture is not read")
     if values["metallic"] == 0 and values["specular"] == 0 and flat:
-        return {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": texture or {"type": "rgb", "value": color}}}
+        return {"type": "twosided", "bsdf": {"type": "diffuse",
+                                             "reflectance": texture or {"type": "rgb", "value": color}}}
     bsdf = {"type": "rcs_bsdf", "metallic": float(values["metallic"]), "specular": float(values["specular"]),
             "roughness": float(values["roughness"])}
     for i, channel in enumerate("rgb"):
@@ -135,7 +136,8 @@ def shape_of(glb, mesh, name, textures, folder, plain):
     if np.any(values["emission"] > 0):
         if values["double_sided"]:
             sys.exit("double-sided lamps are not read")
-        shape["emitter"] = {"type": "area", "radiance": {"type": "rgb", "value": [float(x) for x in values["emission"]]}}
+        shape["emitter"] = {"type": "area", "radiance": {"type": "rgb",
+                                                         "value": [float(x) for x in values["emission"]]}}
     return shape
 
 

@@ -22,7 +22,8 @@ REFERENCE_SEED = 20051  # apart from the path tracer's own runs, which must not 
 
 def common(job: Job):
     return [job.glb, *(["--camera", job.camera] if job.camera else []), "--size", f"{job.width}x{job.height}",
-            "--environment", "none", "--bounces", "1", "--aa", "1", "--layers", "indirect", "--threads", job.threads, "-q"]
+            "--environment", "none", "--bounces", "1", "--aa", "1", "--layers", "indirect", "--threads", job.threads,
+            "-q"]
 
 
 def version(job: Job):
@@ -34,7 +35,8 @@ def reference(job: Job, spp, stride):
     """The truth: made once for a view, a size and a number of paths, then kept."""
     path = job.folder / f"reference_{job.width}x{job.height}_{spp}_{stride}.exr"
     if not path.exists():
-        processes.timed([job.rcsplat, "reference", *common(job), "--pixel-format", "float", "--spp", spp, "--stride", stride,
+        processes.timed([job.rcsplat, "reference", *common(job), "--pixel-format", "float", "--spp", spp, "--stride",
+                         stride,
                          "--seed", REFERENCE_SEED, "-o", path])
     return path
 

@@ -53,7 +53,8 @@ def write_mesh(file, mesh, color):
     if mesh.normals is not None:
         block("normal_vectors", mesh.normals * MIRRORED)
     block("face_indices", mesh.triangles)
-    file.write(f"texture {{ pigment {{ color rgb {vector(color)} }} finish {{ ambient 0 emission 0 diffuse 1 }} }} }}\n")
+    file.write(f"texture {{ pigment {{ color rgb {vector(color)} }} "
+               "finish { ambient 0 emission 0 diffuse 1 } } }\n")
 
 
 def light_text(light):
@@ -70,7 +71,8 @@ def light_text(light):
 def camera_text(camera, aspect):
     tangent = np.tan(camera.yfov / 2)
     return (f"camera {{ perspective location {vector(camera.eye * MIRRORED)} "
-            f"right {vector(2 * tangent * aspect * camera.right * MIRRORED)} up {vector(2 * tangent * camera.up * MIRRORED)} "
+            f"right {vector(2 * tangent * aspect * camera.right * MIRRORED)} "
+            f"up {vector(2 * tangent * camera.up * MIRRORED)} "
             f"direction {vector(camera.forward * MIRRORED)} }}\n")
 
 

@@ -18,7 +18,8 @@ def timed(command, stdin=None, stdout=None, log=None, cwd=None, env=None):
     """Runs `command` to its end and returns its Cost; a failure ends this program with what it printed.
     stdin, stdout and log are paths."""
     log = pathlib.Path(log or os.devnull)
-    with open(stdin or os.devnull, "rb") as source, open(stdout or os.devnull, "wb") as sink, open(log, "w+b") as errors:
+    with (open(stdin or os.devnull, "rb") as source, open(stdout or os.devnull, "wb") as sink,
+          open(log, "w+b") as errors):
         begin = time.monotonic()
         process = subprocess.Popen([str(word) for word in command], stdin=source, stdout=sink, stderr=errors,
                                    cwd=cwd, env=env)

@@ -17,7 +17,8 @@ class Timed(unittest.TestCase):
 
     def test_counts_grandchildren(self):
         inner = "import time\nwhile time.process_time() < 0.2: pass"
-        cost = processes.timed([sys.executable, "-c", f"import subprocess, sys; subprocess.run([sys.executable, '-c', {inner!r}])"])
+        cost = processes.timed([sys.executable, "-c",
+                                f"import subprocess, sys; subprocess.run([sys.executable, '-c', {inner!r}])"])
         self.assertGreaterEqual(cost.cpu, 0.2)
 
     def test_passes_standard_input_and_output_by_path(self):
@@ -29,7 +30,8 @@ class Timed(unittest.TestCase):
 
     def test_ends_the_program_with_what_a_failing_child_said(self):
         with tempfile.TemporaryDirectory() as folder, self.assertRaises(SystemExit) as end:
-            processes.timed([sys.executable, "-c", "import sys; sys.exit('no such scene')"], log=pathlib.Path(folder, "log"))
+            processes.timed([sys.executable, "-c", "import sys; sys.exit('no such scene')"],
+                            log=pathlib.Path(folder, "log"))
         self.assertIn("failed with 1: no such scene", str(end.exception))
 
 

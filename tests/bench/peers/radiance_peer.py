@@ -62,7 +62,8 @@ def runs(job: Job):
     folder.mkdir(exist_ok=True)
     glb = gltf.Glb(job.glb)
     radiance_export.build_octree(glb, folder, package() / "bin", environment())
-    view = radiance_export.view_text(gltf.find_camera(gltf.scene_of(glb)[2], job.camera, job.glb), job.width / job.height)
+    view = radiance_export.view_text(gltf.find_camera(gltf.scene_of(glb)[2], job.camera, job.glb),
+                                     job.width / job.height)
     frame = [*view.split(), "-x", job.width, "-y", job.height, "-pa", "0"]
     rays, octree = folder / "rays.bin", folder / "scene.oct"
     rays.write_bytes(output_of([program("vwrays"), "-ff", *frame], folder))

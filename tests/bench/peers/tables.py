@@ -24,8 +24,8 @@ def machine():
 def run_table(runs):
     lines = ["| renderer | options | threads | CPU [s] | wall [s] | MRE | median | bias |",
              "| --- | --- | --- | --- | --- | --- | --- | --- |"]
-    lines += [f"| {r.renderer} | `{r.options}` | {r.threads} | {r.cost.cpu:.1f} | {r.cost.wall:.1f} | {100 * r.mre:.1f} % | "
-              f"{100 * r.median:.1f} % | {100 * r.bias:+.1f} % |" for r in runs]
+    lines += [f"| {r.renderer} | `{r.options}` | {r.threads} | {r.cost.cpu:.1f} | {r.cost.wall:.1f} | "
+              f"{100 * r.mre:.1f} % | {100 * r.median:.1f} % | {100 * r.bias:+.1f} % |" for r in runs]
     return "\n".join(lines)
 
 
@@ -44,8 +44,8 @@ def ratio(peer, own):
 def equal_row(error, label, peer_costs, splat_runs):
     """`peer_costs` are CPU and wall CostAt; the splatted side is interpolated between its own runs."""
     own = [equal_error.cost_at(error, points(splat_runs, measure)) for measure in ("cpu", "wall")]
-    return (f"| {100 * error:.1f} % | {label} | {cell(peer_costs[0])} | {cell(peer_costs[1])} | {cell(own[0])} | {cell(own[1])} | "
-            f"{ratio(peer_costs[0], own[0])} | {ratio(peer_costs[1], own[1])} |")
+    return (f"| {100 * error:.1f} % | {label} | {cell(peer_costs[0])} | {cell(peer_costs[1])} | {cell(own[0])} | "
+            f"{cell(own[1])} | {ratio(peer_costs[0], own[0])} | {ratio(peer_costs[1], own[1])} |")
 
 
 def equal_table(splat_runs, cache_runs, path_runs, errors):
