@@ -23,9 +23,9 @@ constexpr double kLargestFactor = 1e6;
 
 constexpr std::size_t kTextures = std::size(kMaterialTextures);
 
-/// How a file's material uses the textures of kMaterialTextures. `occlusionTexture` is not among them: the renderer
-/// computes occlusion.
-using TextureUses = std::array<TextureUse, kTextures>;
+/// How a file's material uses the textures of kMaterialTextures, then others that are read. `occlusionTexture` is not
+/// among them: the renderer computes occlusion.
+using TextureUses = std::vector<TextureUse>;
 
 const tinygltf::Value& extension_of(const tinygltf::Material& material, const char* name)
 {
@@ -46,11 +46,11 @@ TextureUse core_texture_use(const tinygltf::Material& material, std::string_view
 TextureUses texture_uses(const tinygltf::Material& material)
 {
     TextureUses uses;
-    for (std::size_t i = 0; i < kTextures; ++i) {
-        const MaterialTexture& t = kMaterialTextures[i];
-        uses[i] = is_extension(t.place) ? texture_use(extension_of(material, t.place), t.key)
-                                        : core_texture_use(material, t.key);
-    }
+    for (const MaterialTexture& t : kMaterialTextures)
+        uses.push_back(is_extension(t.place) ? texture_use(extension_of(material, t.place), t.key)
+                                             : core_texture_use(material, t.key));
+    for (const MaterialKey& k : kMaterialKeys)
+        if (k.kind == MaterialKey::Kind::texture) uses.push_back(texture_use(extension_of(material, k.extension), k.key));
     return uses;
 }
 

@@ -90,6 +90,7 @@ ExtensionMembers make_material_extensions()
                 members.push_back({key, Kind::numbers, 4});
                 break;
             case MaterialKey::Kind::texture:
+            case MaterialKey::Kind::unread_texture:
                 members.push_back({key, Kind::object});
                 break;
         }

@@ -153,6 +153,18 @@ void TextureReader::set_sampler(const tinygltf::Texture& texture, const std::str
     slot.nearest = filter == TINYGLTF_TEXTURE_FILTER_NEAREST;
 }
 
+int TextureReader::keep(Texture made, const std::string& user)
+{
+    texels_ += static_cast<std::int64_t>(made.levels.front().texels.size());
+    if (texels_ > kMaxTotalTexels) {
+        fail(file_, ErrorCode::unsupported,
+             user + " takes the textures beyond " + std::to_string(kMaxTotalTexels) +
+                 " texels, more than this build holds");
+    }
+    scene_.textures.push_back(std::move(made));
+    return static_cast<int>(scene_.textures.size()) - 1;
+}
+
 Texture TextureReader::read_image(int index, ColorSpace space)
 {
     const auto number = static_cast<std::size_t>(index);

@@ -40,6 +40,11 @@ public:
     TextureSlot read(const TextureUse& use, ColorSpace space, const UvSets& uv_sets, const std::string& user,
                      const std::string& name);
 
+    /// Adds a texture that was made from ones that it has read. @return its number   @throws Error unsupported
+    int keep(Texture made, const std::string& user);
+
+    const Scene& scene() const { return scene_; }
+
 private:
     int image_of(const tinygltf::Texture& texture, const std::string& what, const std::string& name) const;
     void set_sampler(const tinygltf::Texture& texture, const std::string& what, TextureSlot& slot) const;

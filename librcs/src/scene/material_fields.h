@@ -85,11 +85,11 @@ inline constexpr MaterialTexture kMaterialTextures[] = {
 struct MaterialKey {
     const char* extension;
     const char* key;
-    enum class Kind { number, color, color_and_alpha, texture } kind;
+    enum class Kind { number, color, color_and_alpha, texture, unread_texture } kind;
 };
 inline constexpr MaterialKey kMaterialKeys[] = {
     {"KHR_materials_emissive_strength", "emissiveStrength", MaterialKey::Kind::number},
-    {"KHR_materials_clearcoat", "clearcoatNormalTexture", MaterialKey::Kind::texture},
+    {"KHR_materials_clearcoat", "clearcoatNormalTexture", MaterialKey::Kind::unread_texture},
     {"KHR_materials_unlit", nullptr, MaterialKey::Kind::number},
 };
 
