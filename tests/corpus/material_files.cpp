@@ -46,6 +46,12 @@ void add_material_files(Corpus& c)
     c.renders("transmission", extension("KHR_materials_transmission", {{"transmissionFactor", 0.5}}));
     c.renders("clearcoat",
               extension("KHR_materials_clearcoat", {{"clearcoatFactor", 1}, {"clearcoatRoughnessFactor", 0.2}}));
+    c.renders("specular_glossiness",
+              extension("KHR_materials_pbrSpecularGlossiness", {{"diffuseFactor", {0.5, 0.4, 0.3, 1}},
+                                                                {"specularFactor", {0.1, 0.2, 0.3}},
+                                                                {"glossinessFactor", 0.5}}));
+    c.notes("glossiness_above_1", "glossinessFactor is 2, expected a value in [0, 1]",
+            extension("KHR_materials_pbrSpecularGlossiness", {{"glossinessFactor", 2}}));
     c.notes("base_color_too_bright", "base colour outside", pbr("baseColorFactor", {2, 1, 1, 1}));
     c.notes("roughness_negative", "values outside their range", pbr("roughnessFactor", -1));
     c.notes("metallic_above_1", "values outside their range", pbr("metallicFactor", 3));
@@ -76,6 +82,10 @@ void add_material_files(Corpus& c)
     c.fails("specular_color_of_two", "'specularColorFactor'",
             extension("KHR_materials_specular", {{"specularColorFactor", {1, 1}}}));
     c.fails("clearcoat_is_number", "KHR_materials_clearcoat", extension("KHR_materials_clearcoat", 1));
+    c.fails("diffuse_of_three", "'diffuseFactor'",
+            extension("KHR_materials_pbrSpecularGlossiness", {{"diffuseFactor", {1, 1, 1}}}));
+    c.fails("specular_glossiness_is_number", "KHR_materials_pbrSpecularGlossiness",
+            extension("KHR_materials_pbrSpecularGlossiness", 1));
     c.fails("extensions_is_array", "'extensions'", member("extensions", Json::array()));
 }
 

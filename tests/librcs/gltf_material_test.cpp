@@ -127,6 +127,67 @@ TEST(GltfMaterial, EverySlotHasItsTexture)
     EXPECT_EQ(m.emission, glm::vec3(1.0f));
 }
 
+TEST(GltfMaterial, SpecularGlossinessIsTheSameSurfaceInOtherWords)
+{
+    const auto material = [](const Json& values) {
+        return material_of({{"extensions", {{"KHR_materials_pbrSpecularGlossiness", values}}}});
+    };
+    const Material m = material(
+        {{"diffuseFactor", {0.4, 0.6, 0.8, 0.5}}, {"specularFactor", {0.25, 0.5, 0.125}}, {"glossinessFactor", 0.75}});
+    EXPECT_EQ(m.alpha, 0.5f);
+    EXPECT_EQ(m.metallic, 0.0f);
+    EXPECT_FLOAT_EQ(m.roughness, 0.25f);
+    for (int c = 0; c < 3; ++c) EXPECT_FLOAT_EQ(m.base_color[c], 0.5f * glm::vec3(0.4f, 0.6f, 0.8f)[c]);
+    const float root = (m.ior - 1.0f) / (m.ior + 1.0f);
+    for (int c = 0; c < 3; ++c)
+        EXPECT_NEAR(root * root * m.specular_color[c], glm::vec3(0.25f, 0.5f, 0.125f)[c], 1e-6f);
+    EXPECT_EQ(m.specular, 1.0f);
+    const Material defaults = material(Json::object());
+    EXPECT_EQ(defaults.base_color, glm::vec3(0.0f));  // all of the light is reflected
+    EXPECT_EQ(defaults.roughness, 0.0f);
+}
+
+TEST(GltfMaterial, SpecularGlossinessTexturesAreConvertedTexelByTexel)
+{
+    const Json t = {{"index", 0}};
+    const auto scene_of = [&](const Json& specular) {
+        GltfBuilder b = file_with({{"extensions",
+                                    {{"KHR_materials_pbrSpecularGlossiness",
+                                      {{"diffuseFactor", {1, 0.5, 1, 1}},
+                                       {"diffuseTexture", t},
+                                       {"specularFactor", {0.5, 0.25, 1}},
+                                       {"glossinessFactor", 0.75},
+                                       {"specularGlossinessTexture", specular}}}}}});
+        add_picture(b);
+        add_picture(b, kTransparentPicture);
+        return b;
+    };
+    const auto texels = [](const Scene& scene, const TextureSlot& slot) {
+        return scene.textures.at(static_cast<std::size_t>(slot.texture)).levels[0].texels;
+    };
+    const Scene scene = load(scene_of(t));
+    const Material& m = scene.materials.at(0);
+    const auto source = texels(scene, m.specular_color_texture), base = texels(scene, m.base_color_texture);
+    ASSERT_EQ(base.size(), 4u);
+    EXPECT_EQ(m.base_color, glm::vec3(1.0f, 0.5f, 1.0f));
+    for (std::size_t i = 0; i < 4; ++i) {
+        const glm::dvec3 s = glm::dvec3(source[i][0], source[i][1], source[i][2]) / 65535.0;
+        const double left = 1.0 - std::max({0.5 * s.r, 0.25 * s.g, s.b});
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(base[i][static_cast<std::size_t>(c)], 65535.0 * left * s[c], 1.0);
+    }
+    // Glossiness is in alpha: 0 and 1 of the second picture, 1 of the first, which has none.
+    EXPECT_NEAR(texels(scene, m.metallic_roughness_texture)[0][1], 0.25 * 65535, 1.0);
+    EXPECT_EQ(m.roughness, 1.0f);
+    const Scene transparent = load(scene_of({{"index", 1}}));
+    const auto rough = texels(transparent, transparent.materials.at(0).metallic_roughness_texture);
+    EXPECT_EQ(rough.at(0)[1], 65535);
+    EXPECT_NEAR(rough.at(1)[1], 0.25 * 65535, 1.0);
+
+    Log log;
+    load(scene_of({{"index", 0}, {"texCoord", 1}}), &log);
+    EXPECT_EQ(log.count("mapped unlike the diffuse one in 1 material"), 1);
+}
+
 TEST(GltfMaterial, SamplersReachTheirSlots)
 {
     GltfBuilder b = file_with(

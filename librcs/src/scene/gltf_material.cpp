@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "scene/gltf_specular_glossiness.h"
 #include "scene/material_fields.h"
 #include "util/text.h"
 
@@ -16,6 +17,8 @@ namespace {
 constexpr GltfNoteKind kClampedColor{"base colour outside [0, 1]", "material", "clamped"};
 constexpr GltfNoteKind kClamped{"values outside their range", "field", "clamped"};
 constexpr GltfNoteKind kClearcoatNormal{"clearcoat normal textures", "material", "ignored"};
+constexpr GltfNoteKind kMappedUnlike{"specular-glossiness textures that are mapped unlike the diffuse one", "material",
+                                     "their mean darkens the diffuse colour"};
 constexpr GltfNoteKind kAlphaMode{"an alpha mode that glTF does not have", "material", "rendered opaque"};
 
 // Numbers beyond it are as good as this one.
@@ -50,7 +53,8 @@ TextureUses texture_uses(const tinygltf::Material& material)
         uses.push_back(is_extension(t.place) ? texture_use(extension_of(material, t.place), t.key)
                                              : core_texture_use(material, t.key));
     for (const MaterialKey& k : kMaterialKeys)
-        if (k.kind == MaterialKey::Kind::texture) uses.push_back(texture_use(extension_of(material, k.extension), k.key));
+        if (k.kind == MaterialKey::Kind::texture)
+            uses.push_back(texture_use(extension_of(material, k.extension), k.key));
     return uses;
 }
 
@@ -168,6 +172,32 @@ void read_textures(const Factors& factors, TextureReader& textures, Material& ma
     }
 }
 
+/// The material's base in other words, which stand instead of glTF's own.
+void read_specular_glossiness(const Factors& factors, TextureReader& textures, Material& material)
+{
+    constexpr const char* kName = "KHR_materials_pbrSpecularGlossiness";
+    if (factors.source.extensions.count(kName) == 0 || material.unlit) return;
+    const tinygltf::Value& values = extension_of(factors.source, kName);
+    const auto number = [&](const char* key, int channel) {
+        const double value = values.Has(key) ? values.Get(key).Get(channel).GetNumberAsDouble() : 1.0;
+        return factors.clamped(key, value, 0.0, 1.0);
+    };
+    const auto color = [&](const char* key) { return glm::vec3(number(key, 0), number(key, 1), number(key, 2)); };
+    const auto read = [&](const char* key) {
+        return textures.read(texture_use(values, key), ColorSpace::srgb, uv_sets_of(factors.source), factors.what,
+                             factors.name);
+    };
+    SpecularGlossiness from;
+    from.diffuse = color("diffuseFactor");
+    material.alpha = number("diffuseFactor", 3);
+    from.specular = color("specularFactor");
+    from.glossiness = factors.clamped("glossinessFactor", factors.of(kName, "glossinessFactor", 1.0), 0.0, 1.0);
+    from.diffuse_texture = read("diffuseTexture");
+    from.specular_texture = read("specularGlossinessTexture");
+    if (!set_specular_glossiness(from, textures, factors.what, material))
+        factors.file.notes->add(kMappedUnlike, factors.name);
+}
+
 Material read_material(const Factors& factors, TextureReader& textures)
 {
     const tinygltf::Material& source = factors.source;
@@ -181,6 +211,7 @@ Material read_material(const Factors& factors, TextureReader& textures)
     read_extensions(factors, material);
     material.emission = material.unlit ? glm::vec3(0.0f) : read_emission(factors);
     read_textures(factors, textures, material);
+    read_specular_glossiness(factors, textures, material);
     return material;
 }
 

@@ -91,6 +91,11 @@ inline constexpr MaterialKey kMaterialKeys[] = {
     {"KHR_materials_emissive_strength", "emissiveStrength", MaterialKey::Kind::number},
     {"KHR_materials_clearcoat", "clearcoatNormalTexture", MaterialKey::Kind::unread_texture},
     {"KHR_materials_unlit", nullptr, MaterialKey::Kind::number},
+    {"KHR_materials_pbrSpecularGlossiness", "diffuseFactor", MaterialKey::Kind::color_and_alpha},
+    {"KHR_materials_pbrSpecularGlossiness", "diffuseTexture", MaterialKey::Kind::texture},
+    {"KHR_materials_pbrSpecularGlossiness", "specularFactor", MaterialKey::Kind::color},
+    {"KHR_materials_pbrSpecularGlossiness", "glossinessFactor", MaterialKey::Kind::number},
+    {"KHR_materials_pbrSpecularGlossiness", "specularGlossinessTexture", MaterialKey::Kind::texture},
 };
 
 inline bool is_extension(const char* place) { return place && std::string_view(place).starts_with("KHR_"); }
