@@ -24,15 +24,110 @@ void enclose(glm::vec3 c1, float r1, glm::vec3 c2, float r2, glm::vec3& centre, 
     radius *= 1.0f + 0x1p-20f;
 }
 
+/// Where the leaves' centres lie along the longest side of their box: in one of 16 bins.
+class Bins {
+public:
+    static constexpr int kCount = 16;
+
+    Bins(std::span<const std::uint32_t> order, const std::vector<LightNode>& leaves)
+    {
+        glm::vec3 low(std::numeric_limits<float>::infinity()), high(-low);
+        for (const std::uint32_t i : order) {
+            low = glm::min(low, leaves[i].centre);
+            high = glm::max(high, leaves[i].centre);
+        }
+        const glm::vec3 size = high - low;
+        axis_ = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+        low_ = low[axis_];
+        size_ = size[axis_];
+    }
+
+    int of(const LightNode& leaf) const
+    {
+        const float at = size_ > 0.0f ? (leaf.centre[axis_] - low_) / size_ : 0.0f;
+        return std::min(static_cast<int>(at * kCount), kCount - 1);
+    }
+
+private:
+    int axis_;
+    float low_, size_;
+};
+
+/// Leaves of neighbouring bins together.
+struct Half {
+    glm::vec3 low{std::numeric_limits<float>::infinity()}, high{-std::numeric_limits<float>::infinity()};
+    double power = 0.0;
+    std::size_t count = 0;
+
+    void add(const Half& b)
+    {
+        low = glm::min(low, b.low);
+        high = glm::max(high, b.high);
+        power += b.power;
+        count += b.count;
+    }
+    double cost() const
+    {
+        if (count == 0) return 0.0;
+        const glm::dvec3 d(high - low);
+        return power * glm::dot(d, d);
+    }
+};
+
+/// The bin before which power x size^2 of both parts is least; 0: no place parts them.
+int best_split(const Bins& bins, std::span<const std::uint32_t> order, const std::vector<LightNode>& leaves)
+{
+    constexpr int kCount = Bins::kCount;
+    std::array<Half, kCount> parts;
+    for (const std::uint32_t i : order) {
+        const LightNode& leaf = leaves[i];
+        parts[static_cast<std::size_t>(bins.of(leaf))].add(
+            {leaf.centre - leaf.radius, leaf.centre + leaf.radius, static_cast<double>(leaf.power), 1});
+    }
+    int best = 0;
+    double best_cost = std::numeric_limits<double>::infinity();
+    for (int split = 1; split < kCount; ++split) {
+        Half left, right;
+        for (int b = 0; b < kCount; ++b) (b < split ? left : right).add(parts[static_cast<std::size_t>(b)]);
+        if (left.count == 0 || right.count == 0) continue;
+        if (left.cost() + right.cost() < best_cost) {
+            best_cost = left.cost() + right.cost();
+            best = split;
+        }
+    }
+    return best;
+}
+
+/// A node around two; its child is not set. The cone is simple and loose, its axis between theirs.
+LightNode parent_of(const LightNode& a, const LightNode& b)
+{
+    LightNode node;
+    enclose(a.centre, a.radius, b.centre, b.radius, node.centre, node.radius);
+    node.power = a.power + b.power;
+    node.least_distance2 = 0.25f * node.radius * node.radius;
+    const glm::vec3 sum = a.axis + b.axis;
+    if (a.cos_cone > -1.0f && b.cos_cone > -1.0f && glm::dot(sum, sum) > 1e-6f) {
+        node.axis = glm::normalize(sum);
+        const auto reach = [&](const LightNode& n) {
+            return std::acos(std::clamp(glm::dot(node.axis, n.axis), -1.0f, 1.0f)) +
+                   std::acos(std::clamp(n.cos_cone, -1.0f, 1.0f));
+        };
+        const float angle = std::max(reach(a), reach(b)) + 1e-3f;
+        node.cos_cone = angle < 3.1f ? std::cos(angle) : -1.0f;
+        node.sin_cone = angle < 3.1f ? std::sin(angle) : 0.0f;
+    }
+    return node;
+}
+
 }  // namespace
 
 LightTree::LightTree(const std::vector<EmissiveTriangle>& triangles)
 {
     if (triangles.empty()) return;
-    std::vector<Node> leaves;
+    std::vector<LightNode> leaves;
     std::vector<std::uint32_t> order;
     for (const EmissiveTriangle& t : triangles) {
-        Node leaf;
+        LightNode leaf;
         leaf.centre = (t.corner[0] + t.corner[1] + t.corner[2]) / 3.0f;
         for (const glm::vec3& corner : t.corner)
             leaf.radius = std::max(leaf.radius, glm::distance(leaf.centre, corner));
@@ -49,8 +144,8 @@ LightTree::LightTree(const std::vector<EmissiveTriangle>& triangles)
     build(order, leaves);
 }
 
-/// Halves along the longest side of the box of centres where power x size^2 of both parts is least, of 15 places.
-std::uint32_t LightTree::build(std::span<std::uint32_t> order, const std::vector<Node>& leaves)
+/// Halves in two at the place of the best split, or in the middle if none parts them.
+std::uint32_t LightTree::build(std::span<std::uint32_t> order, const std::vector<LightNode>& leaves)
 {
     const std::uint32_t index = static_cast<std::uint32_t>(nodes_.size());
     if (order.size() == 1) {
@@ -59,87 +154,22 @@ std::uint32_t LightTree::build(std::span<std::uint32_t> order, const std::vector
         return index;
     }
     nodes_.emplace_back();
-    glm::vec3 low(std::numeric_limits<float>::infinity()), high(-low);
-    for (const std::uint32_t i : order) {
-        low = glm::min(low, leaves[i].centre);
-        high = glm::max(high, leaves[i].centre);
-    }
-    const glm::vec3 size = high - low;
-    const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-    constexpr int kBins = 16;
-    struct Bin {
-        glm::vec3 low{std::numeric_limits<float>::infinity()}, high{-std::numeric_limits<float>::infinity()};
-        double power = 0.0;
-        std::size_t count = 0;
-        void add(const Bin& b)
-        {
-            low = glm::min(low, b.low);
-            high = glm::max(high, b.high);
-            power += b.power;
-            count += b.count;
-        }
-        double cost() const
-        {
-            if (count == 0) return 0.0;
-            const glm::dvec3 d(high - low);
-            return power * glm::dot(d, d);
-        }
-    };
-    std::array<Bin, kBins> bins;
-    const auto bin_of = [&](std::uint32_t i) {
-        const float at = size[axis] > 0.0f ? (leaves[i].centre[axis] - low[axis]) / size[axis] : 0.0f;
-        return std::min(static_cast<int>(at * kBins), kBins - 1);
-    };
-    for (const std::uint32_t i : order) {
-        Bin b;
-        b.low = leaves[i].centre - leaves[i].radius;
-        b.high = leaves[i].centre + leaves[i].radius;
-        b.power = static_cast<double>(leaves[i].power);
-        b.count = 1;
-        bins[static_cast<std::size_t>(bin_of(i))].add(b);
-    }
-    int best = 0;
-    double best_cost = std::numeric_limits<double>::infinity();
-    for (int split = 1; split < kBins; ++split) {
-        Bin left, right;
-        for (int b = 0; b < kBins; ++b) (b < split ? left : right).add(bins[static_cast<std::size_t>(b)]);
-        if (left.count == 0 || right.count == 0) continue;
-        if (left.cost() + right.cost() < best_cost) {
-            best_cost = left.cost() + right.cost();
-            best = split;
-        }
-    }
+    const Bins bins(order, leaves);
+    const int split = best_split(bins, order, leaves);
     auto middle = order.begin() + static_cast<std::ptrdiff_t>(order.size() / 2);
-    if (best > 0)
-        middle = std::partition(order.begin(), order.end(), [&](std::uint32_t i) { return bin_of(i) < best; });
+    if (split > 0)
+        middle =
+            std::partition(order.begin(), order.end(), [&](std::uint32_t i) { return bins.of(leaves[i]) < split; });
     const std::size_t left = static_cast<std::size_t>(middle - order.begin());
     const std::uint32_t first = build(order.subspan(0, left), leaves);
     const std::uint32_t second = build(order.subspan(left), leaves);
-
-    const Node a = nodes_[first], b = nodes_[second];
-    Node node;
-    enclose(a.centre, a.radius, b.centre, b.radius, node.centre, node.radius);
-    node.power = a.power + b.power;
-    node.least_distance2 = 0.25f * node.radius * node.radius;
-    node.child = second;
-    // A cone around both: simple and loose, its axis between theirs.
-    const glm::vec3 sum = a.axis + b.axis;
-    if (a.cos_cone > -1.0f && b.cos_cone > -1.0f && glm::dot(sum, sum) > 1e-6f) {
-        node.axis = glm::normalize(sum);
-        const auto reach = [&](const Node& n) {
-            return std::acos(std::clamp(glm::dot(node.axis, n.axis), -1.0f, 1.0f)) +
-                   std::acos(std::clamp(n.cos_cone, -1.0f, 1.0f));
-        };
-        const float angle = std::max(reach(a), reach(b)) + 1e-3f;
-        node.cos_cone = angle < 3.1f ? std::cos(angle) : -1.0f;
-        node.sin_cone = angle < 3.1f ? std::sin(angle) : 0.0f;
-    }
-    nodes_[index] = node;
+    nodes_[index] = parent_of(nodes_[first], nodes_[second]);
+    nodes_[index].child = second;
     return index;
 }
 
 /// Cosines are those of the most favourable point and normal inside the bounds: never 0 where light can arrive.
-float LightTree::estimate(const Node& node, glm::vec3 point, glm::vec3 normal)
+float LightTree::estimate(const LightNode& node, glm::vec3 point, glm::vec3 normal)
 {
     const glm::vec3 d = node.centre - point;
     const float d2 = glm::dot(d, d) + 1e-30f;
@@ -173,7 +203,7 @@ bool LightTree::may_meet(glm::vec3 origin, glm::vec3 direction) const
     // A few levels are enough to find out for most rays.
     constexpr int kDepth = 8;
     const auto meets = [&](const auto& self, std::uint32_t index, int depth) -> bool {
-        const Node& node = nodes_[index];
+        const LightNode& node = nodes_[index];
         const glm::vec3 d = node.centre - origin;
         const float along = glm::dot(d, direction);
         const float radius2 = 1.0001f * node.radius * node.radius, d2 = glm::dot(d, d);

@@ -16,6 +16,18 @@ struct LampCandidate {
     float multiplicity;
 };
 
+/// The triangles below a place in the tree, bounded together.
+struct LightNode {
+    glm::vec3 centre{0.0f};
+    float radius = 0.0f;
+    glm::vec3 axis{0.0f, 0.0f, 1.0f};
+    float cos_cone = -1.0f, sin_cone = 0.0f;  ///< all normals lie within this angle of the axis; -1: anywhere
+    float power = 0.0f;                       ///< luminance of radiance x area [W sr^-1]
+    float least_distance2 = 0.0f;             ///< nearer a point counts as if it were so far away
+    std::uint32_t child = 0;                  ///< the second one, the first follows its parent; 0: a leaf
+    std::uint32_t triangle = 0;               ///< of a leaf
+};
+
 /// Emissive triangles in a binary tree of bounding spheres and cones of normals (Conty Estevez and Kulla 2018), for
 /// scenes that have too many to look at each of them.
 class LightTree {
@@ -39,26 +51,16 @@ public:
     static constexpr std::size_t kMostParts = 64;
 
 private:
-    struct Node {
-        glm::vec3 centre{0.0f};
-        float radius = 0.0f;
-        glm::vec3 axis{0.0f, 0.0f, 1.0f};
-        float cos_cone = -1.0f, sin_cone = 0.0f;  ///< all normals lie within this angle of the axis; -1: anywhere
-        float power = 0.0f;                       ///< luminance of radiance x area [W sr^-1]
-        float least_distance2 = 0.0f;             ///< nearer a point counts as if it were so far away
-        std::uint32_t child = 0;                  ///< the second one, the first follows its parent; 0: a leaf
-        std::uint32_t triangle = 0;               ///< of a leaf
-    };
     struct Part {
         std::uint32_t node;
         float estimate;
     };
 
-    std::uint32_t build(std::span<std::uint32_t> order, const std::vector<Node>& leaves);
-    static float estimate(const Node& node, glm::vec3 point, glm::vec3 normal);
+    std::uint32_t build(std::span<std::uint32_t> order, const std::vector<LightNode>& leaves);
+    static float estimate(const LightNode& node, glm::vec3 point, glm::vec3 normal);
     std::size_t open(glm::vec3 point, glm::vec3 normal, std::span<Part> parts) const;
 
-    std::vector<Node> nodes_;
+    std::vector<LightNode> nodes_;
     std::vector<std::uint32_t> leaf_of_;
 };
 

@@ -1,41 +1,23 @@
+#include "records/gather.h"
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <string>
 #include <vector>
 
-#include "facts/scene_effects.h"
-#include "hit_light/hit_radiance.h"
-#include "radiance/radiance_sums.h"
-#include "rays/hit_surface.h"
-#include "rays/packet.h"
-#include "rays/shadow_batch.h"
 #include "rcs/error.h"
 #include "rcs/records.h"
-#include "records/gather.h"
+#include "records/gatherer.h"
 #include "records/hemisphere.h"
-#include "util/basis.h"
 #include "util/color.h"
-#include "util/multiversion.h"
 #include "util/random.h"
 
 namespace rcs {
 namespace {
 
-constexpr int kWidth = RayPacket::kWidth;
 constexpr std::size_t kBatch = 2048;  // records between two reports of progress
-constexpr float kInversePi = std::numbers::inv_pi_v<float>;
-
-/// Where a record is born.
-struct Birth {
-    glm::vec3 position;  // scene space, on the surface
-    glm::vec3 origin;    // of its rays: moved off the surface by the rounding bound
-    glm::vec3 normal, geometric_normal;
-    float footprint;
-    std::uint64_t key;
-};
 
 /// @param sample  sets the gathers at this place apart: each has its own rays
 Birth birth_at(const GBuffer& g, std::uint32_t pixel, std::uint64_t seed, std::uint64_t sample = 0)
@@ -51,336 +33,6 @@ Birth birth_at(const GBuffer& g, std::uint32_t pixel, std::uint64_t seed, std::u
     key = mix64(key ^ std::bit_cast<std::uint32_t>(b.position.y));
     b.key = mix64(key ^ std::bit_cast<std::uint32_t>(b.position.z) ^ sample << 32);
     return b;
-}
-
-/// Light that arrives at a hit over a shadow ray, and where the hit's albedo is to be looked up: only if it counts.
-struct ShadowedLight {
-    static constexpr std::int32_t kReflected = -1;
-
-    std::uint32_t cell;
-    std::int32_t material;  // kReflected: there is no albedo to look up
-    glm::vec3 radiance;     // towards the record; of a white surface unless kReflected
-    glm::vec3 normal;       // shading, at the hit
-    glm::vec3 to_light;
-    glm::vec2 uv;
-    float uv_per_length;
-};
-
-/// One thread's working memory for a record at a time.
-struct Workspace {
-    std::vector<float> x, y, z;
-    std::vector<HitPacket> packets;
-    std::vector<LaneWeights> weights;  // of the packets' rays, where surfaces let light through
-    ShadowBatch shadow;
-    std::vector<ShadowedLight> lights;  // what each shadow ray brings if it is free
-    HemisphereSamples samples;
-    RadianceSums radiance;
-    float cell_width = 0.0f;  // side of a cell's solid angle where the cosine is 1 [sqrt(sr)]
-    std::uint64_t hemisphere_rays = 0;
-    std::uint64_t shadow_rays = 0;
-
-    /// @param cells  of the largest grid to come
-    explicit Workspace(int cells) : samples(cells)
-    {
-        const std::size_t packets_needed = static_cast<std::size_t>((cells + kWidth - 1) / kWidth);
-        x.resize(packets_needed * kWidth);
-        y.resize(x.size());
-        z.resize(x.size());
-        packets.resize(packets_needed);
-        weights.resize(packets_needed);
-        for (HitPacket& packet : packets) reset(packet.ray);
-    }
-};
-
-/// Of one cell's ray where it ends [m].
-float cone_width(std::uint32_t cell, const Workspace& w)
-{
-    return w.cell_width / (std::sqrt(w.samples.cosine[cell]) * w.samples.inverse_distance[cell]);
-}
-
-void add(HemisphereSamples& samples, std::uint32_t cell, glm::vec3 radiance)
-{
-    samples.red[cell] += radiance.r;
-    samples.green[cell] += radiance.g;
-    samples.blue[cell] += radiance.b;
-}
-
-/// Cells first .. first + 15 as rays of a packet; `above` becomes the cosine to the geometric normal.
-RCS_MULTIVERSION
-void fill_rays(const Basis& frame, const Birth& birth, const float* x, const float* y, const float* z, RayPacket& ray,
-               float* above)
-{
-    const glm::vec3 ng = birth.geometric_normal;
-    for (int i = 0; i < kWidth; ++i) {
-        ray.origin_x[i] = birth.origin.x;
-        ray.origin_y[i] = birth.origin.y;
-        ray.origin_z[i] = birth.origin.z;
-        ray.t_max[i] = std::numeric_limits<float>::infinity();
-        const float dx = frame.x.x * x[i] + frame.y.x * y[i] + frame.z.x * z[i];
-        const float dy = frame.x.y * x[i] + frame.y.y * y[i] + frame.z.y * z[i];
-        const float dz = frame.x.z * x[i] + frame.y.z * y[i] + frame.z.z * z[i];
-        ray.direction_x[i] = dx;
-        ray.direction_y[i] = dy;
-        ray.direction_z[i] = dz;
-        above[i] = dx * ng.x + dy * ng.y + dz * ng.z;
-    }
-}
-
-/// @return bit i is set where cell first + i exists and its ray leaves the surface
-std::uint32_t fill_packet(const Basis& frame, const Birth& birth, Workspace& w, int first, int cells)
-{
-    const std::size_t c = static_cast<std::size_t>(first);
-    float above[kWidth];
-    fill_rays(frame, birth, w.x.data() + c, w.y.data() + c, w.z.data() + c, w.packets[c / kWidth].ray, above);
-    const int lanes = std::min(kWidth, cells - first);
-    std::uint32_t active = 0;
-    for (int i = 0; i < lanes; ++i) active |= static_cast<std::uint32_t>(above[i] > 0.0f) << i;
-    return active;
-}
-
-/// What the rays themselves tell of their cells: distance, plane of the face, sky where nothing was hit.
-RCS_MULTIVERSION
-void note_cells(const Basis& frame, const HitPacket& packet, const FacePacket& faces, std::uint32_t active,
-                glm::vec3 sky, std::size_t first, int lanes, const float* cosine, HemisphereSamples& s)
-{
-    for (int i = 0; i < lanes; ++i) {
-        const std::size_t c = first + static_cast<std::size_t>(i);
-        const bool alive = (active >> i & 1u) != 0u;
-        const bool hit = alive && packet.geometry[i] != RayPacket::kMiss;
-        const float seen = alive && !hit ? 1.0f : 0.0f;
-        s.red[c] = seen * sky.r;
-        s.green[c] = seen * sky.g;
-        s.blue[c] = seen * sky.b;
-        s.cosine[c] = cosine[c];
-        const float t = packet.ray.t_max[i];
-        s.inverse_distance[c] = hit ? 1.0f / (t > 1e-30f ? t : 1e-30f) : 0.0f;
-        const float qx = faces.plane_x[i], qy = faces.plane_y[i], qz = faces.plane_z[i];
-        s.plane_x[c] = hit ? qx * frame.x.x + qy * frame.x.y + qz * frame.x.z : 0.0f;
-        s.plane_y[c] = hit ? qx * frame.y.x + qy * frame.y.y + qz * frame.y.z : 0.0f;
-        s.plane_z[c] = hit ? qx * frame.z.x + qy * frame.z.y + qz * frame.z.z : 0.0f;
-    }
-}
-
-class Gatherer {
-public:
-    Gatherer(const RayScene& rays, const RecordSettings& options, const LightCache* cache)
-        : rays_(rays),
-          radiance_(rays, cache, effects_or_scene(options.effects, rays)),
-          has_bounce_(options.bounces > 0),
-          keeps_radiance_(options.radiance)
-    {
-    }
-
-    Record gather(const Birth& birth, const HemisphereGrid& grid, Workspace& w) const;
-
-private:
-    void trace(const Birth& birth, const HemisphereGrid& grid, const Basis& frame, Workspace& w) const;
-    void shade(const Basis& frame, int cells, int first, std::uint32_t active, std::uint64_t key, Workspace& w) const;
-    void note_sky(const HitPacket& packet, std::uint32_t active, std::size_t first, int lanes,
-                  HemisphereSamples& s) const;
-    void shade_hit(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell, std::uint64_t key,
-                   Workspace& w) const;
-    std::vector<float> radiance(int cells, Workspace& w) const;
-    void shoot_shadow_rays(Workspace& w) const;
-
-    const RayScene& rays_;
-    HitRadiance radiance_;
-    bool has_bounce_;
-    bool keeps_radiance_;
-};
-
-/// Sky that is not the same everywhere, as far as it is soft: its peaks are a lamp.
-void Gatherer::note_sky(const HitPacket& packet, std::uint32_t active, std::size_t first, int lanes,
-                        HemisphereSamples& s) const
-{
-    for (int i = 0; i < lanes; ++i) {
-        if ((active >> i & 1u) == 0u || packet.geometry[i] != RayPacket::kMiss) continue;
-        const RayPacket& ray = packet.ray;
-        const glm::vec3 sky =
-            radiance_.environment().soft_blurred({ray.direction_x[i], ray.direction_y[i], ray.direction_z[i]});
-        const std::size_t c = first + static_cast<std::size_t>(i);
-        s.red[c] = sky.r;
-        s.green[c] = sky.g;
-        s.blue[c] = sky.b;
-    }
-}
-
-void Gatherer::shade_hit(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell,
-                         std::uint64_t key, Workspace& w) const
-{
-    // A stream's own counter stays far below 2^32, so no two cells share a number.
-    RandomStream random(key ^ static_cast<std::uint64_t>(cell) << 32);
-    if (!radiance_.is_plain(packet.instance(lane))) {
-        const Bsdf bsdf = radiance_.bsdf(packet, lane, hit, cone_width(cell, w));
-        const glm::vec3 outgoing = -ray_direction(packet.ray, lane);
-        radiance_.direct(hit.point, bsdf, outgoing, random, [&](const Ray& ray, glm::vec3 radiance) {
-            w.shadow.add(ray);
-            ShadowedLight& light = w.lights.emplace_back();
-            light.cell = cell;
-            light.material = ShadowedLight::kReflected;
-            light.radiance = radiance;
-        });
-        if (radiance_.has_cache())
-            add(w.samples, cell,
-                kInversePi * total_albedo(bsdf, outgoing) * radiance_.indirect_irradiance(hit.point, random));
-        return;
-    }
-    radiance_.direct(hit.point, random, [&](const Ray& ray, glm::vec3 white) {
-        w.shadow.add(ray);
-        // Filled in place: a copy would read back in one piece what has just been written in several, and wait for it.
-        ShadowedLight& light = w.lights.emplace_back();
-        light.cell = cell;
-        light.material = hit.point.material;
-        light.radiance = white;
-        light.uv = hit.point.uv;
-        light.uv_per_length = hit.uv_per_length;
-        light.normal = hit.point.shading_normal;
-        light.to_light = ray.direction;
-    });
-    if (radiance_.has_cache())
-        add(w.samples, cell,
-            kInversePi *
-                radiance_.albedo({hit.point.material, hit.point.uv, hit.uv_per_length, cone_width(cell, w)},
-                                 -glm::dot(hit.point.shading_normal, ray_direction(packet.ray, lane))) *
-                radiance_.indirect_irradiance(hit.point, random));
-}
-
-void Gatherer::shade(const Basis& frame, int cells, int first, std::uint32_t active, std::uint64_t key,
-                     Workspace& w) const
-{
-    const HitPacket& packet = w.packets[static_cast<std::size_t>(first / kWidth)];
-    const int lanes = std::min(kWidth, cells - first);
-    FacePacket faces;
-    find_faces(rays_, packet, faces);
-    note_cells(frame, packet, faces, active, radiance_.sky_radiance(), static_cast<std::size_t>(first), lanes,
-               w.z.data(), w.samples);
-    if (radiance_.environment().has_image())
-        note_sky(packet, active, static_cast<std::size_t>(first), lanes, w.samples);
-    if (!has_bounce_) return;
-    HitSurface hits[kWidth];
-    int lane_of[kWidth];
-    int count = 0;
-    for (int i = 0; i < lanes; ++i) {
-        if ((active >> i & 1u) == 0u || packet.geometry[i] == RayPacket::kMiss) continue;
-        if (!radiance_.has_cache() && !radiance_.may_be_lit({faces.normal_x[i], faces.normal_y[i], faces.normal_z[i]}))
-            continue;
-        prefetch_hit(rays_, packet, i);
-        hits[count] = begin_hit(rays_, packet, faces, i);
-        lane_of[count++] = i;
-    }
-    for (int n = 0; n < count; ++n) {
-        complete_hit(rays_, packet, lane_of[n], hits[n]);
-        shade_hit(packet, lane_of[n], hits[n], static_cast<std::uint32_t>(first + lane_of[n]), key, w);
-    }
-}
-
-void Gatherer::shoot_shadow_rays(Workspace& w) const
-{
-    w.shadow.trace(rays_);
-    for (std::size_t i = 0; i < w.shadow.size(); ++i) {
-        if (!w.shadow.is_free(i)) continue;
-        const ShadowedLight& light = w.lights[i];
-        glm::vec3 radiance = light.radiance * w.shadow.transmittance(i);
-        if (light.material != ShadowedLight::kReflected)
-            radiance *= radiance_.reflectance(
-                {light.material, light.uv, light.uv_per_length, cone_width(light.cell, w)}, light.normal,
-                -ray_direction(w.packets[light.cell / kWidth].ray, static_cast<int>(light.cell % kWidth)),
-                light.to_light);
-        add(w.samples, light.cell, radiance);
-    }
-    w.shadow_rays += w.shadow.size();
-}
-
-/// What the rays went through on their way.
-void tint(int cells, Workspace& w)
-{
-    for (int c = 0; c < cells; ++c) {
-        const glm::vec3 weight = w.weights[static_cast<std::size_t>(c / kWidth)].weight[c % kWidth];
-        const std::size_t cell = static_cast<std::size_t>(c);
-        w.samples.red[cell] *= weight.r;
-        w.samples.green[cell] *= weight.g;
-        w.samples.blue[cell] *= weight.b;
-    }
-}
-
-void Gatherer::trace(const Birth& birth, const HemisphereGrid& grid, const Basis& frame, Workspace& w) const
-{
-    RandomStream random(birth.key);
-    const glm::vec2 shift(random.next(), random.next());
-    // A cell spans pi / (M N cos theta) of solid angle.
-    w.cell_width = std::sqrt(std::numbers::pi_v<float> / static_cast<float>(grid.cells));
-    hemisphere_directions(grid, shift, w.x.data(), w.y.data(), w.z.data());
-    w.shadow.clear();
-    w.lights.clear();
-    const std::uint64_t light_key = mix64(birth.key + 1);
-    for (int first = 0; first < grid.cells; first += kWidth) {
-        const std::uint32_t active = fill_packet(frame, birth, w, first, grid.cells);
-        const std::size_t packet = static_cast<std::size_t>(first / kWidth);
-        intersect(rays_, active, w.packets[packet], w.weights[packet]);
-        w.hemisphere_rays += static_cast<std::uint64_t>(std::popcount(active));
-        shade(frame, grid.cells, first, active, light_key, w);
-    }
-    shoot_shadow_rays(w);
-    if (rays_.has_transparency()) tint(grid.cells, w);
-}
-
-/// Cells have equal weights under the cosine: pi over their number.
-std::vector<float> Gatherer::radiance(int cells, Workspace& w) const
-{
-    w.radiance.clear();
-    for (int first = 0; first < cells; first += kWidth) {
-        // Lanes past the last cell, and rays below the surface, bring nothing.
-        float colors[3][kWidth] = {};
-        bool any = false;
-        for (int i = 0; i < std::min(kWidth, cells - first); ++i) {
-            const std::size_t c = static_cast<std::size_t>(first + i);
-            colors[0][i] = w.samples.red[c];
-            colors[1][i] = w.samples.green[c];
-            colors[2][i] = w.samples.blue[c];
-            any = any || colors[0][i] + colors[1][i] + colors[2][i] > 0.0f;
-        }
-        if (any)
-            w.radiance.add(w.packets[static_cast<std::size_t>(first / kWidth)].ray, colors[0], colors[1], colors[2]);
-    }
-    return w.radiance.coefficients(std::numbers::pi_v<float> / static_cast<float>(cells));
-}
-
-glm::vec3 to_scene(const Basis& frame, glm::vec3 local)
-{
-    return local.x * frame.x + local.y * frame.y + local.z * frame.z;
-}
-
-/// How far the record's first-order expansion stays sensible: where it would reach zero or twice its value.
-float gradient_reach(const Record& r)
-{
-    const glm::vec3 gradient =
-        0.2126f * r.translation_gradient[0] + 0.7152f * r.translation_gradient[1] + 0.0722f * r.translation_gradient[2];
-    const float steepness = glm::length(gradient);
-    return steepness > 0.0f ? luminance(r.irradiance) / steepness : std::numeric_limits<float>::infinity();
-}
-
-Record Gatherer::gather(const Birth& birth, const HemisphereGrid& grid, Workspace& w) const
-{
-    const Basis frame(birth.normal, to_unit_float(static_cast<std::uint32_t>(mix64(birth.key + 2))));
-    trace(birth, grid, frame, w);
-    const HemisphereIntegrals integrals = integrate(grid, w.samples);
-    Record record;
-    record.position = birth.position;
-    record.normal = birth.normal;
-    record.irradiance = integrals.irradiance;
-    for (std::size_t i = 0; i < 3; ++i) {
-        record.rotation_gradient[i] = to_scene(frame, integrals.rotation_gradient[i]);
-        record.translation_gradient[i] = to_scene(frame, integrals.translation_gradient[i]);
-    }
-    record.harmonic_mean_distance = integrals.harmonic_mean_distance;
-    record.minimum_distance = integrals.minimum_distance;
-    record.gradient_reach = gradient_reach(record);
-    record.footprint = birth.footprint;
-    record.rays = grid.cells;
-    if (keeps_radiance_) record.radiance = radiance(grid.cells, w);
-    const float e = luminance(integrals.irradiance);
-    record.noise = e > 0.0f ? std::min(1.0f, integrals.standard_error / e) : 0.0f;
-    return record;
 }
 
 }  // namespace
@@ -425,9 +77,9 @@ int RecordGatherer::rays() const { return impl_->grid.cells; }
 
 namespace {
 
-void count(const std::vector<Workspace>& workspaces, RecordStats& stats)
+void count(const std::vector<GatherWorkspace>& workspaces, RecordStats& stats)
 {
-    for (const Workspace& w : workspaces) {
+    for (const GatherWorkspace& w : workspaces) {
         stats.hemisphere_rays += w.hemisphere_rays;
         stats.shadow_rays += w.shadow_rays;
     }
@@ -440,7 +92,7 @@ std::vector<Record> RecordGatherer::gather(const GBuffer& gbuffer, const std::ve
 {
     const HemisphereGrid& grid = impl_->grid;
     std::vector<Record> records(pixels.size());
-    std::vector<Workspace> workspaces(static_cast<std::size_t>(pool.size()), Workspace(grid.cells));
+    std::vector<GatherWorkspace> workspaces(static_cast<std::size_t>(pool.size()), GatherWorkspace(grid.cells));
     pool.parallel_for(pixels.size(), 4, [&](std::size_t begin, std::size_t end, int thread) {
         for (std::size_t i = begin; i < end; ++i)
             records[i] = impl_->gatherer.gather(birth_at(gbuffer, pixels[i], impl_->seed), grid,
@@ -467,7 +119,7 @@ void RecordGatherer::gather_more(const GBuffer& gbuffer, std::span<const std::ui
     if (wanted.empty()) return;
     int most_cells = 0;
     for (const auto& [times, grid] : grids) most_cells = std::max(most_cells, grid.cells);
-    std::vector<Workspace> workspaces(static_cast<std::size_t>(pool.size()), Workspace(most_cells));
+    std::vector<GatherWorkspace> workspaces(static_cast<std::size_t>(pool.size()), GatherWorkspace(most_cells));
     for (std::size_t done = 0; done < wanted.size(); done += kBatch) {
         report(static_cast<float>(done) / static_cast<float>(wanted.size()));
         pool.parallel_for(

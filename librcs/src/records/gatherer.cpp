@@ -1,0 +1,287 @@
+#include "records/gatherer.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numbers>
+
+#include "facts/scene_effects.h"
+#include "util/color.h"
+#include "util/multiversion.h"
+#include "util/random.h"
+
+namespace rcs {
+namespace {
+
+constexpr int kWidth = RayPacket::kWidth;
+constexpr float kInversePi = std::numbers::inv_pi_v<float>;
+
+/// Of one cell's ray where it ends [m].
+float cone_width(std::uint32_t cell, const GatherWorkspace& w)
+{
+    return w.cell_width / (std::sqrt(w.samples.cosine[cell]) * w.samples.inverse_distance[cell]);
+}
+
+void add(HemisphereSamples& samples, std::uint32_t cell, glm::vec3 radiance)
+{
+    samples.red[cell] += radiance.r;
+    samples.green[cell] += radiance.g;
+    samples.blue[cell] += radiance.b;
+}
+
+/// Cells first .. first + 15 as rays of a packet; `above` becomes the cosine to the geometric normal.
+RCS_MULTIVERSION
+void fill_rays(const Basis& frame, const Birth& birth, const float* x, const float* y, const float* z, RayPacket& ray,
+               float* above)
+{
+    const glm::vec3 ng = birth.geometric_normal;
+    for (int i = 0; i < kWidth; ++i) {
+        ray.origin_x[i] = birth.origin.x;
+        ray.origin_y[i] = birth.origin.y;
+        ray.origin_z[i] = birth.origin.z;
+        ray.t_max[i] = std::numeric_limits<float>::infinity();
+        const float dx = frame.x.x * x[i] + frame.y.x * y[i] + frame.z.x * z[i];
+        const float dy = frame.x.y * x[i] + frame.y.y * y[i] + frame.z.y * z[i];
+        const float dz = frame.x.z * x[i] + frame.y.z * y[i] + frame.z.z * z[i];
+        ray.direction_x[i] = dx;
+        ray.direction_y[i] = dy;
+        ray.direction_z[i] = dz;
+        above[i] = dx * ng.x + dy * ng.y + dz * ng.z;
+    }
+}
+
+/// Fills the packet of the cells from `first` on. @param count  of all cells
+PacketCells fill_packet(const Basis& frame, const Birth& birth, GatherWorkspace& w, int first, int count)
+{
+    const std::size_t c = static_cast<std::size_t>(first);
+    float above[kWidth];
+    fill_rays(frame, birth, w.x.data() + c, w.y.data() + c, w.z.data() + c, w.packets[c / kWidth].ray, above);
+    PacketCells cells{c, std::min(kWidth, count - first)};
+    for (int i = 0; i < cells.count; ++i) cells.active |= static_cast<std::uint32_t>(above[i] > 0.0f) << i;
+    return cells;
+}
+
+/// What the rays themselves tell of their cells: distance, plane of the face, sky where nothing was hit.
+RCS_MULTIVERSION
+void note_cells(const Basis& frame, const HitPacket& packet, const FacePacket& faces, PacketCells cells, glm::vec3 sky,
+                const float* cosine, HemisphereSamples& s)
+{
+    for (int i = 0; i < cells.count; ++i) {
+        const std::size_t c = cells.first + static_cast<std::size_t>(i);
+        const bool alive = cells.is_active(i);
+        const bool hit = alive && packet.geometry[i] != RayPacket::kMiss;
+        const float seen = alive && !hit ? 1.0f : 0.0f;
+        s.red[c] = seen * sky.r;
+        s.green[c] = seen * sky.g;
+        s.blue[c] = seen * sky.b;
+        s.cosine[c] = cosine[c];
+        const float t = packet.ray.t_max[i];
+        s.inverse_distance[c] = hit ? 1.0f / (t > 1e-30f ? t : 1e-30f) : 0.0f;
+        const float qx = faces.plane_x[i], qy = faces.plane_y[i], qz = faces.plane_z[i];
+        s.plane_x[c] = hit ? qx * frame.x.x + qy * frame.x.y + qz * frame.x.z : 0.0f;
+        s.plane_y[c] = hit ? qx * frame.y.x + qy * frame.y.y + qz * frame.y.z : 0.0f;
+        s.plane_z[c] = hit ? qx * frame.z.x + qy * frame.z.y + qz * frame.z.z : 0.0f;
+    }
+}
+
+/// What the rays went through on their way.
+void tint(int cells, GatherWorkspace& w)
+{
+    for (int c = 0; c < cells; ++c) {
+        const glm::vec3 weight = w.weights[static_cast<std::size_t>(c / kWidth)].weight[c % kWidth];
+        const std::size_t cell = static_cast<std::size_t>(c);
+        w.samples.red[cell] *= weight.r;
+        w.samples.green[cell] *= weight.g;
+        w.samples.blue[cell] *= weight.b;
+    }
+}
+
+glm::vec3 to_scene(const Basis& frame, glm::vec3 local)
+{
+    return local.x * frame.x + local.y * frame.y + local.z * frame.z;
+}
+
+/// How far the record's first-order expansion stays sensible: where it would reach zero or twice its value.
+float gradient_reach(const Record& r)
+{
+    const glm::vec3 gradient =
+        0.2126f * r.translation_gradient[0] + 0.7152f * r.translation_gradient[1] + 0.0722f * r.translation_gradient[2];
+    const float steepness = glm::length(gradient);
+    return steepness > 0.0f ? luminance(r.irradiance) / steepness : std::numeric_limits<float>::infinity();
+}
+
+}  // namespace
+
+Gatherer::Gatherer(const RayScene& rays, const RecordSettings& options, const LightCache* cache)
+    : rays_(rays),
+      radiance_(rays, cache, effects_or_scene(options.effects, rays)),
+      has_bounce_(options.bounces > 0),
+      keeps_radiance_(options.radiance)
+{
+}
+
+/// Sky that is not the same everywhere, as far as it is soft: its peaks are a lamp.
+void Gatherer::note_sky(const HitPacket& packet, const PacketCells& cells, HemisphereSamples& s) const
+{
+    for (int i = 0; i < cells.count; ++i) {
+        if (!cells.is_active(i) || packet.geometry[i] != RayPacket::kMiss) continue;
+        const RayPacket& ray = packet.ray;
+        const glm::vec3 sky =
+            radiance_.environment().soft_blurred({ray.direction_x[i], ray.direction_y[i], ray.direction_z[i]});
+        const std::size_t c = cells.first + static_cast<std::size_t>(i);
+        s.red[c] = sky.r;
+        s.green[c] = sky.g;
+        s.blue[c] = sky.b;
+    }
+}
+
+void Gatherer::shade_hit(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell,
+                         std::uint64_t key, GatherWorkspace& w) const
+{
+    // A stream's own counter stays far below 2^32, so no two cells share a number.
+    RandomStream random(key ^ static_cast<std::uint64_t>(cell) << 32);
+    if (!radiance_.is_plain(packet.instance(lane))) {
+        const Bsdf bsdf = radiance_.bsdf(packet, lane, hit, cone_width(cell, w));
+        const glm::vec3 outgoing = -ray_direction(packet.ray, lane);
+        radiance_.direct(hit.point, bsdf, outgoing, random, [&](const Ray& ray, glm::vec3 radiance) {
+            w.shadow.add(ray);
+            ShadowedLight& light = w.lights.emplace_back();
+            light.cell = cell;
+            light.material = ShadowedLight::kReflected;
+            light.radiance = radiance;
+        });
+        if (radiance_.has_cache())
+            add(w.samples, cell,
+                kInversePi * total_albedo(bsdf, outgoing) * radiance_.indirect_irradiance(hit.point, random));
+        return;
+    }
+    radiance_.direct(hit.point, random, [&](const Ray& ray, glm::vec3 white) {
+        w.shadow.add(ray);
+        // Filled in place: a copy would read back in one piece what has just been written in several, and wait for it.
+        ShadowedLight& light = w.lights.emplace_back();
+        light.cell = cell;
+        light.material = hit.point.material;
+        light.radiance = white;
+        light.uv = hit.point.uv;
+        light.uv_per_length = hit.uv_per_length;
+        light.normal = hit.point.shading_normal;
+        light.to_light = ray.direction;
+    });
+    if (radiance_.has_cache())
+        add(w.samples, cell,
+            kInversePi *
+                radiance_.albedo({hit.point.material, hit.point.uv, hit.uv_per_length, cone_width(cell, w)},
+                                 -glm::dot(hit.point.shading_normal, ray_direction(packet.ray, lane))) *
+                radiance_.indirect_irradiance(hit.point, random));
+}
+
+void Gatherer::shade(const Basis& frame, const PacketCells& cells, std::uint64_t key, GatherWorkspace& w) const
+{
+    const HitPacket& packet = w.packets[cells.first / kWidth];
+    FacePacket faces;
+    find_faces(rays_, packet, faces);
+    note_cells(frame, packet, faces, cells, radiance_.sky_radiance(), w.z.data(), w.samples);
+    if (radiance_.environment().has_image()) note_sky(packet, cells, w.samples);
+    if (!has_bounce_) return;
+    HitSurface hits[kWidth];
+    int lane_of[kWidth];
+    int count = 0;
+    for (int i = 0; i < cells.count; ++i) {
+        if (!cells.is_active(i) || packet.geometry[i] == RayPacket::kMiss) continue;
+        if (!radiance_.has_cache() && !radiance_.may_be_lit({faces.normal_x[i], faces.normal_y[i], faces.normal_z[i]}))
+            continue;
+        prefetch_hit(rays_, packet, i);
+        hits[count] = begin_hit(rays_, packet, faces, i);
+        lane_of[count++] = i;
+    }
+    for (int n = 0; n < count; ++n) {
+        complete_hit(rays_, packet, lane_of[n], hits[n]);
+        shade_hit(packet, lane_of[n], hits[n],
+                  static_cast<std::uint32_t>(cells.first) + static_cast<std::uint32_t>(lane_of[n]), key, w);
+    }
+}
+
+void Gatherer::shoot_shadow_rays(GatherWorkspace& w) const
+{
+    w.shadow.trace(rays_);
+    for (std::size_t i = 0; i < w.shadow.size(); ++i) {
+        if (!w.shadow.is_free(i)) continue;
+        const ShadowedLight& light = w.lights[i];
+        glm::vec3 radiance = light.radiance * w.shadow.transmittance(i);
+        if (light.material != ShadowedLight::kReflected)
+            radiance *= radiance_.reflectance(
+                {light.material, light.uv, light.uv_per_length, cone_width(light.cell, w)}, light.normal,
+                -ray_direction(w.packets[light.cell / kWidth].ray, static_cast<int>(light.cell % kWidth)),
+                light.to_light);
+        add(w.samples, light.cell, radiance);
+    }
+    w.shadow_rays += w.shadow.size();
+}
+
+void Gatherer::trace(const Birth& birth, const HemisphereGrid& grid, const Basis& frame, GatherWorkspace& w) const
+{
+    RandomStream random(birth.key);
+    const glm::vec2 shift(random.next(), random.next());
+    // A cell spans pi / (M N cos theta) of solid angle.
+    w.cell_width = std::sqrt(std::numbers::pi_v<float> / static_cast<float>(grid.cells));
+    hemisphere_directions(grid, shift, w.x.data(), w.y.data(), w.z.data());
+    w.shadow.clear();
+    w.lights.clear();
+    const std::uint64_t light_key = mix64(birth.key + 1);
+    for (int first = 0; first < grid.cells; first += kWidth) {
+        const PacketCells cells = fill_packet(frame, birth, w, first, grid.cells);
+        const std::size_t packet = static_cast<std::size_t>(first / kWidth);
+        intersect(rays_, cells.active, w.packets[packet], w.weights[packet]);
+        w.hemisphere_rays += static_cast<std::uint64_t>(std::popcount(cells.active));
+        shade(frame, cells, light_key, w);
+    }
+    shoot_shadow_rays(w);
+    if (rays_.has_transparency()) tint(grid.cells, w);
+}
+
+/// Cells have equal weights under the cosine: pi over their number.
+std::vector<float> Gatherer::radiance(int cells, GatherWorkspace& w) const
+{
+    w.radiance.clear();
+    for (int first = 0; first < cells; first += kWidth) {
+        // Lanes past the last cell, and rays below the surface, bring nothing.
+        float colors[3][kWidth] = {};
+        bool any = false;
+        for (int i = 0; i < std::min(kWidth, cells - first); ++i) {
+            const std::size_t c = static_cast<std::size_t>(first + i);
+            colors[0][i] = w.samples.red[c];
+            colors[1][i] = w.samples.green[c];
+            colors[2][i] = w.samples.blue[c];
+            any = any || colors[0][i] + colors[1][i] + colors[2][i] > 0.0f;
+        }
+        if (any)
+            w.radiance.add(w.packets[static_cast<std::size_t>(first / kWidth)].ray, colors[0], colors[1], colors[2]);
+    }
+    return w.radiance.coefficients(std::numbers::pi_v<float> / static_cast<float>(cells));
+}
+
+Record Gatherer::gather(const Birth& birth, const HemisphereGrid& grid, GatherWorkspace& w) const
+{
+    const Basis frame(birth.normal, to_unit_float(static_cast<std::uint32_t>(mix64(birth.key + 2))));
+    trace(birth, grid, frame, w);
+    const HemisphereIntegrals integrals = integrate(grid, w.samples);
+    Record record;
+    record.position = birth.position;
+    record.normal = birth.normal;
+    record.irradiance = integrals.irradiance;
+    for (std::size_t i = 0; i < 3; ++i) {
+        record.rotation_gradient[i] = to_scene(frame, integrals.rotation_gradient[i]);
+        record.translation_gradient[i] = to_scene(frame, integrals.translation_gradient[i]);
+    }
+    record.harmonic_mean_distance = integrals.harmonic_mean_distance;
+    record.minimum_distance = integrals.minimum_distance;
+    record.gradient_reach = gradient_reach(record);
+    record.footprint = birth.footprint;
+    record.rays = grid.cells;
+    if (keeps_radiance_) record.radiance = radiance(grid.cells, w);
+    const float e = luminance(integrals.irradiance);
+    record.noise = e > 0.0f ? std::min(1.0f, integrals.standard_error / e) : 0.0f;
+    return record;
+}
+
+}  // namespace rcs

@@ -1,0 +1,99 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "hit_light/hit_radiance.h"
+#include "radiance/radiance_sums.h"
+#include "rays/hit_surface.h"
+#include "rays/packet.h"
+#include "rays/shadow_batch.h"
+#include "rcs/records.h"
+#include "records/hemisphere.h"
+#include "util/basis.h"
+
+namespace rcs {
+
+/// Where a record is born.
+struct Birth {
+    glm::vec3 position;  ///< scene space, on the surface
+    glm::vec3 origin;    ///< of its rays: moved off the surface by the rounding bound
+    glm::vec3 normal, geometric_normal;
+    float footprint;
+    std::uint64_t key;
+};
+
+/// Light that arrives at a hit over a shadow ray, and where the hit's albedo is to be looked up: only if it counts.
+struct ShadowedLight {
+    static constexpr std::int32_t kReflected = -1;
+
+    std::uint32_t cell;
+    std::int32_t material;  ///< kReflected: there is no albedo to look up
+    glm::vec3 radiance;     ///< towards the record; of a white surface unless kReflected
+    glm::vec3 normal;       ///< shading, at the hit
+    glm::vec3 to_light;
+    glm::vec2 uv;
+    float uv_per_length;
+};
+
+/// One thread's working memory for a record at a time.
+struct GatherWorkspace {
+    std::vector<float> x, y, z;
+    std::vector<HitPacket> packets;
+    std::vector<LaneWeights> weights;  ///< of the packets' rays, where surfaces let light through
+    ShadowBatch shadow;
+    std::vector<ShadowedLight> lights;  ///< what each shadow ray brings if it is free
+    HemisphereSamples samples;
+    RadianceSums radiance;
+    float cell_width = 0.0f;  ///< side of a cell's solid angle where the cosine is 1 [sqrt(sr)]
+    std::uint64_t hemisphere_rays = 0;
+    std::uint64_t shadow_rays = 0;
+
+    /// @param cells  of the largest grid to come
+    explicit GatherWorkspace(int cells) : samples(cells)
+    {
+        const std::size_t packets_needed =
+            static_cast<std::size_t>((cells + RayPacket::kWidth - 1) / RayPacket::kWidth);
+        x.resize(packets_needed * RayPacket::kWidth);
+        y.resize(x.size());
+        z.resize(x.size());
+        packets.resize(packets_needed);
+        weights.resize(packets_needed);
+        for (HitPacket& packet : packets) reset(packet.ray);
+    }
+};
+
+/// Cells first .. first + count - 1 of a hemisphere, which one packet holds.
+struct PacketCells {
+    std::size_t first = 0;
+    int count = 0;
+    std::uint32_t active = 0;  ///< bit i is set where the ray of cell first + i leaves the surface
+
+    bool is_active(int i) const { return (active >> i & 1u) != 0u; }
+};
+
+/// Gathers one record at a time: what depends on the scene and options alone is prepared once.
+class Gatherer {
+public:
+    Gatherer(const RayScene& rays, const RecordSettings& options, const LightCache* cache);
+
+    Record gather(const Birth& birth, const HemisphereGrid& grid, GatherWorkspace& w) const;
+
+private:
+    void trace(const Birth& birth, const HemisphereGrid& grid, const Basis& frame, GatherWorkspace& w) const;
+    void shade(const Basis& frame, const PacketCells& cells, std::uint64_t key, GatherWorkspace& w) const;
+    void note_sky(const HitPacket& packet, const PacketCells& cells, HemisphereSamples& s) const;
+    void shade_hit(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell, std::uint64_t key,
+                   GatherWorkspace& w) const;
+    std::vector<float> radiance(int cells, GatherWorkspace& w) const;
+    void shoot_shadow_rays(GatherWorkspace& w) const;
+
+    const RayScene& rays_;
+    HitRadiance radiance_;
+    bool has_bounce_;
+    bool keeps_radiance_;
+};
+
+}  // namespace rcs
