@@ -5,6 +5,13 @@ namespace {
 
 constexpr int kMostThreads = 1024;
 
+std::string listed(const std::vector<std::string>& names)
+{
+    std::string text;
+    for (const std::string& name : names) text.append(text.empty() ? "" : ", ").append(name);
+    return text;
+}
+
 }  // namespace
 
 void add_scene_arguments(CLI::App& app, SceneArguments& arguments, Size default_size)
@@ -53,7 +60,7 @@ CameraChoice camera_choice(const SceneArguments& arguments)
     return choice;
 }
 
-void add_output_arguments(CLI::App& app, OutputArguments& arguments, const std::vector<std::string>& layers)
+void add_output_arguments(CLI::App& app, OutputArguments& arguments, Renderer renderer)
 {
     app.add_option("-o,--output", arguments.files,
                    "File to write, may be given several times: .exr keeps scene-linear values and layers, "
@@ -61,12 +68,10 @@ void add_output_arguments(CLI::App& app, OutputArguments& arguments, const std::
         ->required()
         ->type_name("FILE")
         ->allow_extra_args(false);
-    std::string names;
-    for (const std::string& layer : layers) {
-        names.append(names.empty() ? "" : ", ").append(layer);
-    }
+    const std::vector<std::string> layers = layer_names(renderer), by_default = default_layer_names(renderer);
     app.add_option("--layers", arguments.layers,
-                   "Layers to keep in the EXR, where beauty always is, of: " + names + "; default: all")
+                   "Layers to keep in the EXR, where beauty always is, of: " + listed(layers) +
+                       "; default: " + (by_default == layers ? "all" : listed(by_default)))
         ->type_name("A,B,...")
         ->delimiter(',')
         ->allow_extra_args(false)

@@ -8,6 +8,7 @@
 
 #include "cli/number.h"
 #include "cli/parse.h"
+#include "rcs/layers.h"
 #include "rcs/scene_choice.h"
 #include "rcs/tone_map.h"
 
@@ -38,8 +39,8 @@ struct OutputArguments {
     std::string exposure = "auto";
     ToneMapOptions tone_map;
 };
-/// @param layers  the names that --layers takes
-void add_output_arguments(CLI::App& app, OutputArguments& arguments, const std::vector<std::string>& layers);
+/// @param renderer  whose layers --layers takes
+void add_output_arguments(CLI::App& app, OutputArguments& arguments, Renderer renderer);
 
 /// What is told about the run.
 struct ReportArguments {

@@ -70,9 +70,7 @@ void add_reference_command(CLI::App& app, Action& action)
     add_number(command, "--stride", options.stride, {1, 16384},
                "Trace every so many pixels of every so many rows; compare then takes the same pixels");
     add_number(command, "--seed", options.seed, {0, kLargestSeed}, "Seed of all random numbers");
-    add_output_arguments(command, arguments->output,
-                         {"beauty", "emission", "direct", "indirect", "albedo", "normal", "depth", "standard_error",
-                          "indirect_standard_error"});
+    add_output_arguments(command, arguments->output, Renderer::reference);
     add_report_arguments(command, arguments->report);
     command.footer("Example: rcsplat reference demo:cornell --size 256x256 --spp 4096 -o reference.exr");
     command.callback(

@@ -4,7 +4,7 @@
 #include <array>
 
 #include "cli/outputs.h"
-#include "rcs/effect_plan.h"
+#include "rcs/effects.h"
 
 namespace rcs::service {
 namespace {
@@ -66,7 +66,7 @@ RenderOptions final_options(const RenderArguments& arguments)
     if (arguments.output.files.empty()) {
         options.layers = arguments.output.layers.empty() ? std::nullopt : std::optional(arguments.output.layers);
     } else {
-        render_for(parse_outputs(arguments.output, PixelFormat::half_float), parse_tone_map(arguments.output), options);
+        render_for(parse_outputs(arguments.output, PixelFormat::half_float), options);
     }
     validate(options);
     return options;
@@ -111,9 +111,7 @@ void add_render_arguments(CLI::App& command, RenderArguments& arguments)
     add_number(command, "--lobe-rays", options.lobe_rays, {1, 1024},
                "Rays a pixel along reflections too sharp for records");
     add_number(command, "--seed", options.seed, {0, kLargestSeed}, "Seed of all random numbers");
-    add_output_arguments(command, arguments.output,
-                         {"beauty", "emission", "direct", "indirect", "indirect_error", "irradiance", "albedo",
-                          "normal", "depth", "records"});
+    add_output_arguments(command, arguments.output, Renderer::records);
     command
         .add_option("--effects", arguments.effects,
                     "What to simulate: auto takes what the view calls for (rcsplat plan says what and why), all takes "

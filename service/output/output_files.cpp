@@ -32,7 +32,7 @@ bool is_exr(const OutputFile& file) { return lower_ending(file.path) == ".exr"; 
 
 bool is_png(const OutputFile& file) { return lower_ending(file.path) == ".png"; }
 
-void render_for(const std::vector<OutputFile>& files, const ToneMapOptions& tone_map, RenderOptions& options)
+void render_for(const std::vector<OutputFile>& files, RenderOptions& options)
 {
     std::vector<std::string> kept;
     bool all = false;
@@ -41,7 +41,6 @@ void render_for(const std::vector<OutputFile>& files, const ToneMapOptions& tone
         kept.insert(kept.end(), file.options.layers.begin(), file.options.layers.end());
     }
     options.layers = all ? std::nullopt : std::optional(kept);
-    options.auto_exposure = !tone_map.exposure && !std::all_of(files.begin(), files.end(), is_exr);
 }
 
 OutputFiles::OutputFiles(std::vector<OutputFile> files, const ToneMapOptions& tone_map, const LogFunction& log)

@@ -24,7 +24,7 @@ bool is_exr(const OutputFile& file);
 bool is_png(const OutputFile& file);
 
 /// Sets what a render makes beside beauty to what `files` keep of it.
-void render_for(const std::vector<OutputFile>& files, const ToneMapOptions& tone_map, RenderOptions& options);
+void render_for(const std::vector<OutputFile>& files, RenderOptions& options);
 
 /// The files that a command or a job was asked for, checked before any work, written after all of it.
 class OutputFiles {

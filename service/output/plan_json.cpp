@@ -29,7 +29,6 @@ Json to_json(const PlannedEffect& e)
 {
     Json json = {{"name", std::string(rcs::name_of(e.effect))},
                  {"needed", e.needed},
-                 {"available", e.available},
                  {"chosen_by_user", e.chosen},
                  {"scene_has_material", e.has_material},
                  {"reason", e.reason}};
@@ -44,6 +43,13 @@ Json to_json(const PlannedEffect& e)
     return json;
 }
 
+Json to_json(const PlannedLayer& l)
+{
+    return {{"name", std::string(l.layer->name)}, {"kept", l.kept}, {"made", l.made}, {"bytes", l.bytes}};
+}
+
+const char* word_of(const PlannedLayer& l) { return l.kept ? "kept" : l.made ? "made" : "off"; }
+
 }  // namespace
 
 Json to_json(const EffectPlan& plan)
@@ -51,9 +57,13 @@ Json to_json(const EffectPlan& plan)
     Json json = {{"bounces", plan.bounces},
                  {"passes", plan.passes},
                  {"pilot_rays", plan.pilot_rays},
-                 {"effects", Json::array()}};
+                 {"effects", Json::array()},
+                 {"layers", Json::array()}};
     for (const PlannedEffect& e : plan.effects) {
         json["effects"].push_back(to_json(e));
+    }
+    for (const PlannedLayer& l : plan.layers) {
+        json["layers"].push_back(to_json(l));
     }
     return json;
 }
@@ -94,16 +104,26 @@ std::string to_text(const EffectPlan& plan)
     std::string text;
     for (const PlannedEffect& e : plan.effects) {
         char name[64];
-        std::snprintf(name, sizeof name, "%-4s %-22s ",
-                      e.needed      ? "on"
-                      : e.available ? "off"
-                                    : "none",
+        std::snprintf(name, sizeof name, "%-4s %-22s ", e.needed ? "on" : "off",
                       std::string(rcs::name_of(e.effect)).c_str());
         text.append(name).append(e.reason);
         if (e.loss > 0.0) {
             char loss[64];
             std::snprintf(loss, sizeof loss, "; loses at most %.2g of ", e.loss);
             text.append(loss).append(e.of.empty() ? "it" : e.of);
+        }
+        text.append("\n");
+    }
+    for (const PlannedLayer& l : plan.layers) {
+        char row[128];
+        std::snprintf(row, sizeof row, "%-4s layer %-16s %s", word_of(l), std::string(l.layer->name).c_str(),
+                      l.kept   ? "the picture keeps it"
+                      : l.made ? "no output keeps it, beauty or the error estimate takes it in"
+                               : "no output keeps it");
+        text.append(row);
+        if (l.made) {
+            std::snprintf(row, sizeof row, "; %.3g MB", 1e-6 * l.bytes);
+            text.append(row);
         }
         text.append("\n");
     }

@@ -66,8 +66,7 @@ void add(Fingerprint& print, const RenderOptions& options)
 {
     // Taken apart by all its members: one more, and this does not compile until it counts here, too.
     const auto& [width, height, aa, bounces, quality, min_reach, max_reach, gradient_limit, area_samples,
-                 penumbra_samples, lamp_picks, lobe_rays, overlap, splat, effects, layers, dry_run, auto_exposure,
-                 seed] = options;
+                 penumbra_samples, lamp_picks, lobe_rays, overlap, splat, effects, layers, dry_run, seed] = options;
     print.add(width);
     print.add(height);
     print.add(aa);
@@ -93,7 +92,6 @@ void add(Fingerprint& print, const RenderOptions& options)
     print.add(effects.without.bits());
     print.add(layers.has_value());
     for (const std::string& layer : layers.value_or(std::vector<std::string>{})) print.add(layer);
-    print.add(auto_exposure);
     print.add(seed);
 }
 

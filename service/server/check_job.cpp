@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rcs/layers.h"
 #include "rcs/scene.h"
 #include "server/sockets.h"
 #include "wire/errors.h"
@@ -104,8 +105,6 @@ void check_environment(CheckedJob& checked)
 
 void check_outputs(const v1::Job& job)
 {
-    static const std::set<std::string> kLayers = {"beauty",     "emission", "direct", "indirect", "indirect_error",
-                                                  "irradiance", "albedo",   "normal", "depth",    "records"};
     check_count("outputs", job.outputs_size(), 1, kMostOutputs);
     std::set<std::string> names;
     for (const v1::Output& output : job.outputs()) {
@@ -131,7 +130,8 @@ void check_outputs(const v1::Job& job)
                    ", expected a value in [1, 100]");
         }
         for (const std::string& layer : output.layers()) {
-            if (!exr || !kLayers.contains(layer))
+            const LayerKind* const known = look_up_layer(layer);
+            if (!exr || !known || !known->of_render)
                 refuse("outputs.layers of '" + name + "' has " + layer.substr(0, kLongestName) + ", which it cannot");
         }
     }

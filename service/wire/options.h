@@ -6,7 +6,7 @@
 #include "rcs/v1/options.pb.h"
 
 /// The one place where the library's option structs and the wire's messages meet. What follows from other fields or is
-/// the renderer's own (dry_run, layers, auto_exposure, and what render() sets in records and direct) does not travel.
+/// the renderer's own (dry_run, layers, and what render() sets in records and direct) does not travel.
 /// Messages are made with every field set; read, a field that is absent has the library's default.
 namespace rcs::service {
 

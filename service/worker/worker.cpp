@@ -238,7 +238,7 @@ internal::Done FrameRenderer::render_frame(const internal::Task& task)
         files.push_back(from_message(output));
         files.back().path = task.folder() + "/" + output.name();
     }
-    render_for(files, tone_map, options);
+    render_for(files, options);
 
     internal::Done done;
     RunReport report;

@@ -47,7 +47,7 @@ std::set<std::string> switched_on(const EffectPlan& plan)
 {
     std::set<std::string> names;
     for (const PlannedEffect& e : plan.effects)
-        if (const std::string name(name_of(e.effect)); e.needed && !name.starts_with("layer-")) names.insert(name);
+        if (e.needed) names.emplace(name_of(e.effect));
     return names;
 }
 
@@ -199,8 +199,6 @@ Material glass()
 
 std::vector<Case> cases()
 {
-    RenderOptions shown = small();
-    shown.auto_exposure = true;
     Scene dark_lamp = lit_room();
     dark_lamp.lights[0].intensity = glm::vec3(0.0f);
     Scene mirror_in_the_dark = panel_room(metal(0.0f));
@@ -314,8 +312,6 @@ std::vector<Case> cases()
          with(small(), 0)},
         {"a mesh used twice", twice_the_panel(), plain_and({"instancing"}), "instancing",
          "1 mesh is used more than once"},
-        {"display picture", lit_room(), plain_and({"auto-exposure"}), "auto-exposure", "without an exposure of its own",
-         shown},
     };
 }
 
@@ -385,8 +381,6 @@ TEST(EffectPlan, DoesAsItIsTold)
     const EffectPlan all = plan_of(scene, options, options.effects);
     for (const Effect e : {Effect::environment, Effect::glossy_records, Effect::traced_lobes, Effect::highlights})
         EXPECT_TRUE(all.needs(e) && all[e].chosen) << name_of(e);
-    EXPECT_FALSE(all[Effect::motion].available);
-    EXPECT_FALSE(all.needs(Effect::motion));
 
     options.effects = parse_effects("punctual-light,anti-aliasing");
     EXPECT_EQ(switched_on(plan_of(scene, options, options.effects)),
@@ -406,8 +400,38 @@ TEST(EffectPlan, RefusesWhatIsNoEffect)
     EXPECT_THROW(parse_effects("reflections"), Error);
     EXPECT_THROW(parse_effects("emission,"), Error);
     EXPECT_THROW(parse_effects("motion"), Error);
+    EXPECT_THROW(parse_effects("auto-exposure"), Error);
+    EXPECT_THROW(parse_effects("layer-depth"), Error);
     for (std::size_t i = 0; i < kEffects; ++i)
         EXPECT_EQ(find_effect(name_of(static_cast<Effect>(i))), static_cast<Effect>(i));
+}
+
+/// Names of the layers for which `decision` holds.
+std::set<std::string> layers_that(const EffectPlan& plan, bool PlannedLayer::* decision)
+{
+    std::set<std::string> names;
+    for (const PlannedLayer& layer : plan.layers)
+        if (layer.*decision) names.emplace(layer.layer->name);
+    return names;
+}
+
+TEST(EffectPlan, MakesTheLayersThatAreKeptAndThoseThatBeautyTakesIn)
+{
+    RenderOptions options = small();
+    EffectPlan plan = plan_of(lit_room(), options);
+    EXPECT_EQ(layers_that(plan, &PlannedLayer::kept).size(), plan.layers.size());
+
+    options.layers = std::vector<std::string>{"depth"};
+    plan = plan_of(lit_room(), options);
+    EXPECT_EQ(layers_that(plan, &PlannedLayer::kept), (std::set<std::string>{"beauty", "depth"}));
+    EXPECT_EQ(layers_that(plan, &PlannedLayer::made),
+              (std::set<std::string>{"beauty", "depth", "direct", "indirect", "indirect_error"}));
+    for (const PlannedLayer& layer : plan.layers) EXPECT_EQ(layer.bytes > 0.0, layer.made) << layer.layer->name;
+
+    options.effects.without.set(Effect::error_estimate);
+    EXPECT_FALSE(layers_that(plan_of(lit_room(), options), &PlannedLayer::made).contains("indirect_error"));
+    options.layers = std::vector<std::string>{"deep"};
+    EXPECT_THROW(plan_of(lit_room(), options), Error);
 }
 
 }  // namespace

@@ -142,7 +142,9 @@ TEST(CommandLine, OptionsThatDoNotGoTogetherAreNamed)
     expect_error({"render", "demo:cornell", "--dry-run", "--accuracy", "0.1"}, kBadUsage, "--accuracy", folder);
     expect_error({"render", "demo:cornell", "-o", folder / "a.png", "--effects", "mirrors"}, kBadUsage, "mirrors",
                  folder);
-    expect_error({"render", "demo:cornell", "-o", folder / "a.png", "--with", "motion"}, kBadUsage, "motion", folder);
+    for (const std::string gone : {"motion", "auto-exposure", "layer-depth"})
+        expect_error({"render", "demo:cornell", "-o", folder / "a.png", "--without", gone}, kBadUsage,
+                     gone + " is not an effect; there are emission, ", folder);
     expect_error({"render", "demo:cornell", "-o", folder / "a.png", "--with", "highlights", "--without", "highlights"},
                  kBadUsage, "--without: highlights is also given to --with", folder);
     expect_error({"plan", "demo:cornell", "--without", "all"}, kBadUsage, "--without", folder);

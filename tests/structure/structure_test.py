@@ -21,7 +21,6 @@ FUNCTIONS_IN = ("librcs/", "service/")
 EXCEPTIONS = {
     "librcs/include/rcs/records.h: place_records has many parameters",
     "librcs/include/rcs/render.h: render has many parameters",
-    "librcs/src/compose/compose.cpp: accumulate_pass has many lines",
     "librcs/src/compose/goal.cpp: Goal::place has many parameters",
     "librcs/src/compose/goal.h: place has many parameters",
     "librcs/src/compose/render.cpp: render has many lines",

@@ -1,86 +1,17 @@
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "rcs/camera.h"
+#include "rcs/effects.h"
+#include "rcs/layers.h"
 #include "rcs/ray_scene.h"
 
 namespace rcs {
 
 struct RenderOptions;
-
-/// What may have to be simulated for a picture.
-enum class Effect : std::uint8_t {
-    emission,           ///< what shines or shows sky to the camera
-    punctual_light,     ///< lamps without size, at pixels and at gather hits
-    area_light,         ///< emissive triangles, likewise
-    environment,        ///< light of the sky on surfaces
-    environment_peaks,  ///< its peaks, sampled like a lamp
-    highlights,         ///< lamps in specular lobes
-    indirect_diffuse,   ///< irradiance records
-    more_bounces,       ///< a light cache: light reflected more than once
-    glossy_records,     ///< wide lobes: records keep radiance
-    traced_lobes,       ///< narrow lobes, coats, rough transmission: rays per pixel
-    transmission,       ///< rays of light go through thin walls
-    alpha_mask,         ///< rays ask masked surfaces
-    alpha_blend,        ///< rays ask blended surfaces
-    peeling,            ///< layers of surfaces behind those that the camera sees through
-    normal_maps,
-    hit_textures,   ///< base colour textures where rays hit; else their mean colours
-    anti_aliasing,  ///< more than one pass
-    deformation,    ///< skins and morph targets
-    instancing,     ///< meshes used more than once are shared by rays
-    motion,         ///< reuse from frame to frame
-    auto_exposure,
-    error_estimate,
-    layer_emission,
-    layer_direct,
-    layer_indirect,
-    layer_indirect_error,
-    layer_irradiance,
-    layer_albedo,
-    layer_normal,
-    layer_depth,
-    layer_records,
-    count
-};
-inline constexpr std::size_t kEffects = static_cast<std::size_t>(Effect::count);
-
-/// As the command line names it: "traced-lobes".
-std::string_view name_of(Effect effect);
-/// @throws Error not_found; lists those there are
-Effect find_effect(std::string_view name);
-
-class EffectSet {
-public:
-    EffectSet() = default;
-    static EffectSet all();
-
-    bool has(Effect effect) const { return (bits_ >> static_cast<unsigned>(effect) & 1u) != 0u; }
-    void set(Effect effect, bool on = true)
-    {
-        const std::uint64_t bit = std::uint64_t{1} << static_cast<unsigned>(effect);
-        bits_ = on ? bits_ | bit : bits_ & ~bit;
-    }
-    std::uint64_t bits() const { return bits_; }  ///< by the numbers of Effect
-    bool operator==(const EffectSet&) const = default;
-
-private:
-    std::uint64_t bits_ = 0;
-};
-
-/// What the user says about effects; else the plan decides.
-struct EffectChoice {
-    EffectSet with;     ///< simulated, called for or not
-    EffectSet without;  ///< not simulated; wins over `with`
-};
-/// "auto", "all" or names, separated by commas: those and no others.
-/// @throws Error not_found: a name; unsupported: an effect that this build cannot simulate
-EffectChoice parse_effects(std::string_view text);
 
 /// One effect's decision.
 struct PlannedEffect {
@@ -92,7 +23,6 @@ struct PlannedEffect {
 
     Effect effect{};
     bool needed = false;        ///< is simulated
-    bool available = true;      ///< false: this build cannot
     bool chosen = false;        ///< the user said so, and the plan would not have
     bool has_material = false;  ///< the scene has what the effect is made of, wherever it lies
     std::string reason;         ///< in words, with the number behind it
@@ -106,9 +36,18 @@ struct PlannedEffect {
     double bytes = 0.0;  ///< about so much memory beyond a picture without it
 };
 
+/// One layer's decision.
+struct PlannedLayer {
+    const LayerKind* layer = nullptr;
+    bool kept = false;   ///< by an output
+    bool made = false;   ///< kept, or beauty or the error estimate takes it in; else it costs nothing
+    double bytes = 0.0;  ///< of memory, if it is made
+};
+
 /// What a view of a scene calls for. Where two effects differ only by name, the more specific one carries the cost.
 struct EffectPlan {
     std::vector<PlannedEffect> effects;  ///< one for each Effect, in order
+    std::vector<PlannedLayer> layers;    ///< one for each layer that a render can make, in the order of all_layers()
     int bounces = 0;                     ///< of indirect light, at most those of the options
     int passes = 1;                      ///< samples a pixel
     bool shares_samples = false;   ///< samples after the first share its light where the picture is smooth and they see

@@ -33,21 +33,8 @@ struct Image {
     const float* at(int x, int y) const { return const_cast<Image*>(this)->at(x, y); }
 };
 
-/// The layers of one rendered view, all of the same size, by name. "beauty" is always there.
-///
-/// | name            | channels | what                                                             |
-/// | --------------- | -------- | ---------------------------------------------------------------- |
-/// | beauty          | 4        | scene-linear radiance = emission + direct + indirect; alpha cover |
-/// | emission        | 3        | radiance emitted towards the camera, background included         |
-/// | direct          | 3        | reflected direct light of lamps                                  |
-/// | indirect        | 3        | reflected indirect light, irradiance times albedo over pi        |
-/// | indirect_error  | 1        | standard error of indirect's luminance, estimated (error_estimate.h) |
-/// | irradiance      | 3        | indirect irradiance [W m^-2]                                     |
-/// | albedo          | 3        | diffuse reflectance                                              |
-/// | normal          | 3        | shading normal, world space                                      |
-/// | depth           | 1        | distance from the camera [m]; +inf where nothing is seen         |
-/// | records         | 1        | records whose influence covers the pixel                         |
-/// | standard_error  | 3        | of beauty (reference only)                                       |
+/// The layers of one rendered view, all of the same size, by the names of all_layers() (rcs/layers.h): docs/layers.md
+/// says what each holds. "beauty" is always there.
 struct LayeredImage {
     std::map<std::string, Image> layers;
     std::map<std::string, std::string> metadata;  ///< settings, seed, version; kept in EXR

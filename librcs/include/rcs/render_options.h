@@ -52,10 +52,9 @@ struct RenderOptions {
     SplatMethod splat = SplatMethod::automatic;
     EffectChoice effects;  ///< what is simulated though the plan would not, and what is not though it would; alpha,
                            ///< transmission, normal maps and instancing are chosen in build_ray_scene()
-    std::optional<std::vector<std::string>> layers;  ///< to make beside beauty; none: all
+    std::optional<std::vector<std::string>> layers;  ///< to make beside beauty (rcs/layers.h); none: the default ones
     bool dry_run = false;                            ///< stop after the forecast
-    bool auto_exposure = false;  ///< whether a display picture will be made that takes its exposure from this one
-    std::uint64_t seed = 1;      ///< of every random stream
+    std::uint64_t seed = 1;                          ///< of every random stream
 };
 
 /// The settings asked for, to be changed; a goal gives way to the default settings.

@@ -1,9 +1,6 @@
 #include "compose/compose.h"
 
 #include <algorithm>
-#include <cmath>
-#include <initializer_list>
-#include <limits>
 #include <numbers>
 
 #include "radiance/lobes.h"
@@ -13,27 +10,8 @@ namespace rcs {
 namespace {
 
 constexpr float kInversePi = std::numbers::inv_pi_v<float>;
-
-Image& layer(LayeredImage& image, const char* name, const GBuffer& g, int channels)
-{
-    Image& result = image.layers[name];
-    if (result.pixels.empty()) result = Image(g.width, g.height, channels);
-    return result;
-}
-
-/// Where a layer is summed up; null if nobody asks for it.
-struct Sums {
-    Image *emission, *direct, *indirect, *error, *irradiance, *albedo, *normal, *depth, *records;
-};
-
-void add(Image* image, std::size_t pixel, glm::vec3 value)
-{
-    if (!image) return;
-    float* p = image->pixels.data() + 3 * pixel;
-    p[0] += value.r;
-    p[1] += value.g;
-    p[2] += value.b;
-}
+// Samples that are looked at before each layer takes its part of them: what they say stays in the nearest cache.
+constexpr std::size_t kSamplesAtATime = 128;
 
 /// What the records' radiance becomes on a wide specular lobe.
 glm::vec3 glossy_radiance(const GBuffer& g, const Shading& shading, const SplatBuffer& sums, std::size_t i,
@@ -45,40 +23,48 @@ glm::vec3 glossy_radiance(const GBuffer& g, const Shading& shading, const SplatB
            (glm::vec3(sums.glossy_r[i], sums.glossy_g[i], sums.glossy_b[i]) / sums.weight[i]);
 }
 
-// While passes are summed up, the error has two parts: that of records, which all passes share, adds up; that of traced
-// lobes, each pass by itself, adds up squared.
-constexpr const char* kErrorLayer = "indirect_error";
-constexpr int kErrorParts = 2;
-constexpr std::size_t kOfRecords = 0, kOfTraced = 1;
-
-Sums find_sums(const EffectSet& effects, const GBuffer& g, LayeredImage& sums)
+/// What records say at a visible point.
+void add_recorded(const SamplePass& pass, const Shading& shading, const PassLight& light, glm::vec3 reflectance,
+                  Sample& s)
 {
-    const auto find = [&](const char* name, int channels, std::initializer_list<Effect> wanted_by) {
-        const bool wanted = std::any_of(wanted_by.begin(), wanted_by.end(), [&](Effect e) { return effects.has(e); });
-        return wanted ? &layer(sums, name, g, channels) : nullptr;
-    };
-    using enum Effect;
-    return {find("emission", 3, {layer_emission, emission}),
-            find("direct", 3, {layer_direct, punctual_light, area_light, environment_peaks}),
-            find("indirect", 3, {layer_indirect, indirect_diffuse, traced_lobes}),
-            find(kErrorLayer, kErrorParts, {layer_indirect_error, error_estimate}),
-            find("irradiance", 3, {layer_irradiance}),
-            find("albedo", 3, {layer_albedo}),
-            find("normal", 3, {layer_normal}),
-            find("depth", 1, {layer_depth}),
-            find("records", 1, {layer_records})};
+    const std::size_t i = s.pixel;
+    const SplatBuffer& sums = light.indirect;
+    s.served = sums.weight[i] > 0.0f;
+    if (!s.served) return;
+    s.irradiance = glm::vec3(sums.weighted_r[i], sums.weighted_g[i], sums.weighted_b[i]) / sums.weight[i];
+    s.recorded = reflectance * s.irradiance;
+    if (shading.has_lobes())
+        s.recorded += s.share * glossy_radiance(pass.gbuffer, shading, sums, i,
+                                                outgoing_at(pass.gbuffer, pass.view.camera, i));
+    if (!light.indirect_error.noise.empty()) s.recorded_error = light.indirect_error.total(i) * luminance(s.recorded);
+    s.records = sums.count[i];
 }
 
-/// One standard error from the two parts. @param image  sums of `passes`; becomes their mean
-void finish_error(int passes, Image& image)
+/// @param passes  part of the light that passes what lies in front
+Sample look_at(const SamplePass& pass, const Shading& shading, const PassLight& light, std::size_t i, glm::vec3 passes)
 {
-    Image error(image.width, image.height, 1);
-    for (std::size_t i = 0; i < error.pixels.size(); ++i) {
-        const float records = image.pixels[kErrorParts * i + kOfRecords],
-                    traced = image.pixels[kErrorParts * i + kOfTraced];
-        error.pixels[i] = std::sqrt(records * records + traced) / static_cast<float>(passes);
+    Sample s{.pixel = i, .covered = pass.gbuffer.covered(i), .share = passes};
+    if (!s.covered) return s;
+    if (!shading.coverage.empty()) s.share *= shading.coverage[i];
+    const glm::vec3 reflectance = s.share * pass.gbuffer.albedo[i] * kInversePi;
+    if (!light.direct.irradiance.empty()) {
+        s.direct = reflectance * light.direct.irradiance[i];
+        if (!light.direct.glossy.empty()) s.direct += s.share * light.direct.glossy[i];
     }
-    image = std::move(error);
+    if (!light.traced.radiance.empty()) {
+        s.traced = s.share * light.traced.radiance[i];
+        s.traced_error = luminance(s.share) * light.traced.error[i];
+    }
+    if (light.indirect.width != 0) add_recorded(pass, shading, light, reflectance, s);
+    return s;
+}
+
+/// Where a layer is summed up.
+Image& sums_of(const LayerSum& layer, const GBuffer& g, LayeredImage& sums)
+{
+    Image& result = sums.layers[std::string(layer.name)];
+    if (result.pixels.empty()) result = Image(g.width, g.height, layer.channels);
+    return result;
 }
 
 }  // namespace
@@ -86,79 +72,33 @@ void finish_error(int passes, Image& image)
 std::size_t accumulate_pass(const GBuffer& g, const View& view, const Shading& shading, const PassLight& light,
                             const std::vector<glm::vec3>& weight, const KnownSamples* known, LayeredImage& sums)
 {
-    const SplatBuffer& indirect = light.indirect;
-    Image& beauty = layer(sums, "beauty", g, 4);
-    const Sums to = find_sums(light.effects, g, sums);
-    const bool first = weight.empty();
-    const bool orthographic = view.camera.projection == Projection::orthographic;
-    const glm::dvec3 forward = -glm::dvec3(view.camera.world_from_view[2]);
+    const SamplePass pass{light.layers->scene, g, view, weight.empty()};
+    std::vector<std::pair<const LayerSum*, Image*>> layers;
+    for (const PictureLayers::Made& layer : light.layers->made) {
+        Image& image = sums_of(*layer.sum, g, sums);
+        if (layer.filled) layers.emplace_back(layer.sum, &image);
+    }
+    std::vector<Sample> samples;
+    samples.reserve(kSamplesAtATime);
     std::size_t unserved = 0;
-    for (std::size_t i = 0; i < g.size(); ++i) {
-        const glm::vec3 passes = first ? glm::vec3(1.0f) : weight[i];
-        if (known && known->met[i] != 0) continue;
-        if (!g.covered(i)) {
-            add(to.emission, i, passes * g.emission[i]);
-            if (first && to.depth) to.depth->pixels[i] = std::numeric_limits<float>::infinity();
-            continue;
+    for (std::size_t begin = 0; begin < g.size(); begin += kSamplesAtATime) {
+        samples.clear();
+        for (std::size_t i = begin; i < std::min(begin + kSamplesAtATime, g.size()); ++i) {
+            if (known && known->met[i] != 0) continue;
+            samples.push_back(look_at(pass, shading, light, i, pass.first ? glm::vec3(1.0f) : weight[i]));
+            unserved += samples.back().covered && light.indirect.width != 0 && !samples.back().served ? 1 : 0;
         }
-        const glm::vec3 share = shading.coverage.empty() ? passes : passes * shading.coverage[i];
-        add(to.emission, i, share * g.emission[i]);
-        const glm::vec3 reflectance = share * g.albedo[i] * kInversePi;
-        if (!light.direct.irradiance.empty()) {
-            glm::vec3 direct = reflectance * light.direct.irradiance[i];
-            if (!light.direct.glossy.empty()) direct += share * light.direct.glossy[i];
-            add(to.direct, i, direct);
-        }
-        if (!light.traced.radiance.empty()) {
-            add(to.indirect, i, share * light.traced.radiance[i]);
-            if (to.error) {
-                const float error = luminance(share) * light.traced.error[i];
-                to.error->pixels[kErrorParts * i + kOfTraced] += error * error;
-            }
-        }
-        beauty.pixels[4 * i + 3] += luminance(share);
-        if (first) {
-            const glm::vec3 p = g.position(i);
-            add(to.albedo, i, g.albedo[i]);
-            add(to.normal, i, g.normal(i));
-            if (to.depth)
-                to.depth->pixels[i] +=
-                    orthographic ? static_cast<float>(glm::dot(glm::dvec3(p), forward)) : glm::length(p);
-        }
-        if (indirect.width == 0) continue;
-        const float sum = indirect.weight[i];
-        if (!(sum > 0.0f)) {
-            ++unserved;
-            continue;
-        }
-        const glm::vec3 e = glm::vec3(indirect.weighted_r[i], indirect.weighted_g[i], indirect.weighted_b[i]) / sum;
-        glm::vec3 radiance = reflectance * e;
-        if (shading.has_lobes())
-            radiance += share * glossy_radiance(g, shading, indirect, i, outgoing_at(g, view.camera, i));
-        add(to.indirect, i, radiance);
-        if (to.error && !light.indirect_error.noise.empty())
-            to.error->pixels[kErrorParts * i + kOfRecords] += light.indirect_error.total(i) * luminance(radiance);
-        if (first) {
-            add(to.irradiance, i, e);
-            if (to.records) to.records->pixels[i] += indirect.count[i];
-        }
+        for (const auto& [layer, image] : layers) layer->add(pass, samples, *image);
     }
     return unserved;
 }
 
 void finish_passes(int passes, LayeredImage& sums)
 {
-    const float scale = 1.0f / static_cast<float>(passes);
-    for (auto& [name, image] : sums.layers) {
-        if (name == kErrorLayer) {
-            finish_error(passes, image);
-            continue;
-        }
-        for (float& value : image.pixels) value *= scale;
-    }
+    for (auto& [name, image] : sums.layers) layer_sum(name).finish(passes, image);
     Image& beauty = sums.layers["beauty"];
     const std::size_t pixels = beauty.pixels.size() / 4;
-    for (const char* part : {"emission", "direct", "indirect"}) {
+    for (const char* part : kBeautyParts) {
         const auto found = sums.layers.find(part);
         if (found == sums.layers.end()) continue;
         for (std::size_t i = 0; i < pixels; ++i)
@@ -166,11 +106,10 @@ void finish_passes(int passes, LayeredImage& sums)
     }
 }
 
-void keep_layers(const EffectSet& effects, LayeredImage& image)
+void keep_layers(const PictureLayers& layers, LayeredImage& image)
 {
-    std::erase_if(image.layers, [&](const auto& named) {
-        return named.first != "beauty" && !effects.has(find_effect("layer-" + named.first));
-    });
+    for (const PictureLayers::Made& layer : layers.made)
+        if (!layer.kept) image.layers.erase(std::string(layer.sum->name));
 }
 
 }  // namespace rcs

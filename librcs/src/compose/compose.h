@@ -5,10 +5,10 @@
 #include <glm/glm.hpp>
 
 #include "accuracy/error_estimate.h"
+#include "compose/layer_sums.h"
 #include "direct/direct.h"
 #include "gbuffer/shading.h"
 #include "glossy/traced_lobes.h"
-#include "rcs/effect_plan.h"
 #include "rcs/gbuffer.h"
 #include "rcs/image.h"
 #include "rcs/splat.h"
@@ -17,14 +17,14 @@ namespace rcs {
 
 /// Light at the visible points of one pass; what is empty does not take part.
 struct PassLight {
-    EffectSet effects = EffectSet::all();  ///< that take part, and the layers wanted
+    const PictureLayers* layers = nullptr;  ///< that are made; never null
     DirectLightResult direct;
     SplatBuffer indirect;     ///< the records' sums; width 0: none
     ErrorMap indirect_error;  ///< of it
     TracedLight traced;       ///< indirect light of lobes that are ray traced
 };
 
-/// Adds one pass to the sums of a picture: every pass counts the same. Layers as LayeredImage names them.
+/// Adds one pass to the sums of a picture: every pass counts the same.
 /// @param weight  per pixel, how much of its light passes the surfaces in front; empty: there are none, and the
 ///        surfaces are those whose albedo, normal and depth the picture keeps
 /// @param known  pixels left to SharedSamples; may be null
@@ -36,6 +36,6 @@ std::size_t accumulate_pass(const GBuffer& gbuffer, const View& view, const Shad
 void finish_passes(int passes, LayeredImage& sums);
 
 /// Drops what beauty and the estimate were made from if nobody wants it.
-void keep_layers(const EffectSet& effects, LayeredImage& image);
+void keep_layers(const PictureLayers& layers, LayeredImage& image);
 
 }  // namespace rcs

@@ -160,6 +160,7 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
     const EffectPlan& plan = stats.plan;
     tell(plan, log);
     const EffectSet effects = plan.set();
+    const PictureLayers layers = picture_layers(plan, rays.scene());
     RenderOptions options = wanted;
     options.aa = plan.passes;
     options.bounces = plan.bounces;
@@ -215,7 +216,7 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
         std::vector<glm::vec3> weight;  // of the surfaces behind transparent ones
         for (int layer = 0; layer < kMostLayers; ++layer) {
             PassLight light;
-            light.effects = effects;
+            light.layers = &layers;
             const FirstView first{gbuffer, view, shading, light, record_options.radiance};
             const bool is_first = pass == 0 && layer == 0;
             if (has_lamps) {
@@ -292,7 +293,7 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
     clock.run("compose", [&] { finish_passes(goal.passes(), result.image); });
     if (plan.needs(Effect::error_estimate))
         stats.error = clock.run("error", [&] { return estimate_error(result.image); });
-    keep_layers(effects, result.image);
+    keep_layers(layers, result.image);
     tally.finish(gl, records, result.image, counts);
     describe(options, record_options, goal.passes(), camera, stats, result.image);
     result.image.metadata["rcs:records"] = std::to_string(records.size());

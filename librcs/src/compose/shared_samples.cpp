@@ -5,6 +5,8 @@
 
 #include <glm/glm.hpp>
 
+#include "compose/layer_sums.h"
+
 namespace rcs {
 namespace {
 
@@ -12,7 +14,7 @@ namespace {
 std::vector<glm::vec3> light_of(const LayeredImage& sums, std::size_t pixels)
 {
     std::vector<glm::vec3> light(pixels, glm::vec3(0.0f));
-    for (const char* part : {"emission", "direct", "indirect"}) {
+    for (const char* part : kBeautyParts) {
         const auto found = sums.layers.find(part);
         if (found == sums.layers.end()) continue;
         const std::vector<float>& values = found->second.pixels;

@@ -1,27 +1,19 @@
-#include <array>
+#include "rcs/effects.h"
 
-#include "rcs/effect_plan.h"
+#include <algorithm>
+#include <array>
+#include <string>
+
 #include "rcs/error.h"
 
 namespace rcs {
 namespace {
 
-constexpr std::array<std::string_view, kEffects> kNames = {"emission",          "punctual-light",
-                                                           "area-light",        "environment",
-                                                           "environment-peaks", "highlights",
-                                                           "indirect-diffuse",  "more-bounces",
-                                                           "glossy-records",    "traced-lobes",
-                                                           "transmission",      "alpha-mask",
-                                                           "alpha-blend",       "peeling",
-                                                           "normal-maps",       "hit-textures",
-                                                           "anti-aliasing",     "deformation",
-                                                           "instancing",        "motion",
-                                                           "auto-exposure",     "error-estimate",
-                                                           "layer-emission",    "layer-direct",
-                                                           "layer-indirect",    "layer-indirect_error",
-                                                           "layer-irradiance",  "layer-albedo",
-                                                           "layer-normal",      "layer-depth",
-                                                           "layer-records"};
+constexpr std::array<std::string_view, kEffects> kNames = {
+    "emission",     "punctual-light",   "area-light",   "environment",    "environment-peaks",
+    "highlights",   "indirect-diffuse", "more-bounces", "glossy-records", "traced-lobes",
+    "transmission", "alpha-mask",       "alpha-blend",  "peeling",        "normal-maps",
+    "hit-textures", "anti-aliasing",    "instancing",   "error-estimate"};
 
 }  // namespace
 
@@ -40,8 +32,7 @@ Effect find_effect(std::string_view name)
 EffectSet EffectSet::all()
 {
     EffectSet set;
-    for (std::size_t i = 0; i < kEffects; ++i)
-        set.set(static_cast<Effect>(i), static_cast<Effect>(i) != Effect::motion);
+    for (std::size_t i = 0; i < kEffects; ++i) set.set(static_cast<Effect>(i));
     return set;
 }
 
@@ -55,22 +46,12 @@ EffectChoice parse_effects(std::string_view text)
     }
     for (std::size_t begin = 0; begin <= text.size();) {
         const std::size_t end = std::min(text.find(',', begin), text.size());
-        const Effect effect = find_effect(text.substr(begin, end - begin));
-        if (!EffectSet::all().has(effect))
-            throw Error(ErrorCode::unsupported, std::string(name_of(effect)) + " is not available in this build");
-        choice.with.set(effect);
+        choice.with.set(find_effect(text.substr(begin, end - begin)));
         begin = end + 1;
     }
     for (std::size_t i = 0; i < kEffects; ++i)
         choice.without.set(static_cast<Effect>(i), !choice.with.has(static_cast<Effect>(i)));
     return choice;
-}
-
-EffectSet EffectPlan::set() const
-{
-    EffectSet set;
-    for (const PlannedEffect& e : effects) set.set(e.effect, e.needed);
-    return set;
 }
 
 }  // namespace rcs

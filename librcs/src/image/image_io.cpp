@@ -13,6 +13,7 @@
 #include <OpenImageIO/imageio.h>
 
 #include "rcs/error.h"
+#include "rcs/layers.h"
 #include "util/file_writer.h"
 #include "util/one_line.h"
 
@@ -85,17 +86,14 @@ struct StoredLayer {
     std::size_t bytes() const { return type.size() * static_cast<std::size_t>(image->channels); }
 };
 
-/// Half floats hold colours well, but step by 0.5 m a kilometre away: distances stay floats.
-bool needs_full_float(const std::string& layer) { return layer == "depth" || layer == "position"; }
-
 std::vector<std::string> channel_names(const std::string& layer, int channels)
 {
     const std::string prefix = layer == "beauty" ? "" : layer + ".";
-    const std::string suffixes = channels == 1 ? (layer == "depth" ? "Z" : "Y") : "RGBA";
+    const LayerKind* const known = look_up_layer(layer);
+    const bool fits = known && known->channels.size() == static_cast<std::size_t>(channels);
+    const std::string_view letters = fits ? known->channels : channels == 1 ? "Y" : "RGBA";
     std::vector<std::string> names;
-    for (int c = 0; c < channels; ++c) {
-        names.push_back(prefix + suffixes.at(static_cast<std::size_t>(c)));
-    }
+    for (const char letter : letters.substr(0, static_cast<std::size_t>(channels))) names.push_back(prefix + letter);
     return names;
 }
 
@@ -132,7 +130,8 @@ OIIO::ImageSpec exr_spec(const NamedLayers& layers, PixelFormat format, std::vec
     OIIO::ImageSpec spec(layers[0].second->width, layers[0].second->height, 0, OIIO::TypeDesc::HALF);
     std::size_t offset = 0;
     for (const auto& [name, layer] : layers) {
-        const bool full = format == PixelFormat::full_float || needs_full_float(name);
+        const LayerKind* const known = look_up_layer(name);
+        const bool full = format == PixelFormat::full_float || (known && known->needs_float);
         stored.push_back({layer, full ? OIIO::TypeFloat : OIIO::TypeHalf, offset});
         offset += stored.back().bytes();
         for (const std::string& channel : channel_names(name, layer->channels)) {

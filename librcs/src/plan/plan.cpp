@@ -7,6 +7,7 @@
 #include "facts/scene_facts.h"
 #include "gbuffer/views.h"
 #include "material/bsdf.h"
+#include "plan/plan_layers.h"
 #include "plan/view_survey.h"
 #include "radiance/harmonics.h"
 #include "rays/ray_scene_impl.h"
@@ -46,6 +47,7 @@ public:
         plan_indirect();
         plan_surfaces();
         plan_picture();
+        plan_.layers = plan_layers(options_.layers, plan_.set(), pixels_);
         return std::move(plan_);
     }
 
@@ -304,8 +306,6 @@ void Planner::plan_surfaces()
     textures.share = static_cast<double>(textured) / std::max<double>(1.0, static_cast<double>(facts_.used_meshes));
     textures.cost = "a fetch for each hit that counts; else the texture's mean";
 
-    PlannedEffect& deformation = decide(Effect::deformation, false, false, "the scene was posed when it was loaded");
-    deformation.needed = deformation.chosen = false;
     PlannedEffect& instancing =
         decide(Effect::instancing, facts_.instanced > 0, facts_.shared_meshes > 0,
                facts_.shared_meshes == 0
@@ -314,9 +314,6 @@ void Planner::plan_surfaces()
                built_);
     instancing.needed = facts_.instanced > 0;  // as the rays' scene was built
     instancing.cost = "a transformation for each ray that enters an instance";
-    PlannedEffect& motion = plan_.effects[static_cast<std::size_t>(Effect::motion)];
-    motion.available = false;
-    motion.reason = "not available: frames are rendered one by one";
 }
 
 void Planner::plan_picture()
@@ -345,11 +342,6 @@ void Planner::plan_picture()
         aa.loss = kSmooth;
     }
 
-    PlannedEffect& exposure = decide(
-        Effect::auto_exposure, options_.auto_exposure, options_.auto_exposure,
-        options_.auto_exposure ? "a display picture without an exposure of its own" : "no display picture asks for it");
-    exposure.cost = "one look at the picture";
-
     const bool indirect = on(Effect::indirect_diffuse) || on(Effect::traced_lobes);
     PlannedEffect& error = decide(Effect::error_estimate, indirect, indirect,
                                   !indirect ? "there is no indirect light"
@@ -362,20 +354,6 @@ void Planner::plan_picture()
     }
     error.cost = "three sums more in each splat, and a pass over the picture";
     error.bytes = 20.0 * pixels_;
-
-    const std::pair<Effect, double> layers[] = {
-        {Effect::layer_emission, 12.0},      {Effect::layer_direct, 12.0},     {Effect::layer_indirect, 12.0},
-        {Effect::layer_indirect_error, 4.0}, {Effect::layer_irradiance, 12.0}, {Effect::layer_albedo, 12.0},
-        {Effect::layer_normal, 12.0},        {Effect::layer_depth, 4.0},       {Effect::layer_records, 4.0}};
-    for (const auto& [effect, bytes] : layers) {
-        const std::string layer(name_of(effect).substr(std::string_view("layer-").size()));
-        const bool kept = !options_.layers ||
-                          std::find(options_.layers->begin(), options_.layers->end(), layer) != options_.layers->end();
-        PlannedEffect& e = decide(effect, kept, kept, kept ? "the picture keeps it" : "no output keeps it");
-        e.of = "pixels";
-        e.cost = text("%g bytes a pixel", bytes);
-        e.bytes = bytes * pixels_;
-    }
 }
 
 }  // namespace

@@ -2,6 +2,13 @@
 
 namespace rcs {
 
+EffectSet EffectPlan::set() const
+{
+    EffectSet set;
+    for (const PlannedEffect& e : effects) set.set(e.effect, e.needed);
+    return set;
+}
+
 std::string list_effects(const EffectPlan& plan, bool needed)
 {
     std::string list;

@@ -1,0 +1,144 @@
+#include "compose/layer_sums.h"
+
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "rcs/error.h"
+#include "util/color.h"
+
+namespace rcs {
+namespace {
+
+// While passes are summed up, the error has two parts: that of records, which all passes share, adds up; that of traced
+// lobes, each pass by itself, adds up squared.
+constexpr int kErrorParts = 2;
+constexpr std::size_t kOfRecords = 0, kOfTraced = 1;
+
+void plus(float* to, glm::vec3 value)
+{
+    to[0] += value.r;
+    to[1] += value.g;
+    to[2] += value.b;
+}
+
+void add_cover(const SamplePass&, const Sample& s, float* to)
+{
+    if (s.covered) to[3] += luminance(s.share);
+}
+
+void add_emission(const SamplePass& pass, const Sample& s, float* to)
+{
+    plus(to, s.share * pass.gbuffer.emission[s.pixel]);
+}
+
+void add_direct(const SamplePass&, const Sample& s, float* to) { plus(to, s.direct); }
+
+void add_indirect(const SamplePass&, const Sample& s, float* to)
+{
+    plus(to, s.traced);
+    plus(to, s.recorded);
+}
+
+void add_error(const SamplePass&, const Sample& s, float* to)
+{
+    to[kOfTraced] += s.traced_error * s.traced_error;
+    to[kOfRecords] += s.recorded_error;
+}
+
+void add_irradiance(const SamplePass& pass, const Sample& s, float* to)
+{
+    if (pass.first) plus(to, s.irradiance);
+}
+
+void add_albedo(const SamplePass& pass, const Sample& s, float* to)
+{
+    if (pass.first && s.covered) plus(to, pass.gbuffer.albedo[s.pixel]);
+}
+
+void add_normal(const SamplePass& pass, const Sample& s, float* to)
+{
+    if (pass.first && s.covered) plus(to, pass.gbuffer.normal(s.pixel));
+}
+
+void add_depth(const SamplePass& pass, const Sample& s, float* to)
+{
+    if (!pass.first) return;
+    const glm::vec3 p = pass.gbuffer.position(s.pixel);
+    const Camera& camera = pass.view.camera;
+    if (!s.covered)
+        *to = std::numeric_limits<float>::infinity();
+    else if (camera.projection == Projection::orthographic)
+        *to += static_cast<float>(glm::dot(glm::dvec3(p), -glm::dvec3(camera.world_from_view[2])));
+    else
+        *to += glm::length(p);
+}
+
+void add_records(const SamplePass& pass, const Sample& s, float* to)
+{
+    if (pass.first) *to += s.records;
+}
+
+/// A layer to which each sample adds by itself.
+template <void (*add_one)(const SamplePass&, const Sample&, float*)>
+void each(const SamplePass& pass, std::span<const Sample> samples, Image& sums)
+{
+    for (const Sample& s : samples)
+        add_one(pass, s, sums.pixels.data() + static_cast<std::size_t>(sums.channels) * s.pixel);
+}
+
+/// Every pass counts the same.
+void finish_mean(int passes, Image& sums)
+{
+    const float scale = 1.0f / static_cast<float>(passes);
+    for (float& value : sums.pixels) value *= scale;
+}
+
+/// One standard error from the two parts.
+void finish_error(int passes, Image& sums)
+{
+    Image error(sums.width, sums.height, 1);
+    for (std::size_t i = 0; i < error.pixels.size(); ++i) {
+        const float records = sums.pixels[kErrorParts * i + kOfRecords],
+                    traced = sums.pixels[kErrorParts * i + kOfTraced];
+        error.pixels[i] = std::sqrt(records * records + traced) / static_cast<float>(passes);
+    }
+    sums = std::move(error);
+}
+
+constexpr LayerSum kSums[] = {
+    {"beauty", 4, each<add_cover>, finish_mean},  // its colours come last, from its parts
+    {"emission", 3, each<add_emission>, finish_mean},
+    {"direct", 3, each<add_direct>, finish_mean},
+    {"indirect", 3, each<add_indirect>, finish_mean},
+    {"indirect_error", kErrorParts, each<add_error>, finish_error},
+    {"irradiance", 3, each<add_irradiance>, finish_mean},
+    {"albedo", 3, each<add_albedo>, finish_mean},
+    {"normal", 3, each<add_normal>, finish_mean},
+    {"depth", 1, each<add_depth>, finish_mean},
+    {"records", 1, each<add_records>, finish_mean},
+};
+
+}  // namespace
+
+const LayerSum& layer_sum(std::string_view name)
+{
+    for (const LayerSum& sum : kSums)
+        if (sum.name == name) return sum;
+    throw Error(ErrorCode::internal, "layer " + std::string(name) + " has no sum");
+}
+
+PictureLayers picture_layers(const EffectPlan& plan, const Scene& scene)
+{
+    PictureLayers layers{scene};
+    const EffectSet effects = plan.set();
+    for (const PlannedLayer& planned : plan.layers) {
+        const EffectSet& by = planned.layer->made_by;
+        if (planned.made)
+            layers.made.push_back({&layer_sum(planned.layer->name), by.empty() || by.has_any(effects), planned.kept});
+    }
+    return layers;
+}
+
+}  // namespace rcs

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "rcs/effect_plan.h"
+#include "rcs/gbuffer.h"
+#include "rcs/image.h"
+
+namespace rcs {
+
+/// What the sample of a pixel shows, from which each layer takes its part; 0 where there is nothing of the kind.
+struct Sample {
+    std::size_t pixel = 0;
+    bool covered = false;                              ///< by a surface
+    bool served = false;                               ///< by records
+    glm::vec3 share{0.0f};                             ///< of the surface's or the sky's light that reaches the eye
+    glm::vec3 direct{0.0f};                            ///< reflected light, `share` taken in [W m^-2 sr^-1]
+    glm::vec3 traced{0.0f};                            ///< indirect light by rays, likewise
+    glm::vec3 recorded{0.0f};                          ///< ... and by records
+    glm::vec3 irradiance{0.0f};                        ///< that records tell [W m^-2]
+    float traced_error = 0.0f, recorded_error = 0.0f;  ///< standard errors of their luminance
+    float records = 0.0f;                              ///< that cover the pixel
+};
+
+/// Where the samples of one pass lie.
+struct SamplePass {
+    const Scene& scene;
+    const GBuffer& gbuffer;
+    const View& view;
+    bool first;  ///< nothing is in front of these surfaces: it is their albedo, normal and depth that the picture keeps
+};
+
+/// How a layer of the table adds up over passes. Sums begin with 0.
+struct LayerSum {
+    std::string_view name;
+    int channels;  ///< of the sums
+    void (*add)(const SamplePass& pass, std::span<const Sample> samples, Image& sums);
+    void (*finish)(int passes, Image& sums);  ///< makes the layer of them
+};
+/// Of a layer that render() makes.
+const LayerSum& layer_sum(std::string_view name);
+
+/// What beauty is the sum of.
+inline constexpr const char* kBeautyParts[] = {"emission", "direct", "indirect"};
+
+/// The layers of one picture in the making.
+struct PictureLayers {
+    struct Made {
+        const LayerSum* sum;
+        bool filled;  ///< something adds to it; else it stays 0
+        bool kept;
+    };
+    const Scene& scene;
+    std::vector<Made> made = {};
+};
+PictureLayers picture_layers(const EffectPlan& plan, const Scene& scene);
+
+}  // namespace rcs
