@@ -406,33 +406,5 @@ TEST(EffectPlan, RefusesWhatIsNoEffect)
         EXPECT_EQ(find_effect(name_of(static_cast<Effect>(i))), static_cast<Effect>(i));
 }
 
-/// Names of the layers for which `decision` holds.
-std::set<std::string> layers_that(const EffectPlan& plan, bool PlannedLayer::* decision)
-{
-    std::set<std::string> names;
-    for (const PlannedLayer& layer : plan.layers)
-        if (layer.*decision) names.emplace(layer.layer->name);
-    return names;
-}
-
-TEST(EffectPlan, MakesTheLayersThatAreKeptAndThoseThatBeautyTakesIn)
-{
-    RenderOptions options = small();
-    EffectPlan plan = plan_of(lit_room(), options);
-    EXPECT_EQ(layers_that(plan, &PlannedLayer::kept).size(), plan.layers.size());
-
-    options.layers = std::vector<std::string>{"depth"};
-    plan = plan_of(lit_room(), options);
-    EXPECT_EQ(layers_that(plan, &PlannedLayer::kept), (std::set<std::string>{"beauty", "depth"}));
-    EXPECT_EQ(layers_that(plan, &PlannedLayer::made),
-              (std::set<std::string>{"beauty", "depth", "direct", "indirect", "indirect_error"}));
-    for (const PlannedLayer& layer : plan.layers) EXPECT_EQ(layer.bytes > 0.0, layer.made) << layer.layer->name;
-
-    options.effects.without.set(Effect::error_estimate);
-    EXPECT_FALSE(layers_that(plan_of(lit_room(), options), &PlannedLayer::made).contains("indirect_error"));
-    options.layers = std::vector<std::string>{"deep"};
-    EXPECT_THROW(plan_of(lit_room(), options), Error);
-}
-
 }  // namespace
 }  // namespace rcs

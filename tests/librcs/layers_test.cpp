@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "compose/layer_sums.h"
+#include "plan/plan_layers.h"
 #include "rcs/error.h"
 
 namespace rcs {
@@ -48,6 +49,33 @@ TEST(Layers, ThatAreNoneAreRefusedWithThoseThereAre)
             EXPECT_NE(std::string(e.what()).find("is not a layer; there are beauty, emission, "), std::string::npos);
         }
     }
+}
+
+/// Names of the layers for which `decision` holds.
+std::set<std::string_view> those(const std::vector<PlannedLayer>& layers, bool PlannedLayer::* decision)
+{
+    std::set<std::string_view> names;
+    for (const PlannedLayer& planned : layers)
+        if (planned.*decision) names.insert(planned.layer->name);
+    return names;
+}
+
+TEST(Layers, AreMadeIfAnOutputKeepsThemOrBeautyTakesThemIn)
+{
+    const EffectSet effects = {Effect::area_light, Effect::indirect_diffuse, Effect::error_estimate};
+    std::set<std::string_view> by_default;
+    for (const LayerKind& layer : all_layers())
+        if (layer.of_render && layer.by_default) by_default.insert(layer.name);
+    EXPECT_EQ(those(plan_layers({}, effects, 100.0), &PlannedLayer::made), by_default);
+
+    const std::vector<PlannedLayer> one = plan_layers({{"depth"}}, effects, 100.0);
+    EXPECT_EQ(those(one, &PlannedLayer::kept), (std::set<std::string_view>{"beauty", "depth"}));
+    EXPECT_EQ(those(one, &PlannedLayer::made),
+              (std::set<std::string_view>{"beauty", "depth", "direct", "indirect", "indirect_error"}));
+    for (const PlannedLayer& planned : one)
+        EXPECT_EQ(planned.bytes, planned.made ? 400.0 * static_cast<double>(planned.layer->channels.size()) : 0.0)
+            << planned.layer->name;
+    EXPECT_THROW(plan_layers({{"deep"}}, effects, 100.0), Error);
 }
 
 /// A row of the table in docs/layers.md.
