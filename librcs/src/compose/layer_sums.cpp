@@ -75,6 +75,15 @@ void add_depth(const SamplePass& pass, const Sample& s, float* to)
         *to += glm::length(p);
 }
 
+/// Sums and, in the last channel, the number of samples that see a surface.
+void add_position(const SamplePass& pass, const Sample& s, float* to)
+{
+    if (!pass.first || !s.covered) return;
+    const GBuffer& g = pass.gbuffer;
+    plus(to, glm::vec3(pass.scene.origin + g.camera_position + glm::dvec3(g.position(s.pixel))));
+    to[3] += 1.0f;
+}
+
 void add_records(const SamplePass& pass, const Sample& s, float* to)
 {
     if (pass.first) *to += s.records;
@@ -93,6 +102,19 @@ void finish_mean(int passes, Image& sums)
 {
     const float scale = 1.0f / static_cast<float>(passes);
     for (float& value : sums.pixels) value *= scale;
+}
+
+/// The mean of those samples that the last channel counts.
+void finish_mean_of_counted(int, Image& sums)
+{
+    Image mean(sums.width, sums.height, sums.channels - 1);
+    const auto channels = static_cast<std::size_t>(mean.channels);
+    for (std::size_t i = 0; i < mean.pixels.size() / channels; ++i) {
+        const float* const sum = sums.pixels.data() + (channels + 1) * i;
+        for (std::size_t c = 0; c < channels && sum[channels] > 0.0f; ++c)
+            mean.pixels[channels * i + c] = sum[c] / sum[channels];
+    }
+    sums = std::move(mean);
 }
 
 /// One standard error from the two parts.
@@ -118,6 +140,7 @@ constexpr LayerSum kSums[] = {
     {"normal", 3, each<add_normal>, finish_mean},
     {"depth", 1, each<add_depth>, finish_mean},
     {"records", 1, each<add_records>, finish_mean},
+    {"position", 4, each<add_position>, finish_mean_of_counted},
 };
 
 }  // namespace

@@ -1,0 +1,91 @@
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "rcs/render.h"
+#include "support/effect_scenes.h"
+
+// What whole renders say in the layers that are made on demand.
+
+namespace rcs {
+namespace {
+
+constexpr int kSize = 48;
+
+RenderOptions options_for(std::vector<std::string> layers, int aa = 4)
+{
+    RenderOptions options;
+    options.width = options.height = kSize;
+    options.aa = aa;
+    settings_of(options).rays = 16;
+    options.layers = std::move(layers);
+    return options;
+}
+
+LayeredImage render_of(const Scene& scene, const RenderOptions& options)
+{
+    static GlContext gl;
+    static ThreadPool pool(2);
+    return render(gl, build_ray_scene(scene, pool), scene.cameras.at(0), options, pool).image;
+}
+
+/// A panel of 2 m x 1 m at z = -2 before nothing, seen squarely by a camera at zero; its left half is a mesh of its
+/// own.
+Scene two_panels()
+{
+    Scene scene;
+    const int grey = test::add_material(scene, glm::vec3(0.5f));
+    test::add_mesh(scene, test::quad({-1.0f, -0.5f, -2.0f}, {1, 0, 0}, {0, 1, 0}, grey));
+    test::add_mesh(scene, test::quad({0.0f, -0.5f, -2.0f}, {1, 0, 0}, {0, 1, 0}, grey));
+    scene.instances[0].name = "left";
+    scene.instances[1].name = "right";
+    scene.cameras = {look_at_camera("camera", {0, 0, 0}, {0, 0, -1}, 2.0 * std::atan(0.5))};  // 2 m x 2 m of the plane
+    scene.lights = {test::point_light({0, 0, 0}, glm::vec3(1.0f))};
+    return scene;
+}
+constexpr double kMetresPerPixel = 2.0 / kSize;
+
+/// Where the plane of the panels lies behind a pixel's centre.
+glm::dvec2 on_plane(int x, int y) { return kMetresPerPixel * glm::dvec2(x + 0.5 - 0.5 * kSize, 0.5 * kSize - y - 0.5); }
+
+TEST(LayerValues, PositionIsThePlaceInTheFilesWorld)
+{
+    Scene scene = two_panels();
+    scene.origin = {1000.0, -2000.0, 500.0};
+    for (const int aa : {1, 4}) {
+        const Image position = render_of(scene, options_for({"position"}, aa)).layers.at("position");
+        ASSERT_EQ(position.channels, 3);
+        for (int y = 1; y + 1 < kSize; ++y) {
+            for (int x = 1; x + 1 < kSize; ++x) {
+                const glm::dvec2 p = on_plane(x, y);
+                const float* const value = position.at(x, y);
+                if (std::abs(p.y) > 0.5 + kMetresPerPixel) {
+                    EXPECT_EQ(glm::vec3(value[0], value[1], value[2]), glm::vec3(0.0f)) << "nothing is seen";
+                } else if (std::abs(p.y) < 0.5 - kMetresPerPixel) {
+                    const double off = aa == 1 ? 1e-3 : 0.3 * kMetresPerPixel;  // samples are spread over the pixel
+                    EXPECT_NEAR(value[0], 1000.0 + p.x, off);
+                    EXPECT_NEAR(value[1], -2000.0 + p.y, off);
+                    EXPECT_NEAR(value[2], 498.0, 1e-3);
+                }
+            }
+        }
+    }
+}
+
+TEST(LayerValues, OnDemandChangeNoOtherLayer)
+{
+    const Scene scene = test::panel_room(test::metal(0.3f));
+    RenderOptions options = options_for({});
+    options.layers.reset();
+    const LayeredImage plain = render_of(scene, options);
+    options.layers = {"emission", "direct", "indirect", "indirect_error", "irradiance",
+                      "albedo",   "normal", "depth",    "records",        "position"};
+    const LayeredImage more = render_of(scene, options);
+    EXPECT_EQ(more.layers.size(), plain.layers.size() + 1);
+    for (const auto& [name, layer] : plain.layers) EXPECT_EQ(layer.pixels, more.layers.at(name).pixels) << name;
+}
+
+}  // namespace
+}  // namespace rcs
