@@ -98,6 +98,7 @@ void render_scene(const RenderArguments& arguments, const std::string& record_fi
     const Scene scene = load(arguments.scene, bar, report);
     const Camera camera = choose_camera(scene, camera_choice(arguments.scene));
     report.camera = camera.name;
+    options.motion = motion_from(arguments, scene);
     std::vector<Record> records = kept.load(scene, options, report);
     const RayScene rays = build_rays(scene, options.effects, pool, bar, report);
     limit_gl_threads(pool.size());

@@ -31,7 +31,7 @@ struct SubmitArguments {
 void add_frames(const SubmitArguments& arguments, RequestedJob& requested)
 {
     if (arguments.frames.empty()) {
-        *requested.job.add_frames() = request_frame(arguments.render, 0);
+        *requested.job.add_frames() = request_frame(arguments.render, 0, arguments.render.scene.time);
         return;
     }
     const std::vector<int> numbers = parse_frames(arguments.frames);
@@ -41,8 +41,8 @@ void add_frames(const SubmitArguments& arguments, RequestedJob& requested)
         }
     }
     for (const int number : numbers) {
-        v1::Frame& frame = *requested.job.add_frames() = request_frame(arguments.render, number);
-        if (!arguments.render.scene.time) frame.set_time(number / arguments.fps);
+        const double time = arguments.render.scene.time.value_or(number / arguments.fps);
+        *requested.job.add_frames() = request_frame(arguments.render, number, time);
     }
 }
 

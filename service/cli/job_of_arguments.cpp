@@ -99,14 +99,15 @@ RequestedJob request_job(const RenderArguments& arguments, bool on_server)
     return requested;
 }
 
-v1::Frame request_frame(const RenderArguments& arguments, int number)
+v1::Frame request_frame(const RenderArguments& arguments, int number, std::optional<double> time)
 {
     v1::Frame frame;
     frame.set_number(number);
     if (!arguments.scene.camera.empty()) frame.set_camera_name(utf8_text(arguments.scene.camera));
     const CameraChoice camera = camera_choice(arguments.scene);
     if (camera.lens_shift) *frame.mutable_lens_shift() = to_message(*camera.lens_shift);
-    if (arguments.scene.time) frame.set_time(*arguments.scene.time);
+    if (time) frame.set_time(*time);
+    if (const auto motion = motion_choice(arguments, time)) *frame.mutable_motion() = to_message(*motion);
     return frame;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,7 +20,7 @@ struct RequestedJob {
 /// @param on_server  the scene is a path there @throws rcs::Error
 RequestedJob request_job(const RenderArguments& arguments, bool on_server);
 
-/// A frame with the camera and time of the command line.
-v1::Frame request_frame(const RenderArguments& arguments, int number);
+/// A frame with the camera of the command line. @param time  [s]; none: the rest pose
+v1::Frame request_frame(const RenderArguments& arguments, int number, std::optional<double> time);
 
 }  // namespace rcs::service

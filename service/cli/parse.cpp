@@ -58,6 +58,11 @@ double parse_time(const std::string& text)
     return value;
 }
 
+MotionTime parse_motion_time(const std::string& text)
+{
+    return {parse_time(text), text.starts_with('+') || text.starts_with('-')};
+}
+
 glm::dvec2 parse_lens_shift(const std::string& text)
 {
     const char* cursor = text.c_str();

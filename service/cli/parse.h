@@ -22,6 +22,12 @@ struct Size {
 // that a command line that parsed cannot fail here, and CLI11 puts the option's name before the message.
 Size parse_size(const std::string& text);
 double parse_time(const std::string& text);
+/// A time [s]; with a sign before it, from the picture's own.
+struct MotionTime {
+    double seconds = 0.0;
+    bool is_relative = false;
+};
+MotionTime parse_motion_time(const std::string& text);
 /// "0.1,-0.5", to the right and up, in heights of the picture.
 glm::dvec2 parse_lens_shift(const std::string& text);
 /// "5%" or "0.05". @return in (0, 1]

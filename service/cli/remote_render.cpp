@@ -39,7 +39,7 @@ void render_on_server(const RenderArguments& arguments, const ServerArguments& s
 {
     ProgressBar bar(parse_log_level(arguments.report.log_level), arguments.report.quiet);
     RequestedJob requested = request_job(arguments, false);
-    *requested.job.add_frames() = request_frame(arguments, 0);
+    *requested.job.add_frames() = request_frame(arguments, 0, arguments.scene.time);
     for (const std::string& path : requested.paths) check_output_path(path, {});
     check_text_path(arguments.report.stats_file);
     Client client = connect(server);

@@ -43,7 +43,56 @@ EffectChoice parse_choice(const RenderArguments& arguments)
     return choice;
 }
 
+void add_motion_arguments(CLI::App& command, RenderArguments& arguments)
+{
+    command
+        .add_option("--motion-time", arguments.motion_time,
+                    "Time that the layer motion tells of: how points moved from where they were then [s]; with a sign, "
+                    "from --time, such as -0.04 for the frame before")
+        ->type_name("SECONDS")
+        ->check([](const std::string& text) { return check_text(parse_motion_time, text); }, "");
+    command
+        .add_option("--motion-camera", arguments.motion_camera,
+                    "Camera that the layer motion tells of; default: --camera, as it stands at --motion-time")
+        ->type_name("NAME");
+}
+
+void check_motion(const RenderArguments& arguments)
+{
+    const std::vector<std::string>& layers = arguments.output.layers;
+    const bool kept = std::find(layers.begin(), layers.end(), "motion") != layers.end();
+    const bool told = !arguments.motion_time.empty() || !arguments.motion_camera.empty();
+    if (kept && !told) throw Error(ErrorCode::bad_argument, "--layers motion needs --motion-time or --motion-camera");
+    if (told && !kept)
+        throw Error(ErrorCode::bad_argument, "--motion-time and --motion-camera are for --layers motion, not given");
+}
+
 }  // namespace
+
+std::optional<MotionChoice> motion_choice(const RenderArguments& arguments, std::optional<double> time)
+{
+    if (arguments.motion_time.empty() && arguments.motion_camera.empty()) return std::nullopt;
+    MotionChoice choice;
+    if (!arguments.motion_time.empty()) {
+        const MotionTime other = parse_motion_time(arguments.motion_time);
+        if (other.is_relative && !time)
+            throw Error(ErrorCode::bad_argument,
+                        "--motion-time " + arguments.motion_time + " is relative to --time, which is not given");
+        choice.time = other.is_relative ? *time + other.seconds : other.seconds;
+    }
+    if (!arguments.motion_camera.empty()) {
+        choice.camera = camera_choice(arguments.scene);
+        choice.camera->name = arguments.motion_camera;
+    }
+    return choice;
+}
+
+std::optional<MotionFrom> motion_from(const RenderArguments& arguments, const Scene& scene)
+{
+    const auto choice = motion_choice(arguments, arguments.scene.time);
+    if (!choice) return std::nullopt;
+    return load_motion(*choice, scene, scene_choice(arguments.scene), camera_choice(arguments.scene));
+}
 
 RenderOptions final_options(const RenderArguments& arguments)
 {
@@ -68,6 +117,7 @@ RenderOptions final_options(const RenderArguments& arguments)
     } else {
         render_for(parse_outputs(arguments.output, PixelFormat::half_float), options);
     }
+    check_motion(arguments);
     validate(options);
     return options;
 }
@@ -112,6 +162,7 @@ void add_render_arguments(CLI::App& command, RenderArguments& arguments)
                "Rays a pixel along reflections too sharp for records");
     add_number(command, "--seed", options.seed, {0, kLargestSeed}, "Seed of all random numbers");
     add_output_arguments(command, arguments.output, Renderer::records);
+    add_motion_arguments(command, arguments);
     command
         .add_option("--effects", arguments.effects,
                     "What to simulate: auto takes what the view calls for (rcsplat plan says what and why), all takes "

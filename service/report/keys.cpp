@@ -66,7 +66,9 @@ void add(Fingerprint& print, const RenderOptions& options)
 {
     // Taken apart by all its members: one more, and this does not compile until it counts here, too.
     const auto& [width, height, aa, bounces, quality, min_reach, max_reach, gradient_limit, area_samples,
-                 penumbra_samples, lamp_picks, lobe_rays, overlap, splat, effects, layers, dry_run, seed] = options;
+                 penumbra_samples, lamp_picks, lobe_rays, overlap, splat, effects, layers, motion, dry_run, seed] =
+        options;
+    static_cast<void>(motion);  // no page keeps that layer
     print.add(width);
     print.add(height);
     print.add(aa);

@@ -148,6 +148,14 @@ void check_frames(const v1::Job& job)
         if (frame.has_camera_given()) from_message(frame.camera_given());
         from_message(frame.lens_shift());
         if (frame.has_time() && !std::isfinite(frame.time())) refuse("frames.time is not finite");
+        check_length("frames.motion.camera_name", frame.motion().camera_name(), kLongestText);
+        motion_choice(frame);
+    }
+    const bool told = job.frames_size() > 0 && std::all_of(job.frames().begin(), job.frames().end(),
+                                                           [](const v1::Frame& frame) { return frame.has_motion(); });
+    for (const v1::Output& output : job.outputs()) {
+        const bool kept = std::find(output.layers().begin(), output.layers().end(), "motion") != output.layers().end();
+        if (kept && !told) refuse("outputs.layers has motion, but not every frame says from what");
     }
 }
 

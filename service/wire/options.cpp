@@ -109,8 +109,8 @@ EffectSet read_names(const Names& names)
 v1::RenderOptions to_message(const RenderOptions& o)
 {
     const auto& [width, height, aa, bounces, quality, min_reach, max_reach, gradient_limit, area_samples,
-                 penumbra_samples, lamp_picks, lobe_rays, overlap, splat, effects, layers, dry_run, seed] = o;
-    static_cast<void>(layers), static_cast<void>(dry_run);
+                 penumbra_samples, lamp_picks, lobe_rays, overlap, splat, effects, layers, motion, dry_run, seed] = o;
+    static_cast<void>(layers), static_cast<void>(motion), static_cast<void>(dry_run);
     v1::RenderOptions m;
     m.set_width(width);
     m.set_height(height);

@@ -102,4 +102,30 @@ CameraChoice camera_choice(const v1::Frame& frame)
     return choice;
 }
 
+v1::Motion to_message(const MotionChoice& choice)
+{
+    v1::Motion m;
+    if (choice.time) m.set_time(*choice.time);
+    if (choice.camera && choice.camera->given) *m.mutable_camera_given() = to_message(*choice.camera->given);
+    if (choice.camera && !choice.camera->given) m.set_camera_name(choice.camera->name);
+    return m;
+}
+
+MotionChoice motion_choice(const v1::Frame& frame)
+{
+    const v1::Motion& m = frame.motion();
+    MotionChoice choice;
+    if (m.has_time()) {
+        if (!std::isfinite(m.time())) refuse("motion.time is not finite");
+        choice.time = m.time();
+    }
+    if (m.has_camera_name() || m.has_camera_given()) {
+        choice.camera = camera_choice(frame);
+        choice.camera->name = m.camera_name();
+        choice.camera->given.reset();
+        if (m.has_camera_given()) choice.camera->given = from_message(m.camera_given());
+    }
+    return choice;
+}
+
 }  // namespace rcs::service

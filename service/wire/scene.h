@@ -25,4 +25,9 @@ EnvironmentChoice from_message(const v1::Environment& message, const std::string
 /// @throws rcs::Error bad_argument
 CameraChoice camera_choice(const v1::Frame& frame);
 
+v1::Motion to_message(const MotionChoice& choice);
+/// @param frame  whose camera's lens shift counts for the other camera, too
+/// @throws rcs::Error bad_argument
+MotionChoice motion_choice(const v1::Frame& frame);
+
 }  // namespace rcs::service

@@ -76,6 +76,12 @@ SceneChoice scene_choice(const internal::Task& task)
     return choice;
 }
 
+std::optional<MotionFrom> motion_from(const internal::Task& task, const Scene& scene)
+{
+    if (!task.frame().has_motion()) return std::nullopt;
+    return load_motion(motion_choice(task.frame()), scene, scene_choice(task), camera_choice(task.frame()));
+}
+
 /// Averages blocks of pixels until the picture is small.
 Image small_copy(const Image& image)
 {
@@ -259,6 +265,7 @@ internal::Done FrameRenderer::render_frame(const internal::Task& task)
     KeptScene& kept = scene_of(task, options, report, done);
     const Camera camera = choose_camera(kept.scene, camera_choice(task.frame()));
     report.camera = camera.name;
+    options.motion = motion_from(task, kept.scene);
     previewed_ = Clock::now();
     const auto forecast = [&](const Forecast& f) {
         report.forecast = f;

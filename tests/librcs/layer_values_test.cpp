@@ -1,9 +1,12 @@
 #include <cmath>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <glm/gtc/matrix_transform.hpp>
 
+#include "rcs/error.h"
 #include "rcs/render.h"
 #include "support/effect_scenes.h"
 
@@ -74,16 +77,44 @@ TEST(LayerValues, PositionIsThePlaceInTheFilesWorld)
     }
 }
 
+TEST(LayerValues, MotionIsOfSurfacesWhereASampleSeesOneElseOfTheSky)
+{
+    Scene scene = two_panels();
+    auto before = std::make_shared<Scene>(scene);
+    before->instances[1].world_from_object = glm::translate(glm::dmat4(1.0), glm::dvec3(0.25, 0.125, 0.0));
+    RenderOptions options = options_for({"motion"});
+    EXPECT_THROW(render_of(scene, options), Error) << "from what?";
+    options.motion = MotionFrom{before, scene.cameras[0]};
+    const Image motion = render_of(scene, options).layers.at("motion");
+    ASSERT_EQ(motion.channels, 2);
+    const auto at = [&](const Image& image, int x, int y) { return glm::vec2(image.at(x, y)[0], image.at(x, y)[1]); };
+    EXPECT_EQ(at(motion, 10, 24), glm::vec2(0.0f)) << "stands still";
+    const glm::vec2 moved = at(motion, 40, 24);
+    EXPECT_NEAR(moved.x, -0.25 / kMetresPerPixel, 1e-3) << "to the left";
+    EXPECT_NEAR(moved.y, -0.125 / kMetresPerPixel, 1e-3) << "down";
+    EXPECT_EQ(at(motion, 40, 2), glm::vec2(0.0f)) << "the sky stands still";
+    // At an edge before the sky samples of the sky do not count; between both panels there is a mean of both.
+    const int edge = kSize / 4;  // the panels reach from row 12 to 35
+    EXPECT_NEAR(at(motion, 40, edge).x, moved.x, 1e-3);
+
+    Camera turned = look_at_camera("camera", {0, 0, 0}, {0.1, 0, -1}, 2.0 * std::atan(0.5));
+    options.motion = MotionFrom{nullptr, turned};
+    const Image panned = render_of(scene, options).layers.at("motion");
+    EXPECT_NEAR(at(panned, 24, 24).x, std::tan(std::atan(0.1)) * kSize, 0.5) << "it looked to the right before";
+    EXPECT_NEAR(at(panned, 24, 2).x, at(panned, 24, 24).x, 0.1) << "the sky as what is still";
+}
+
 TEST(LayerValues, OnDemandChangeNoOtherLayer)
 {
     const Scene scene = test::panel_room(test::metal(0.3f));
     RenderOptions options = options_for({});
     options.layers.reset();
     const LayeredImage plain = render_of(scene, options);
-    options.layers = {"emission", "direct", "indirect", "indirect_error", "irradiance",
-                      "albedo",   "normal", "depth",    "records",        "position"};
+    options.layers = {"emission", "direct", "indirect", "indirect_error", "irradiance", "albedo",
+                      "normal",   "depth",  "records",  "position",       "motion"};
+    options.motion = MotionFrom{nullptr, scene.cameras[0]};
     const LayeredImage more = render_of(scene, options);
-    EXPECT_EQ(more.layers.size(), plain.layers.size() + 1);
+    EXPECT_EQ(more.layers.size(), plain.layers.size() + 2);
     for (const auto& [name, layer] : plain.layers) EXPECT_EQ(layer.pixels, more.layers.at(name).pixels) << name;
 }
 

@@ -147,6 +147,15 @@ TEST(CommandLine, OptionsThatDoNotGoTogetherAreNamed)
                      gone + " is not an effect; there are emission, ", folder);
     expect_error({"render", "demo:cornell", "-o", folder / "a.png", "--with", "highlights", "--without", "highlights"},
                  kBadUsage, "--without: highlights is also given to --with", folder);
+    const std::vector<std::string> exr{"render", "demo:cornell", "-o", folder / "a.exr"};
+    const auto more = [&](std::vector<std::string> words) {
+        words.insert(words.begin(), exr.begin(), exr.end());
+        return words;
+    };
+    expect_error(more({"--layers", "motion"}), kBadUsage, "needs --motion-time or --motion-camera", folder);
+    expect_error(more({"--motion-time", "1"}), kBadUsage, "for --layers motion", folder);
+    expect_error(more({"--layers", "motion", "--motion-time", "soon"}), kBadUsage, "--motion-time", folder);
+    expect_error(more({"--layers", "motion", "--motion-time", "-1"}), kBadUsage, "is relative to --time", folder);
     expect_error({"plan", "demo:cornell", "--without", "all"}, kBadUsage, "--without", folder);
     expect_error({"paint", "demo:cornell"}, kBadUsage, "paint", folder);
     expect_error({}, kBadUsage, "subcommand", folder);

@@ -1,6 +1,7 @@
 // What the render service takes in, from whom, and what it refuses.
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -101,6 +102,14 @@ TEST_F(RenderService, JobsThatCannotBeAreRefusedAtOnce)
     }
     EXPECT_EQ(code([](auto& j) { *j.add_outputs() = j.outputs(0); }), v1::ERROR_CODE_BAD_ARGUMENT);
     EXPECT_EQ(code([](auto& j) { j.add_frames(), j.add_frames(); }), v1::ERROR_CODE_BAD_ARGUMENT);
+    for (const char* layer : {"deep", "standard_error", "motion"}) {
+        const auto keep = [&](auto& j) {
+            j.mutable_outputs(0)->set_name("a.exr"), j.mutable_outputs(0)->add_layers(layer);
+        };
+        EXPECT_EQ(code(keep), v1::ERROR_CODE_BAD_ARGUMENT) << layer;
+    }
+    EXPECT_EQ(code([](auto& j) { j.add_frames()->mutable_motion()->set_time(std::nan("")); }),
+              v1::ERROR_CODE_BAD_ARGUMENT);
     EXPECT_EQ(code([](auto& j) { j.set_priority(101); }), v1::ERROR_CODE_BAD_ARGUMENT);
     EXPECT_EQ(code([](auto& j) { j.mutable_environment()->mutable_constant()->set_red(-1.0f); }),
               v1::ERROR_CODE_BAD_ARGUMENT);

@@ -17,6 +17,7 @@
 #include "rcs/log.h"
 #include "rcs/machine.h"
 #include "rcs/metrics.h"
+#include "rcs/motion.h"
 #include "rcs/ray_scene.h"
 #include "rcs/record_file.h"
 #include "rcs/records.h"

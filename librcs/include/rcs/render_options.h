@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "rcs/effect_plan.h"
+#include "rcs/motion.h"
 #include "rcs/splat.h"
 
 namespace rcs {
@@ -53,6 +54,7 @@ struct RenderOptions {
     EffectChoice effects;  ///< what is simulated though the plan would not, and what is not though it would; alpha,
                            ///< transmission, normal maps and instancing are chosen in build_ray_scene()
     std::optional<std::vector<std::string>> layers;  ///< to make beside beauty (rcs/layers.h); none: the default ones
+    std::optional<MotionFrom> motion;                ///< what the layer `motion` is told by
     bool dry_run = false;                            ///< stop after the forecast
     std::uint64_t seed = 1;                          ///< of every random stream
 };

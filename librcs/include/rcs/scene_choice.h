@@ -7,6 +7,7 @@
 
 #include "rcs/camera.h"
 #include "rcs/log.h"
+#include "rcs/motion.h"
 #include "rcs/scene.h"
 
 namespace rcs {
@@ -32,6 +33,12 @@ struct CameraChoice {
     std::optional<glm::dvec2> lens_shift;  ///< instead of the camera's own [heights of the picture]
 };
 
+/// Another time or camera: what the layer `motion` tells of.
+struct MotionChoice {
+    std::optional<double> time;          ///< as LoadOptions::time [s]; none: the picture's
+    std::optional<CameraChoice> camera;  ///< none: the picture's
+};
+
 /// A constant or an image takes the place of all that the scene says about its sky; the rotation adds to what is there.
 /// @throws Error bad_file that names the image
 void set_environment(Scene& scene, const EnvironmentChoice& choice, const LogFunction& log = {});
@@ -41,5 +48,10 @@ Scene load_scene(const SceneChoice& choice, const LogFunction& log = {});
 
 /// @throws Error not_found; the message lists the cameras there are
 Camera choose_camera(const Scene& scene, const CameraChoice& choice);
+
+/// Loads the scene once more if the time is another; without its textures, which tell nothing of where points are.
+/// @param scene  of the picture, loaded as `picture` says, and seen as `camera` says
+MotionFrom load_motion(const MotionChoice& choice, const Scene& scene, const SceneChoice& picture,
+                       const CameraChoice& camera);
 
 }  // namespace rcs

@@ -34,8 +34,8 @@ void add_recorded(const SamplePass& pass, const Shading& shading, const PassLigh
     s.irradiance = glm::vec3(sums.weighted_r[i], sums.weighted_g[i], sums.weighted_b[i]) / sums.weight[i];
     s.recorded = reflectance * s.irradiance;
     if (shading.has_lobes())
-        s.recorded += s.share * glossy_radiance(pass.gbuffer, shading, sums, i,
-                                                outgoing_at(pass.gbuffer, pass.view.camera, i));
+        s.recorded +=
+            s.share * glossy_radiance(pass.gbuffer, shading, sums, i, outgoing_at(pass.gbuffer, pass.view.camera, i));
     if (!light.indirect_error.noise.empty()) s.recorded_error = light.indirect_error.total(i) * luminance(s.recorded);
     s.records = sums.count[i];
 }
@@ -72,7 +72,7 @@ Image& sums_of(const LayerSum& layer, const GBuffer& g, LayeredImage& sums)
 std::size_t accumulate_pass(const GBuffer& g, const View& view, const Shading& shading, const PassLight& light,
                             const std::vector<glm::vec3>& weight, const KnownSamples* known, LayeredImage& sums)
 {
-    const SamplePass pass{light.layers->scene, g, view, weight.empty()};
+    const SamplePass pass{*light.layers, g, view, weight.empty()};
     std::vector<std::pair<const LayerSum*, Image*>> layers;
     for (const PictureLayers::Made& layer : light.layers->made) {
         Image& image = sums_of(*layer.sum, g, sums);

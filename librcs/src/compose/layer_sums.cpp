@@ -80,8 +80,23 @@ void add_position(const SamplePass& pass, const Sample& s, float* to)
 {
     if (!pass.first || !s.covered) return;
     const GBuffer& g = pass.gbuffer;
-    plus(to, glm::vec3(pass.scene.origin + g.camera_position + glm::dvec3(g.position(s.pixel))));
+    plus(to, glm::vec3(pass.picture.scene.origin + g.camera_position + glm::dvec3(g.position(s.pixel))));
     to[3] += 1.0f;
+}
+
+// Motion of surfaces and of the sky are summed up side by side, each with the number of its samples.
+constexpr int kMotionParts = 6;
+constexpr std::size_t kOfSurface = 0, kOfSky = 3;
+
+void add_motion(const SamplePass& pass, const Sample& s, float* to)
+{
+    if (!pass.first) return;
+    const std::size_t width = static_cast<std::size_t>(pass.view.width);
+    const glm::dvec2 corner(static_cast<double>(s.pixel % width), static_cast<double>(s.pixel / width));
+    const Motion& motion = *pass.picture.motion;
+    const auto moved = s.covered ? motion.of_surface(pass.gbuffer, pass.view, s.pixel)
+                                 : motion.of_sky(pass.view, corner + pass.view.pixel_offset);
+    if (moved) plus(to + (s.covered ? kOfSurface : kOfSky), glm::vec3(*moved, 1.0f));
 }
 
 void add_records(const SamplePass& pass, const Sample& s, float* to)
@@ -117,6 +132,18 @@ void finish_mean_of_counted(int, Image& sums)
     sums = std::move(mean);
 }
 
+/// Of surfaces where a sample sees one, else of the sky.
+void finish_motion(int, Image& sums)
+{
+    Image motion(sums.width, sums.height, 2);
+    for (std::size_t i = 0; i < motion.pixels.size() / 2; ++i) {
+        const float* const parts = sums.pixels.data() + kMotionParts * i;
+        const float* const part = parts + (parts[kOfSurface + 2] > 0.0f ? kOfSurface : kOfSky);
+        for (std::size_t c = 0; c < 2 && part[2] > 0.0f; ++c) motion.pixels[2 * i + c] = part[c] / part[2];
+    }
+    sums = std::move(motion);
+}
+
 /// One standard error from the two parts.
 void finish_error(int passes, Image& sums)
 {
@@ -141,6 +168,7 @@ constexpr LayerSum kSums[] = {
     {"depth", 1, each<add_depth>, finish_mean},
     {"records", 1, each<add_records>, finish_mean},
     {"position", 4, each<add_position>, finish_mean_of_counted},
+    {"motion", kMotionParts, each<add_motion>, finish_motion},
 };
 
 }  // namespace
@@ -152,14 +180,19 @@ const LayerSum& layer_sum(std::string_view name)
     throw Error(ErrorCode::internal, "layer " + std::string(name) + " has no sum");
 }
 
-PictureLayers picture_layers(const EffectPlan& plan, const Scene& scene)
+PictureLayers picture_layers(const EffectPlan& plan, const Scene& scene, const std::optional<MotionFrom>& motion)
 {
     PictureLayers layers{scene};
     const EffectSet effects = plan.set();
     for (const PlannedLayer& planned : plan.layers) {
+        if (!planned.made) continue;
+        const std::string_view name = planned.layer->name;
         const EffectSet& by = planned.layer->made_by;
-        if (planned.made)
-            layers.made.push_back({&layer_sum(planned.layer->name), by.empty() || by.has_any(effects), planned.kept});
+        layers.made.push_back({&layer_sum(name), by.empty() || by.has_any(effects), planned.kept});
+        if (name == "motion") {
+            if (!motion) throw Error(ErrorCode::bad_argument, "layer motion has no other time or camera to be told by");
+            layers.motion.emplace(scene, *motion);
+        }
     }
     return layers;
 }

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
 
 #include <glm/glm.hpp>
 
+#include "compose/motion.h"
 #include "rcs/effect_plan.h"
 #include "rcs/gbuffer.h"
 #include "rcs/image.h"
@@ -27,9 +29,11 @@ struct Sample {
     float records = 0.0f;                              ///< that cover the pixel
 };
 
+struct PictureLayers;
+
 /// Where the samples of one pass lie.
 struct SamplePass {
-    const Scene& scene;
+    const PictureLayers& picture;
     const GBuffer& gbuffer;
     const View& view;
     bool first;  ///< nothing is in front of these surfaces: it is their albedo, normal and depth that the picture keeps
@@ -48,7 +52,7 @@ const LayerSum& layer_sum(std::string_view name);
 /// What beauty is the sum of.
 inline constexpr const char* kBeautyParts[] = {"emission", "direct", "indirect"};
 
-/// The layers of one picture in the making.
+/// The layers of one picture in the making, and what they are made from beside samples.
 struct PictureLayers {
     struct Made {
         const LayerSum* sum;
@@ -57,7 +61,10 @@ struct PictureLayers {
     };
     const Scene& scene;
     std::vector<Made> made = {};
+    std::optional<Motion> motion = {};  ///< where the layer is made
 };
-PictureLayers picture_layers(const EffectPlan& plan, const Scene& scene);
+/// @param motion  what the layer `motion` is told by
+/// @throws Error bad_argument: that layer is kept, and there is nothing it could be told by
+PictureLayers picture_layers(const EffectPlan& plan, const Scene& scene, const std::optional<MotionFrom>& motion);
 
 }  // namespace rcs

@@ -160,7 +160,7 @@ RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, c
     const EffectPlan& plan = stats.plan;
     tell(plan, log);
     const EffectSet effects = plan.set();
-    const PictureLayers layers = picture_layers(plan, rays.scene());
+    const PictureLayers layers = picture_layers(plan, rays.scene(), wanted.motion);
     RenderOptions options = wanted;
     options.aa = plan.passes;
     options.bounces = plan.bounces;

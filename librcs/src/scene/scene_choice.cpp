@@ -1,6 +1,8 @@
 #include "rcs/scene_choice.h"
 
+#include <memory>
 #include <numbers>
+#include <utility>
 
 namespace rcs {
 
@@ -26,6 +28,18 @@ Camera choose_camera(const Scene& scene, const CameraChoice& choice)
     if (choice.given) camera.world_from_view[3] -= glm::dvec4(scene.origin, 0.0);
     if (choice.lens_shift) camera.lens_shift = *choice.lens_shift;
     return camera;
+}
+
+MotionFrom load_motion(const MotionChoice& choice, const Scene& scene, const SceneChoice& picture,
+                       const CameraChoice& camera)
+{
+    std::shared_ptr<Scene> pose;
+    if (choice.time && choice.time != picture.time) {
+        pose = std::make_shared<Scene>(load_scene(picture.source, {}, {choice.time}));
+        pose->textures.clear();
+    }
+    const Camera then = choose_camera(pose ? *pose : scene, choice.camera.value_or(camera));
+    return {std::move(pose), then};
 }
 
 }  // namespace rcs

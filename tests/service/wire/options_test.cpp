@@ -196,5 +196,25 @@ TEST(WireOptions, ACameraTravelsExactly)
     }
 }
 
+TEST(WireOptions, WhatMotionIsToldByTravels)
+{
+    v1::Frame frame;
+    frame.mutable_lens_shift()->set_up(0.5);
+    MotionChoice choice;
+    choice.time = 0.25;
+    *frame.mutable_motion() = to_message(choice);
+    EXPECT_EQ(motion_choice(frame).time, 0.25);
+    EXPECT_FALSE(motion_choice(frame).camera) << "the picture's";
+    choice.camera = CameraChoice{"door", {}, {}};
+    *frame.mutable_motion() = to_message(choice);
+    EXPECT_EQ(motion_choice(frame).camera->name, "door");
+    EXPECT_EQ(motion_choice(frame).camera->lens_shift, glm::dvec2(0.0, 0.5)) << "as the picture's camera";
+    choice.camera->given = look_at_camera("eye", {1, 2, 3}, {0, 0, 0}, 0.7);
+    *frame.mutable_motion() = to_message(choice);
+    EXPECT_EQ(motion_choice(frame).camera->given->world_from_view, choice.camera->given->world_from_view);
+    frame.mutable_motion()->set_time(std::numeric_limits<double>::infinity());
+    EXPECT_THROW(motion_choice(frame), Error);
+}
+
 }  // namespace
 }  // namespace rcs::service
