@@ -1,5 +1,6 @@
 #include "rcs/image_io.h"
 
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -103,6 +104,26 @@ TEST(Exr, ClampsWhatHalfCannotHoldAndKeepsItFinite)
     write_exr(folder / "a.exr", image);
     EXPECT_EQ(read_image(folder / "a.exr").layers.at("beauty").pixels,
               (std::vector<float>{65504.0f, -65504.0f, 65504.0f, 65504.0f, 65504.0f, 1.0f}));
+}
+
+TEST(Exr, KeepsLayersOfSeveralPartsAsFloatsWithWhatIsSaidOfThem)
+{
+    const TemporaryFolder folder;
+    LayeredImage image = sample_image();
+    Image& ids = image.layers["CryptoObject"] = Image(37, 150, 12);
+    for (std::size_t i = 0; i < ids.pixels.size(); ++i)
+        ids.pixels[i] = std::bit_cast<float>(0x3f800000u + static_cast<std::uint32_t>(i));
+    image.layer_metadata["CryptoObject"]["cryptomatte/3ae39a5/name"] = "CryptoObject";
+    ImageFileOptions options;
+    options.format = PixelFormat::half_float;
+    write_exr(folder / "a.exr", image, options);
+    EXPECT_EQ(read_image(folder / "a.exr").layers.at("CryptoObject").pixels, ids.pixels) << "every bit";
+    const std::string bytes = bytes_of(folder / "a.exr");
+    for (const std::string channel : {"CryptoObject00.R", "CryptoObject01.A", "CryptoObject02.B", "cryptomatte/"})
+        EXPECT_NE(bytes.find(channel), std::string::npos) << channel;
+    options.layers = {"depth"};
+    write_exr(folder / "b.exr", image, options);
+    EXPECT_EQ(bytes_of(folder / "b.exr").find("cryptomatte/"), std::string::npos) << "what is said of another layer";
 }
 
 TEST(Exr, StoresOnlyTheLayersAskedForBesideBeauty)

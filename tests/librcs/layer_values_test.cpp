@@ -1,4 +1,7 @@
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -6,6 +9,7 @@
 #include <gtest/gtest.h>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "compose/cryptomatte.h"
 #include "rcs/error.h"
 #include "rcs/render.h"
 #include "support/effect_scenes.h"
@@ -104,6 +108,57 @@ TEST(LayerValues, MotionIsOfSurfacesWhereASampleSeesOneElseOfTheSky)
     EXPECT_NEAR(at(panned, 24, 2).x, at(panned, 24, 24).x, 0.1) << "the sky as what is still";
 }
 
+/// Parts of a pixel by Cryptomatte's ids.
+std::map<std::uint32_t, float> parts_of(const Image& image, int x, int y)
+{
+    std::map<std::uint32_t, float> parts;
+    const float* const pairs = image.at(x, y);
+    for (int rank = 0; rank < kCryptomatteRanks; ++rank)
+        if (pairs[2 * rank + 1] > 0.0f) parts[std::bit_cast<std::uint32_t>(pairs[2 * rank])] = pairs[2 * rank + 1];
+    return parts;
+}
+
+TEST(LayerValues, CryptomatteCoversWhatAlphaDoes)
+{
+    Scene scene = two_panels();
+    scene.materials[0].name = "grey";
+    Material veil;
+    veil.name = "veil";
+    veil.alpha_mode = AlphaMode::blend;
+    veil.alpha = 0.25f;
+    veil.double_sided = true;
+    const int veiled = test::add_surface(scene, veil);
+    scene.materials[static_cast<std::size_t>(veiled)].name = "veil";
+    test::add_mesh(scene, test::quad({-0.6f, -0.6f, -1.5f}, {1.2f, 0, 0}, {0, 1.2f, 0}, veiled));
+    scene.instances[2].name = "veil";
+    for (const SplatMethod method : {SplatMethod::tiles, SplatMethod::quads}) {
+        for (const int aa : {1, 4}) {
+            RenderOptions options = options_for({kObjectLayer, kMaterialLayer}, aa);
+            options.splat = method;
+            const LayeredImage image = render_of(scene, options);
+            for (const char* name : {kObjectLayer, kMaterialLayer}) {
+                const Image& layer = image.layers.at(name);
+                ASSERT_EQ(layer.channels, 2 * kCryptomatteRanks);
+                for (int y = 0; y < kSize; ++y) {
+                    for (int x = 0; x < kSize; ++x) {
+                        float sum = 0.0f;
+                        for (const auto& [id, part] : parts_of(layer, x, y)) sum += part;
+                        ASSERT_NEAR(sum, image.layers.at("beauty").at(x, y)[3], 1e-5f);
+                    }
+                }
+            }
+            const auto inside = parts_of(image.layers.at(kObjectLayer), 40, 24);
+            ASSERT_EQ(inside.size(), 2u);
+            EXPECT_NEAR(inside.at(cryptomatte_id("veil")), 0.25f, 1e-6f);
+            EXPECT_NEAR(inside.at(cryptomatte_id("right")), 0.75f, 1e-6f);
+            EXPECT_EQ(parts_of(image.layers.at(kMaterialLayer), 40, 24).at(cryptomatte_id("grey")),
+                      inside.at(cryptomatte_id("right")));
+            EXPECT_TRUE(parts_of(image.layers.at(kObjectLayer), 40, 5).contains(cryptomatte_id("veil")));
+            EXPECT_TRUE(parts_of(image.layers.at(kObjectLayer), 0, 0).empty());
+        }
+    }
+}
+
 TEST(LayerValues, OnDemandChangeNoOtherLayer)
 {
     const Scene scene = test::panel_room(test::metal(0.3f));
@@ -111,10 +166,10 @@ TEST(LayerValues, OnDemandChangeNoOtherLayer)
     options.layers.reset();
     const LayeredImage plain = render_of(scene, options);
     options.layers = {"emission", "direct", "indirect", "indirect_error", "irradiance", "albedo",
-                      "normal",   "depth",  "records",  "position",       "motion"};
+                      "normal",   "depth",  "records",  "position",       "motion",     kObjectLayer};
     options.motion = MotionFrom{nullptr, scene.cameras[0]};
     const LayeredImage more = render_of(scene, options);
-    EXPECT_EQ(more.layers.size(), plain.layers.size() + 2);
+    EXPECT_EQ(more.layers.size(), plain.layers.size() + 3);
     for (const auto& [name, layer] : plain.layers) EXPECT_EQ(layer.pixels, more.layers.at(name).pixels) << name;
 }
 

@@ -73,8 +73,7 @@ TEST(Layers, AreMadeIfAnOutputKeepsThemOrBeautyTakesThemIn)
     EXPECT_EQ(those(one, &PlannedLayer::made),
               (std::set<std::string_view>{"beauty", "depth", "direct", "indirect", "indirect_error"}));
     for (const PlannedLayer& planned : one)
-        EXPECT_EQ(planned.bytes, planned.made ? 400.0 * static_cast<double>(planned.layer->channels.size()) : 0.0)
-            << planned.layer->name;
+        EXPECT_EQ(planned.bytes, planned.made ? 400.0 * planned.layer->channel_count() : 0.0) << planned.layer->name;
     EXPECT_THROW(plan_layers({{"deep"}}, effects, 100.0), Error);
 }
 
@@ -83,9 +82,9 @@ std::string row_of(const LayerKind& layer)
 {
     const auto text = [](std::string_view words) { return std::string(words); };
     const std::string by = !layer.of_reference ? "render" : !layer.of_render ? "reference" : "both";
-    return "| " + text(layer.name) + " | " + text(layer.channels) + " | " + text(layer.unit) + " | " +
-           (layer.needs_float ? "float" : "half") + " | " + by + (layer.by_default ? "" : ", on demand") + " | " +
-           text(layer.what) + " |\n";
+    return "| " + text(layer.name) + " | " + (layer.parts > 1 ? std::to_string(layer.parts) + " x " : "") +
+           text(layer.channels) + " | " + text(layer.unit) + " | " + (layer.needs_float ? "float" : "half") + " | " +
+           by + (layer.by_default ? "" : ", on demand") + " | " + text(layer.what) + " |\n";
 }
 
 TEST(Layers, AreWhatTheDocumentationSays)

@@ -38,6 +38,8 @@ struct Image {
 struct LayeredImage {
     std::map<std::string, Image> layers;
     std::map<std::string, std::string> metadata;  ///< settings, seed, version; kept in EXR
+    /// ... of single layers, by their names; in EXR files that hold the layer.
+    std::map<std::string, std::map<std::string, std::string>> layer_metadata;
 };
 
 }  // namespace rcs

@@ -22,9 +22,15 @@ struct LayerKind {
     bool by_default = true;      ///< made unless the user says which
     bool of_render = true;       ///< what render() makes
     bool of_reference = false;   ///< what render_reference() makes
+    int parts = 1;               ///< more: a file has it as so many layers of these channels, name00, name01, ...
+
+    int channel_count() const { return parts * static_cast<int>(channels.size()); }
 };
 
 std::span<const LayerKind> all_layers();
+
+/// What a file calls a part of the layer: its name where there is one part alone.
+std::string part_name(const LayerKind& layer, int part);
 
 /// @return null: there is none of that name
 const LayerKind* look_up_layer(std::string_view name);

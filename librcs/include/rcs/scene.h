@@ -86,7 +86,7 @@ struct Mesh {
 };
 
 struct Instance {
-    std::string name;
+    std::string name;  ///< of its node; unnamed ones are "node 7" by their number in the file
     int mesh = 0;
     glm::dmat4 world_from_object{1.0};  ///< affine; a negative determinant mirrors
 };

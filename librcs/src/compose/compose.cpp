@@ -110,6 +110,8 @@ void keep_layers(const PictureLayers& layers, LayeredImage& image)
 {
     for (const PictureLayers::Made& layer : layers.made)
         if (!layer.kept) image.layers.erase(std::string(layer.sum->name));
+    if (image.layers.contains(kObjectLayer)) describe_cryptomatte(kObjectLayer, layers.objects, image);
+    if (image.layers.contains(kMaterialLayer)) describe_cryptomatte(kMaterialLayer, layers.materials, image);
 }
 
 }  // namespace rcs

@@ -35,7 +35,7 @@ std::size_t accumulate_pass(const GBuffer& gbuffer, const View& view, const Shad
 /// Divides the sums by the number of passes and adds up beauty.
 void finish_passes(int passes, LayeredImage& sums);
 
-/// Drops what beauty and the estimate were made from if nobody wants it.
+/// Drops what beauty and the estimate were made from if nobody wants it, and says what the file has to say of the rest.
 void keep_layers(const PictureLayers& layers, LayeredImage& image);
 
 }  // namespace rcs

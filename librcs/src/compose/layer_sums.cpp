@@ -99,6 +99,22 @@ void add_motion(const SamplePass& pass, const Sample& s, float* to)
     if (moved) plus(to + (s.covered ? kOfSurface : kOfSky), glm::vec3(*moved, 1.0f));
 }
 
+void add_object(const SamplePass& pass, std::span<const Sample> samples, Image& sums)
+{
+    for (const Sample& s : samples)
+        if (s.covered)
+            add_coverage(sums, s.pixel, pass.picture.objects.of_instance[pass.gbuffer.instance[s.pixel]],
+                         luminance(s.share));
+}
+
+void add_material(const SamplePass& pass, std::span<const Sample> samples, Image& sums)
+{
+    for (const Sample& s : samples)
+        if (s.covered)
+            add_coverage(sums, s.pixel, pass.picture.materials.of_instance[pass.gbuffer.instance[s.pixel]],
+                         luminance(s.share));
+}
+
 void add_records(const SamplePass& pass, const Sample& s, float* to)
 {
     if (pass.first) *to += s.records;
@@ -156,19 +172,29 @@ void finish_error(int passes, Image& sums)
     sums = std::move(error);
 }
 
+void repeat_values(const Image& first, const std::vector<std::uint8_t>& met, Image& sums)
+{
+    const auto channels = static_cast<std::size_t>(sums.channels);
+    for (std::size_t i = 0; i < met.size(); ++i)
+        for (std::size_t c = channels * i; met[i] != 0 && c < channels * (i + 1); ++c)
+            sums.pixels[c] += first.pixels[c];
+}
+
 constexpr LayerSum kSums[] = {
-    {"beauty", 4, each<add_cover>, finish_mean},  // its colours come last, from its parts
-    {"emission", 3, each<add_emission>, finish_mean},
-    {"direct", 3, each<add_direct>, finish_mean},
-    {"indirect", 3, each<add_indirect>, finish_mean},
-    {"indirect_error", kErrorParts, each<add_error>, finish_error},
-    {"irradiance", 3, each<add_irradiance>, finish_mean},
-    {"albedo", 3, each<add_albedo>, finish_mean},
-    {"normal", 3, each<add_normal>, finish_mean},
-    {"depth", 1, each<add_depth>, finish_mean},
-    {"records", 1, each<add_records>, finish_mean},
-    {"position", 4, each<add_position>, finish_mean_of_counted},
-    {"motion", kMotionParts, each<add_motion>, finish_motion},
+    {"beauty", 4, each<add_cover>, finish_mean, repeat_values},  // its colours come last, from its parts
+    {"emission", 3, each<add_emission>, finish_mean, repeat_values},
+    {"direct", 3, each<add_direct>, finish_mean, repeat_values},
+    {"indirect", 3, each<add_indirect>, finish_mean, repeat_values},
+    {"indirect_error", kErrorParts, each<add_error>, finish_error, repeat_values},
+    {"irradiance", 3, each<add_irradiance>, finish_mean, repeat_values},
+    {"albedo", 3, each<add_albedo>, finish_mean, repeat_values},
+    {"normal", 3, each<add_normal>, finish_mean, repeat_values},
+    {"depth", 1, each<add_depth>, finish_mean, repeat_values},
+    {"records", 1, each<add_records>, finish_mean, repeat_values},
+    {"position", 4, each<add_position>, finish_mean_of_counted, repeat_values},
+    {"motion", kMotionParts, each<add_motion>, finish_motion, repeat_values},
+    {kObjectLayer, 2, add_object, rank_coverage, repeat_coverage},
+    {kMaterialLayer, 2, add_material, rank_coverage, repeat_coverage},
 };
 
 }  // namespace
@@ -193,6 +219,8 @@ PictureLayers picture_layers(const EffectPlan& plan, const Scene& scene, const s
             if (!motion) throw Error(ErrorCode::bad_argument, "layer motion has no other time or camera to be told by");
             layers.motion.emplace(scene, *motion);
         }
+        if (name == kObjectLayer) layers.objects = object_ids(scene);
+        if (name == kMaterialLayer) layers.materials = material_ids(scene);
     }
     return layers;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -8,6 +9,7 @@
 
 #include <glm/glm.hpp>
 
+#include "compose/cryptomatte.h"
 #include "compose/motion.h"
 #include "rcs/effect_plan.h"
 #include "rcs/gbuffer.h"
@@ -45,6 +47,8 @@ struct LayerSum {
     int channels;  ///< of the sums
     void (*add)(const SamplePass& pass, std::span<const Sample> samples, Image& sums);
     void (*finish)(int passes, Image& sums);  ///< makes the layer of them
+    /// Adds the sums of the first pass once more where `met` is not 0.
+    void (*repeat)(const Image& first, const std::vector<std::uint8_t>& met, Image& sums);
 };
 /// Of a layer that render() makes.
 const LayerSum& layer_sum(std::string_view name);
@@ -61,7 +65,8 @@ struct PictureLayers {
     };
     const Scene& scene;
     std::vector<Made> made = {};
-    std::optional<Motion> motion = {};  ///< where the layer is made
+    std::optional<Motion> motion = {};  ///< these three only where a layer asks for them
+    CryptomatteIds objects = {}, materials = {};
 };
 /// @param motion  what the layer `motion` is told by
 /// @throws Error bad_argument: that layer is kept, and there is nothing it could be told by

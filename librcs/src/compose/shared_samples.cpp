@@ -69,12 +69,7 @@ SharedSamples find_smooth(const GBuffer& g, const DirectLightResult& direct, con
 std::size_t add_shared(const SharedSamples& shared, LayeredImage& sums)
 {
     const std::vector<std::uint8_t>& met = shared.known.met;
-    for (auto& [name, image] : sums.layers) {
-        const std::vector<float>& first = shared.first.layers.at(name).pixels;
-        const std::size_t channels = image.pixels.size() / met.size();
-        for (std::size_t i = 0; i < met.size(); ++i)
-            for (std::size_t c = channels * i; met[i] != 0 && c < channels * (i + 1); ++c) image.pixels[c] += first[c];
-    }
+    for (auto& [name, image] : sums.layers) layer_sum(name).repeat(shared.first.layers.at(name), met, image);
     return static_cast<std::size_t>(std::count(met.begin(), met.end(), std::uint8_t{1}));
 }
 

@@ -71,6 +71,18 @@ constexpr LayerKind kLayers[] = {
      .what = "how the nearest surface moved to where it is, from another time or camera; X to the right, Y up",
      .needs_float = true,
      .by_default = false},
+    {.name = "CryptoObject",
+     .channels = "RGBA",
+     .what = "Cryptomatte: the nodes that a pixel sees, and the part that each covers",
+     .needs_float = true,
+     .by_default = false,
+     .parts = 3},
+    {.name = "CryptoMaterial",
+     .channels = "RGBA",
+     .what = "Cryptomatte: the materials that a pixel sees, and the part that each covers",
+     .needs_float = true,
+     .by_default = false,
+     .parts = 3},
     {.name = "standard_error",
      .channels = "RGB",
      .unit = kRadiance,
@@ -88,6 +100,12 @@ constexpr LayerKind kLayers[] = {
 }  // namespace
 
 std::span<const LayerKind> all_layers() { return kLayers; }
+
+std::string part_name(const LayerKind& layer, int part)
+{
+    const std::string name(layer.name);
+    return layer.parts == 1 ? name : name + (part < 10 ? "0" : "") + std::to_string(part);
+}
 
 const LayerKind* look_up_layer(std::string_view name)
 {

@@ -70,7 +70,9 @@ void check_pixels(const std::string& path, const std::string& layer, const Image
     const std::size_t expected = static_cast<std::size_t>(std::max(image.width, 0)) *
                                  static_cast<std::size_t>(std::max(image.height, 0)) *
                                  static_cast<std::size_t>(std::max(image.channels, 0));
-    if (expected == 0 || image.channels > 4 || image.pixels.size() != expected) {
+    const LayerKind* const known = look_up_layer(layer);
+    const int most_channels = known ? std::max(4, known->channel_count()) : 4;
+    if (expected == 0 || image.channels > most_channels || image.pixels.size() != expected) {
         throw Error(ErrorCode::bad_argument, "layer " + layer + " for " + path + " is " + std::to_string(image.width) +
                                                  "x" + std::to_string(image.height) + " with " +
                                                  std::to_string(image.channels) + " channels and " +
@@ -88,12 +90,15 @@ struct StoredLayer {
 
 std::vector<std::string> channel_names(const std::string& layer, int channels)
 {
-    const std::string prefix = layer == "beauty" ? "" : layer + ".";
     const LayerKind* const known = look_up_layer(layer);
-    const bool fits = known && known->channels.size() == static_cast<std::size_t>(channels);
+    const bool fits = known && known->channel_count() == channels;
     const std::string_view letters = fits ? known->channels : channels == 1 ? "Y" : "RGBA";
+    const int of_part = static_cast<int>(letters.size());
     std::vector<std::string> names;
-    for (const char letter : letters.substr(0, static_cast<std::size_t>(channels))) names.push_back(prefix + letter);
+    for (int c = 0; c < channels; ++c) {
+        const std::string part = layer == "beauty" ? "" : (fits ? part_name(*known, c / of_part) : layer) + ".";
+        names.push_back(part + letters[static_cast<std::size_t>(c % of_part)]);
+    }
     return names;
 }
 
@@ -229,9 +234,15 @@ void write_exr(const std::string& path, const LayeredImage& image, const ImageFi
     }
     check_options(path, FileKind::exr, options);
     std::vector<StoredLayer> stored;
-    OIIO::ImageSpec spec = exr_spec(chosen_layers(path, image, options.layers), options.format, stored);
+    const NamedLayers chosen = chosen_layers(path, image, options.layers);
+    OIIO::ImageSpec spec = exr_spec(chosen, options.format, stored);
     for (const auto& [key, value] : image.metadata) {
         spec.attribute(key, value);
+    }
+    for (const auto& [name, layer] : chosen) {
+        const auto own = image.layer_metadata.find(name);
+        if (own == image.layer_metadata.end()) continue;
+        for (const auto& [key, value] : own->second) spec.attribute(key, value);
     }
     spec.attribute("DateTime", "");  // OpenImageIO would stamp the current time
     write_with_oiio(path, "exr", spec, [&](OIIO::ImageOutput& output) {

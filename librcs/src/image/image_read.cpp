@@ -11,6 +11,7 @@
 #include <OpenImageIO/imageio.h>
 
 #include "rcs/error.h"
+#include "rcs/layers.h"
 #include "util/one_line.h"
 #include "util/srgb.h"
 
@@ -40,15 +41,28 @@ int channel_rank(const std::string& suffix, int channel)
     return 4 + channel;
 }
 
+/// The number of a part at the end of a layer's name as a file has it, which is taken off: "CryptoObject01".
+int take_part(std::string& layer)
+{
+    for (const LayerKind& kind : all_layers())
+        for (int part = 0; kind.parts > 1 && part < kind.parts; ++part)
+            if (layer == part_name(kind, part)) {
+                layer = kind.name;
+                return part;
+            }
+    return 0;
+}
+
 std::map<std::string, std::vector<ChannelPlace>> layers_of(const OIIO::ImageSpec& spec)
 {
     std::map<std::string, std::vector<ChannelPlace>> layers;
     for (int c = 0; c < spec.nchannels; ++c) {
         const std::string& name = spec.channelnames[static_cast<std::size_t>(c)];
         const std::size_t dot = name.rfind('.');
-        const std::string layer = dot == std::string::npos ? "beauty" : name.substr(0, dot);
+        std::string layer = dot == std::string::npos ? "beauty" : name.substr(0, dot);
         const std::string suffix = dot == std::string::npos ? name : name.substr(dot + 1);
-        layers[layer].push_back({channel_rank(suffix, c), c});
+        const int part = take_part(layer);
+        layers[layer].push_back({part * spec.nchannels + channel_rank(suffix, c), c});
     }
     for (auto& [name, places] : layers) {
         std::stable_sort(places.begin(), places.end(),

@@ -16,7 +16,7 @@ std::vector<PlannedLayer> plan_layers(const std::optional<std::vector<std::strin
         const bool is_named = std::find(named.begin(), named.end(), &layer) != named.end();
         planned.kept = layer.name == "beauty" || (kept ? is_named : layer.by_default);
         planned.made = planned.kept || (layer.in_sum && layer.made_by.has_any(effects));
-        if (planned.made) planned.bytes = pixels * static_cast<double>(layer.channels.size() * sizeof(float));
+        if (planned.made) planned.bytes = pixels * layer.channel_count() * static_cast<double>(sizeof(float));
         layers.push_back(planned);
     }
     return layers;

@@ -36,6 +36,12 @@ struct Context {
     std::map<Shown, std::vector<int>> meshes = {};  ///< numbers of those made so far
 
     std::string name_of(std::size_t node) const { return element_name("node", node, model.nodes[node].name); }
+    /// The same for every pose of the file.
+    std::string instance_name(std::size_t node) const
+    {
+        const std::string& own = model.nodes[node].name;
+        return own.empty() ? "node " + std::to_string(node) : own;
+    }
 };
 
 const std::vector<int>& meshes_of(Context& context, const Shown& shown, std::vector<glm::dmat4> joints)
@@ -112,8 +118,7 @@ void add_skinned(Context& context, std::size_t node, Shown shown)
     for (glm::dmat4& joint : joints) joint = glm::translate(glm::dmat4(1.0), -place) * joint;
     shown.skinned_node = static_cast<int>(node);
     for (const int mesh : meshes_of(context, shown, std::move(joints))) {
-        context.scene.instances.push_back(
-            {context.model.nodes[node].name, mesh, glm::translate(glm::dmat4(1.0), place)});
+        context.scene.instances.push_back({context.instance_name(node), mesh, glm::translate(glm::dmat4(1.0), place)});
     }
 }
 
@@ -189,7 +194,8 @@ void add_rigid(Context& context, std::size_t node, const Shown& shown)
             flattened = true;
             continue;
         }
-        for (const int mesh : meshes_of(context, shown, {})) context.scene.instances.push_back({name, mesh, matrix});
+        for (const int mesh : meshes_of(context, shown, {}))
+            context.scene.instances.push_back({context.instance_name(node), mesh, matrix});
     }
     if (flattened) context.file.notes->add(kSingularNode, short_name(node, name));
 }
