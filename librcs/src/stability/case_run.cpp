@@ -13,7 +13,6 @@
 #include "rcs/image_io.h"
 #include "rcs/ray_scene.h"
 #include "stability/export_glb.h"
-#include "util/color.h"
 
 namespace rcs::stability {
 
@@ -164,108 +163,6 @@ std::string text_of(double value)
     char text[32];
     std::snprintf(text, sizeof text, "%.3g", value);
     return text;
-}
-
-namespace {
-
-double luminance_at(const Image& image, std::size_t pixel)
-{
-    const float* p = image.pixels.data() + pixel * static_cast<std::size_t>(image.channels);
-    return static_cast<double>(image.channels >= 3 ? luminance({p[0], p[1], p[2]}) : p[0]);
-}
-
-std::size_t size_of(const Image& image)
-{
-    return static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
-}
-
-}  // namespace
-
-Spread spread_of(const LayeredImage& image, const std::string& layer, int channel)
-{
-    const Image& values = image.layers.at(layer);
-    const Image& beauty = image.layers.at("beauty");
-    Spread s;
-    s.low = std::numeric_limits<double>::infinity();
-    s.high = -s.low;
-    for (int y = 0; y < values.height; ++y) {
-        for (int x = 0; x < values.width; ++x) {
-            if (beauty.at(x, y)[3] < 1.0f) continue;
-            const double value = static_cast<double>(values.at(x, y)[channel]);
-            s.low = std::min(s.low, value);
-            s.high = std::max(s.high, value);
-            s.mean += value;
-            ++s.pixels;
-        }
-    }
-    s.mean /= s.pixels > 0 ? s.pixels : 1;
-    return s;
-}
-
-double worst_deviation(const LayeredImage& image, const std::string& layer, double expected)
-{
-    const Spread s = spread_of(image, layer);
-    return s.pixels > 0 ? std::max(std::abs(s.low - expected), std::abs(s.high - expected)) / expected
-                        : std::numeric_limits<double>::quiet_NaN();
-}
-
-double difference_of_means(const LayeredImage& a, const LayeredImage& b, const std::string& layer)
-{
-    double sum_a = 0.0, sum_b = 0.0;
-    for (std::size_t i = 0; i < size_of(a.layers.at(layer)); ++i) {
-        sum_a += luminance_at(a.layers.at(layer), i);
-        sum_b += luminance_at(b.layers.at(layer), i);
-    }
-    return sum_a == sum_b ? 0.0 : std::abs(sum_a / sum_b - 1.0);
-}
-
-double mean_difference(const LayeredImage& a, const LayeredImage& b, const std::string& layer)
-{
-    double sum = 0.0, sum_b = 0.0;
-    for (std::size_t i = 0; i < size_of(a.layers.at(layer)); ++i) {
-        const double value = luminance_at(b.layers.at(layer), i);
-        sum += std::abs(luminance_at(a.layers.at(layer), i) - value);
-        sum_b += value;
-    }
-    return sum == 0.0 ? 0.0 : sum / sum_b;
-}
-
-double worst_difference(const LayeredImage& a, const LayeredImage& b, const std::string& layer)
-{
-    const std::vector<float>& x = a.layers.at(layer).pixels;
-    const std::vector<float>& y = b.layers.at(layer).pixels;
-    double worst = 0.0;
-    for (std::size_t i = 0; i < x.size(); ++i) {
-        const double difference = std::abs(static_cast<double>(x[i]) - static_cast<double>(y[i]));
-        if (difference != 0.0)
-            worst = std::max(worst, difference / static_cast<double>(std::max(std::abs(x[i]), std::abs(y[i]))));
-    }
-    return worst;
-}
-
-bool same_bits(const LayeredImage& a, const LayeredImage& b, std::string& which)
-{
-    for (const auto& [name, layer] : a.layers) {
-        const auto other = b.layers.find(name);
-        if (other == b.layers.end() || other->second.pixels != layer.pixels) {
-            which = name;
-            return false;
-        }
-    }
-    return a.layers.size() == b.layers.size();
-}
-
-double polygon_irradiance(const std::vector<glm::dvec3>& corners, glm::dvec3 point, glm::dvec3 normal)
-{
-    double sum = 0.0;
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-        const glm::dvec3 a = glm::normalize(corners[i] - point);
-        const glm::dvec3 b = glm::normalize(corners[(i + 1) % corners.size()] - point);
-        const glm::dvec3 across = glm::cross(a, b);
-        const double sine = glm::length(across);
-        if (sine > 0.0) sum += std::atan2(sine, glm::dot(a, b)) * glm::dot(across / sine, normal);
-    }
-    return 0.5 * std::abs(sum);
 }
 
 }  // namespace rcs::stability

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "rcs/stability.h"
+#include "stability/measures.h"
 
 namespace rcs::stability {
 
@@ -66,8 +67,10 @@ struct SuiteCase {
 // One a file of this folder.
 std::vector<SuiteCase> light_transport_cases();
 std::vector<SuiteCase> record_cases();
+std::vector<SuiteCase> record_scene_cases();
 std::vector<SuiteCase> view_cases();
 std::vector<SuiteCase> geometry_cases();
+std::vector<SuiteCase> geometry_file_cases();
 std::vector<SuiteCase> light_and_material_cases();
 std::vector<SuiteCase> time_cases();
 std::vector<SuiteCase> machine_cases();
@@ -79,28 +82,5 @@ inline constexpr SplatMethod kBothMethods[] = {SplatMethod::tiles, SplatMethod::
 std::string name_of(SplatMethod method);
 /// "0.00123", three digits.
 std::string text_of(double value);
-
-// Measures. All take one channel, and pixels that the first image's beauty covers wholly.
-
-/// Mean, least and most.
-struct Spread {
-    double mean = 0.0, low = 0.0, high = 0.0;
-    int pixels = 0;
-};
-Spread spread_of(const LayeredImage& image, const std::string& layer, int channel = 0);
-/// Largest relative distance of any pixel from `expected`.
-double worst_deviation(const LayeredImage& image, const std::string& layer, double expected);
-/// |mean(a) / mean(b) - 1| over all pixels, on luminance; 0 where both are black.
-double difference_of_means(const LayeredImage& a, const LayeredImage& b, const std::string& layer);
-/// mean |a - b| / mean(b) over all pixels, on luminance; 0 where both are black.
-double mean_difference(const LayeredImage& a, const LayeredImage& b, const std::string& layer);
-/// Largest |a - b| / max(a, b), over channels and pixels.
-double worst_difference(const LayeredImage& a, const LayeredImage& b, const std::string& layer);
-/// Whether every layer has the same bits; the first that has not is named in `which`.
-bool same_bits(const LayeredImage& a, const LayeredImage& b, std::string& which);
-
-/// Irradiance from a polygon of radiance 1 whose corners all lie above the point's horizon: Lambert's formula, in
-/// double precision, written for this suite alone. The sign of the winding does not count.
-double polygon_irradiance(const std::vector<glm::dvec3>& corners, glm::dvec3 point, glm::dvec3 normal);
 
 }  // namespace rcs::stability

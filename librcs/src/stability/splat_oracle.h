@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
 #include <vector>
 
@@ -74,8 +75,9 @@ struct SplatSums {
     double r = 0.0, g = 0.0, b = 0.0, weight = 0.0;
 };
 
-/// The definition written out again: every record at every pixel, in double precision, from the paper's
-/// formulas and not from the shared header.
+/// The definition of docs/method.md as geometry, not as the shared header writes it: every record at every pixel, in
+/// double precision. It holds sums to the definition: bounds, bins, blending, rounding. Whether the definition
+/// extrapolates light rightly is another question, which records of a known field answer (case B15).
 inline std::vector<SplatSums> double_loop(const std::vector<Record>& records, const GBuffer& g, const SplatSettings& o)
 {
     std::vector<SplatSums> pixels(g.size());
@@ -90,9 +92,12 @@ inline std::vector<SplatSums> double_loop(const std::vector<Record>& records, co
             const double wide = std::max(std::min(2.0, overlap), overlap * record.gradient_scale);
             const double radius = record.spacing_radius * std::max(1.0, record.breadth * wide);
             const double tolerance = static_cast<double>(o.error_tolerance) * o.overlap;
-            const double across = glm::dot(d, kn);
-            const double error = std::sqrt(glm::dot(d, d) + 3.0 * across * across) / radius +
-                                 std::sqrt(std::max(0.0, 1.0 - glm::dot(n, kn))) / tolerance;
+            // Across the record's tangent plane a distance counts twice; of unit normals at an angle of theta
+            // sqrt(1 - cos theta) is the chord over sqrt(2).
+            const glm::dvec3 across = glm::dot(d, kn) * kn;
+            const double chord = glm::length(n - kn);
+            const double error =
+                glm::length((d - across) + 2.0 * across) / radius + chord / std::numbers::sqrt2 / tolerance;
             const double w = std::max(0.0, 1.0 - error);
             const glm::dvec3 turn = glm::cross(kn, n);
             const auto value = [&](std::size_t c) {

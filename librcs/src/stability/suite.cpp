@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <chrono>
 #include <exception>
+#include <string>
+#include <tuple>
 
 #include "rcs/error.h"
 #include "rcs/stability.h"
@@ -13,16 +15,29 @@ namespace {
 using stability::CaseRun;
 using stability::SuiteCase;
 
+/// As people count: B2 before B10, B6 before B6b.
+bool comes_before(const SuiteCase& a, const SuiteCase& b)
+{
+    const auto parts = [](const std::string& id) {
+        std::size_t end = 1;
+        const int number = std::stoi(id.substr(1), &end);
+        return std::make_tuple(id[0], number, id.substr(1 + end));
+    };
+    return parts(a.says.id) < parts(b.says.id);
+}
+
 const std::vector<SuiteCase>& suite()
 {
     static const std::vector<SuiteCase> all = [] {
         std::vector<SuiteCase> rows;
-        for (const auto& group : {stability::light_transport_cases, stability::record_cases, stability::view_cases,
-                                  stability::geometry_cases, stability::light_and_material_cases, stability::time_cases,
-                                  stability::machine_cases}) {
+        for (const auto& group :
+             {stability::light_transport_cases, stability::record_cases, stability::record_scene_cases,
+              stability::view_cases, stability::geometry_cases, stability::geometry_file_cases,
+              stability::light_and_material_cases, stability::time_cases, stability::machine_cases}) {
             const std::vector<SuiteCase> more = group();
             rows.insert(rows.end(), more.begin(), more.end());
         }
+        std::sort(rows.begin(), rows.end(), comes_before);
         return rows;
     }();
     return all;
