@@ -44,10 +44,9 @@ float reflected(int color, int first_lobe)
 
 float extrapolate(int color, vec3 d, vec3 r)
 {
-    vec3 gt = records[record_index].translation_gradient[color].xyz;
-    vec3 gr = records[record_index].rotation_gradient[color].xyz;
-    return rcs_extrapolate(records[record_index].irradiance[color], d.x, d.y, d.z, r.x, r.y, r.z,
-                           gt.x, gt.y, gt.z, gr.x, gr.y, gr.z);
+    return rcs_extrapolate(records[record_index].irradiance[color], d, r,
+                           records[record_index].translation_gradient[color].xyz,
+                           records[record_index].rotation_gradient[color].xyz);
 }
 
 void main()
@@ -60,19 +59,16 @@ void main()
     vec4 record_position = records[record_index].position;
     vec4 record_normal = records[record_index].normal;
     vec3 d = position.xyz - record_position.xyz;
-    vec3 kn = record_normal.xyz;
-    float weight = rcs_interpolation_weight(d.x, d.y, d.z, n.x, n.y, n.z, kn.x, kn.y, kn.z,
-                                            record_position.w, record_normal.w);
+    float weight = rcs_interpolation_weight(d, n, record_normal.xyz, record_position.w, record_normal.w);
     if (weight <= 0.0) discard;
-    weight *= records[record_index].irradiance.w;
 
-    vec3 r = cross(kn, n);
+    vec3 r = cross(record_normal.xyz, n);
     vec3 e = vec3(extrapolate(0, d, r), extrapolate(1, d, r), extrapolate(2, d, r));
     sums = vec4(weight * e, weight);
     count = 1.0;
 #ifdef RCS_SPLAT_ERRORS
-    float l = records[record_index].rotation_gradient[0].w * rcs_luminance(e.r, e.g, e.b);
-    float variance = weight * records[record_index].rotation_gradient[1].w;
+    float l = records[record_index].irradiance.w * rcs_luminance(e.r, e.g, e.b);
+    float variance = weight * records[record_index].rotation_gradient[0].w;
     error = vec4(weight * l * l, variance, weight * variance, 0.0);
 #endif
 #ifdef RCS_SPLAT_GLOSSY

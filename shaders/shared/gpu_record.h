@@ -11,11 +11,11 @@ using glm::vec4;
 struct GpuRecord {
     vec4 position;                 // xyz: p_k relative to the camera [m]   w: 1 / influence radius [1/m]
     vec4 normal;                   // xyz: n_k, unit                        w: 1 / tolerance of sqrt(1-n.n_k)
-    vec4 irradiance;               // rgb: E_k [W m^-2]                     w: factor of the weight, > 0
-    vec4 rotation_gradient[3];     // r, g, b; xyz: [W m^-2 rad^-1]         w: see below
+    vec4 irradiance;               // rgb: E_k [W m^-2]                     w: see below
+    vec4 rotation_gradient[3];     // r, g, b; xyz: [W m^-2 rad^-1]         w: of r, see below
     vec4 translation_gradient[3];  // r, g, b; xyz: [W m^-3]                w: unused
-    // rotation_gradient[0].w: what luminance is multiplied with before it is squared [m^2/W], the same for all records
-    // rotation_gradient[1].w: variance of the irradiance's luminance, in the same unit
+    // irradiance.w: what luminance is multiplied with before it is squared [m^2/W], the same for all records
+    // rotation_gradient[0].w: variance of the irradiance's luminance, in the same unit
     ivec4 pixels;                  // x0, y0, x1, y1: PixelBounds of the influence sphere
 };  // ------------------------------ 160 bytes
 

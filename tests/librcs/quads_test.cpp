@@ -93,6 +93,8 @@ struct Sums {
     bool at_rim = false;  ///< rounding decides whether some record counts at all
 };
 
+gpu::vec3 scalars(glm::vec3 v) { return {v.x, v.y, v.z}; }
+
 /// All records at one pixel, without rectangles. The weight itself is shaders/shared/weight.h as C++: what is
 /// tested is everything around it.
 Sums sum_over_records(const std::vector<gpu::GpuRecord>& records, const GBuffer& gbuffer, std::size_t pixel)
@@ -104,27 +106,25 @@ Sums sum_over_records(const std::vector<gpu::GpuRecord>& records, const GBuffer&
         const glm::vec3 d = gbuffer.position(pixel) - glm::vec3(record.position);
         const glm::vec3 kn(record.normal);
         const glm::vec3 r = glm::cross(kn, n);
-        const double weight = gpu::rcs_interpolation_weight(d.x, d.y, d.z, n.x, n.y, n.z, kn.x, kn.y, kn.z,
-                                                            record.position.w, record.normal.w);
+        const double weight =
+            gpu::rcs_interpolation_weight(scalars(d), scalars(n), scalars(kn), record.position.w, record.normal.w);
         if (weight > 0.0 && weight < 1e-5) sums.at_rim = true;
         if (!(weight > 0.0)) continue;
-        const double w = weight * record.irradiance.w;
         double* const colors[] = {&sums.r, &sums.g, &sums.b};
         constexpr double kLuminance[] = {0.2126, 0.7152, 0.0722};
         double luminance = 0.0;
         for (int c = 0; c < 3; ++c) {
-            const glm::vec4& gt = record.translation_gradient[c];
-            const glm::vec4& gr = record.rotation_gradient[c];
-            const double e = gpu::rcs_extrapolate(record.irradiance[c], d.x, d.y, d.z, r.x, r.y, r.z, gt.x, gt.y, gt.z,
-                                                  gr.x, gr.y, gr.z);
-            *colors[c] += w * e;
-            luminance += kLuminance[c] * e * record.rotation_gradient[0].w;
+            const double e =
+                gpu::rcs_extrapolate(record.irradiance[c], scalars(d), scalars(r),
+                                     scalars(record.translation_gradient[c]), scalars(record.rotation_gradient[c]));
+            *colors[c] += weight * e;
+            luminance += kLuminance[c] * e * record.irradiance.w;
         }
-        const double variance = record.rotation_gradient[1].w;
-        sums.squares += w * luminance * luminance;
-        sums.variance += w * variance;
-        sums.variance_of_sum += w * w * variance;
-        sums.weight += w;
+        const double variance = record.rotation_gradient[0].w;
+        sums.squares += weight * luminance * luminance;
+        sums.variance += weight * variance;
+        sums.variance_of_sum += weight * weight * variance;
+        sums.weight += weight;
         sums.count += 1.0;
     }
     return sums;

@@ -61,15 +61,14 @@ void append_gpu_records(std::span<const Record> records, glm::dvec3 camera_posit
         gpu::GpuRecord out{};
         out.position = glm::vec4(glm::vec3(relative), 1.0f / radius);
         out.normal = glm::vec4(record.normal, inv_normal_tolerance);
-        out.irradiance = glm::vec4(record.irradiance, 1.0f);
+        out.irradiance = glm::vec4(record.irradiance, per_unit);
         for (std::size_t color = 0; color < 3; ++color) {
             out.rotation_gradient[color] = glm::vec4(record.rotation_gradient[color], 0.0f);
             out.translation_gradient[color] =
                 glm::vec4(record.gradient_scale * record.translation_gradient[color], 0.0f);
         }
         const float deviation = record.noise * luminance(record.irradiance) * per_unit;
-        out.rotation_gradient[0].w = per_unit;
-        out.rotation_gradient[1].w = deviation * deviation;
+        out.rotation_gradient[0].w = deviation * deviation;
         out.pixels = {bounds.x0, bounds.y0, bounds.x1, bounds.y1};
         gpu_records.records.push_back(out);
         if (with_radiance) gpu_records.radiance.push_back(relative_radiance(record));

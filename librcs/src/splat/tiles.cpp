@@ -101,6 +101,8 @@ RCS_ALWAYS_INLINE void splat_glossy_row(const float* weighted_r, const float* we
     }
 }
 
+gpu::vec3 scalars(glm::vec4 v) { return {v.x, v.y, v.z}; }
+
 /// What a splat sums up.
 enum class Sums { weights, light, light_and_errors };
 
@@ -110,34 +112,29 @@ RCS_ALWAYS_INLINE void splat_rows(const TiledSurfaces::Tile& t, TileSums& sums, 
                                   int y1, std::uint32_t rows, GlossyTile* glossy, const gpu::GpuRadiance* radiance)
 {
     const float kx = record.position.x, ky = record.position.y, kz = record.position.z;
-    const float knx = record.normal.x, kny = record.normal.y, knz = record.normal.z;
-    const float inv_radius = record.position.w, inv_normal = record.normal.w, factor = record.irradiance.w;
+    const float inv_radius = record.position.w, inv_normal = record.normal.w;
     // Copies: the compiler must know that the tile's sums do not overlap them.
     const glm::vec3 e(record.irradiance);
-    const glm::vec3 gr[3] = {record.rotation_gradient[0], record.rotation_gradient[1], record.rotation_gradient[2]};
-    const glm::vec3 gt[3] = {record.translation_gradient[0], record.translation_gradient[1],
-                             record.translation_gradient[2]};
-    const float per_unit = record.rotation_gradient[0].w, variance = record.rotation_gradient[1].w;
+    const gpu::vec3 kn = scalars(record.normal);
+    const gpu::vec3 gr[3] = {scalars(record.rotation_gradient[0]), scalars(record.rotation_gradient[1]),
+                             scalars(record.rotation_gradient[2])};
+    const gpu::vec3 gt[3] = {scalars(record.translation_gradient[0]), scalars(record.translation_gradient[1]),
+                             scalars(record.translation_gradient[2])};
+    const float per_unit = record.irradiance.w, variance = record.rotation_gradient[0].w;
     for (int y = y0; y < y1; ++y) {
         if ((rows >> y & 1u) == 0u) continue;
         const int row = y * kTile;
         float weighted_r[kTile], weighted_g[kTile], weighted_b[kTile];
         int reached = 0;
         for (int i = row; i < row + kTile; ++i) {
-            const float dx = t.px[i] - kx, dy = t.py[i] - ky, dz = t.pz[i] - kz;
-            const float nx = t.nx[i], ny = t.ny[i], nz = t.nz[i];
-            const float raw = t.cover[i] * gpu::rcs_interpolation_weight(dx, dy, dz, nx, ny, nz, knx, kny, knz,
-                                                                         inv_radius, inv_normal);
-            const float w = raw * factor;
+            const gpu::vec3 d{t.px[i] - kx, t.py[i] - ky, t.pz[i] - kz}, n{t.nx[i], t.ny[i], t.nz[i]};
+            const float w = t.cover[i] * gpu::rcs_interpolation_weight(d, n, kn, inv_radius, inv_normal);
             sums.weight[i] += w;
             if constexpr (kWhat != Sums::weights) {
-                const float rx = kny * nz - knz * ny, ry = knz * nx - knx * nz, rz = knx * ny - kny * nx;
-                const float r = gpu::rcs_extrapolate(e.r, dx, dy, dz, rx, ry, rz, gt[0].x, gt[0].y, gt[0].z, gr[0].x,
-                                                     gr[0].y, gr[0].z);
-                const float g = gpu::rcs_extrapolate(e.g, dx, dy, dz, rx, ry, rz, gt[1].x, gt[1].y, gt[1].z, gr[1].x,
-                                                     gr[1].y, gr[1].z);
-                const float b = gpu::rcs_extrapolate(e.b, dx, dy, dz, rx, ry, rz, gt[2].x, gt[2].y, gt[2].z, gr[2].x,
-                                                     gr[2].y, gr[2].z);
+                const gpu::vec3 turn{kn.y * n.z - kn.z * n.y, kn.z * n.x - kn.x * n.z, kn.x * n.y - kn.y * n.x};
+                const float r = gpu::rcs_extrapolate(e.r, d, turn, gt[0], gr[0]);
+                const float g = gpu::rcs_extrapolate(e.g, d, turn, gt[1], gr[1]);
+                const float b = gpu::rcs_extrapolate(e.b, d, turn, gt[2], gr[2]);
                 weighted_r[i - row] = w * r;
                 weighted_g[i - row] = w * g;
                 weighted_b[i - row] = w * b;
@@ -150,8 +147,8 @@ RCS_ALWAYS_INLINE void splat_rows(const TiledSurfaces::Tile& t, TileSums& sums, 
                     sums.variance[i] += w * variance;
                     sums.variance_of_sum[i] += w * (w * variance);
                 }
-                sums.count[i] += raw > 0.0f ? 1.0f : 0.0f;
-                reached |= raw > 0.0f;
+                sums.count[i] += w > 0.0f ? 1.0f : 0.0f;
+                reached |= w > 0.0f;
             }
         }
         if (kWhat != Sums::weights && glossy && glossy->lit[y] && reached != 0)
