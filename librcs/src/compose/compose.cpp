@@ -40,11 +40,13 @@ void add_recorded(const SamplePass& pass, const Shading& shading, const PassLigh
     s.records = sums.count[i];
 }
 
-/// @param passes  part of the light that passes what lies in front
-Sample look_at(const SamplePass& pass, const Shading& shading, const PassLight& light, std::size_t i, glm::vec3 passes)
+/// @param passes  part of the light that passes what lies in front   @param s  of its pixel, else empty
+void look_at(const SamplePass& pass, const Shading& shading, const PassLight& light, glm::vec3 passes, Sample& s)
 {
-    Sample s{.pixel = i, .covered = pass.gbuffer.covered(i), .share = passes};
-    if (!s.covered) return s;
+    const std::size_t i = s.pixel;
+    s.covered = pass.gbuffer.covered(i);
+    s.share = passes;
+    if (!s.covered) return;
     if (!shading.coverage.empty()) s.share *= shading.coverage[i];
     const glm::vec3 reflectance = s.share * pass.gbuffer.albedo[i] * kInversePi;
     if (!light.direct.irradiance.empty()) {
@@ -56,7 +58,6 @@ Sample look_at(const SamplePass& pass, const Shading& shading, const PassLight& 
         s.traced_error = luminance(s.share) * light.traced.error[i];
     }
     if (light.indirect.width != 0) add_recorded(pass, shading, light, reflectance, s);
-    return s;
 }
 
 /// Where a layer is summed up.
@@ -85,8 +86,10 @@ std::size_t accumulate_pass(const GBuffer& g, const View& view, const Shading& s
         samples.clear();
         for (std::size_t i = begin; i < std::min(begin + kSamplesAtATime, g.size()); ++i) {
             if (known && known->met[i] != 0) continue;
-            samples.push_back(look_at(pass, shading, light, i, pass.first ? glm::vec3(1.0f) : weight[i]));
-            unserved += samples.back().covered && light.indirect.width != 0 && !samples.back().served ? 1 : 0;
+            Sample& s = samples.emplace_back();
+            s.pixel = i;
+            look_at(pass, shading, light, pass.first ? glm::vec3(1.0f) : weight[i], s);
+            if (s.covered && light.indirect.width != 0 && !s.served) ++unserved;
         }
         for (const auto& [layer, image] : layers) layer->add(pass, samples, *image);
     }

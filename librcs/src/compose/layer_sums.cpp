@@ -175,9 +175,11 @@ void finish_error(int passes, Image& sums)
 void repeat_values(const Image& first, const std::vector<std::uint8_t>& met, Image& sums)
 {
     const auto channels = static_cast<std::size_t>(sums.channels);
-    for (std::size_t i = 0; i < met.size(); ++i)
-        for (std::size_t c = channels * i; met[i] != 0 && c < channels * (i + 1); ++c)
-            sums.pixels[c] += first.pixels[c];
+    const float* from = first.pixels.data();
+    float* to = sums.pixels.data();
+    for (std::size_t i = 0; i < met.size(); ++i, from += channels, to += channels)
+        if (met[i] != 0)
+            for (std::size_t c = 0; c < channels; ++c) to[c] += from[c];
 }
 
 constexpr LayerSum kSums[] = {
