@@ -31,9 +31,6 @@ EXCEPTIONS = {
     "librcs/src/placement/placement.cpp: Placement::Placement has many parameters",
     "librcs/src/placement/placement.cpp: place_records has many parameters",
     "librcs/src/placement/placement.h: Placement has many parameters",
-    "librcs/src/plan/plan.cpp: Planner::plan_surfaces has many lines",
-    "librcs/src/scene/gltf_material.cpp: leave_image has many parameters",
-    "librcs/src/scene/gltf_material.h: leave_image has many parameters",
 }
 
 DRAWING = """

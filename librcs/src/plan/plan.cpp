@@ -45,7 +45,9 @@ public:
         reflects_ = view_[kReflects].possible();
         plan_light();
         plan_indirect();
-        plan_surfaces();
+        plan_passages();
+        plan_textures();
+        plan_instancing();
         plan_picture();
         plan_.layers = plan_layers(options_.layers, plan_.set(), pixels_);
         return std::move(plan_);
@@ -66,7 +68,9 @@ private:
     void plan_light();
     void plan_indirect();
     void plan_bounces(bool called_for);
-    void plan_surfaces();
+    void plan_passages();
+    void plan_textures();
+    void plan_instancing();
     void plan_picture();
 
     const RenderOptions& options_;
@@ -250,7 +254,8 @@ void Planner::plan_indirect()
     plan_bounces((indirect.needed || narrow.needed) && (reflected || forced));
 }
 
-void Planner::plan_surfaces()
+/// What lets light through, for rays and for the camera.
+void Planner::plan_passages()
 {
     const auto in_rays = [&](Effect effect, Trait trait, const char* is, const char* what) {
         const std::size_t meshes = facts_.with(trait);
@@ -281,7 +286,10 @@ void Planner::plan_surfaces()
     measured(peeling, *through);
     peeling.cost = "16 bytes a pixel, and for each further layer a G-buffer, its light and a splat";
     peeling.bytes = 28.0 * pixels_;
+}
 
+void Planner::plan_textures()
+{
     const bool hits = (on(Effect::indirect_diffuse) && plan_.bounces > 0) || on(Effect::traced_lobes);
     const Sighting& bumps = view_[kBumpy];
     const bool maps = bumps.possible() || (hits && facts_.with(kBumpy) > 0);
@@ -305,7 +313,10 @@ void Planner::plan_surfaces()
     textures.of = "meshes";
     textures.share = static_cast<double>(textured) / std::max<double>(1.0, static_cast<double>(facts_.used_meshes));
     textures.cost = "a fetch for each hit that counts; else the texture's mean";
+}
 
+void Planner::plan_instancing()
+{
     PlannedEffect& instancing =
         decide(Effect::instancing, facts_.instanced > 0, facts_.shared_meshes > 0,
                facts_.shared_meshes == 0

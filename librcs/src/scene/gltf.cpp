@@ -89,7 +89,8 @@ tinygltf::Model read_model(const GltfFile& file)
     BufferAccess access{file, source};
     tinygltf::TinyGLTF reader;
     reader.SetFsCallbacks(file_access(access));
-    reader.SetImageLoader(leave_image, nullptr);
+    // Images are left where they are until they are known to be needed.
+    reader.SetImageLoader([](auto...) { return true; }, nullptr);
     tinygltf::Model model;
     std::string error;
     std::string warning;

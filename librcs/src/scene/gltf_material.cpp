@@ -268,9 +268,4 @@ TextureUse normal_texture_use(const tinygltf::Material& material)
     return core_texture_use(material, "normalTexture");
 }
 
-bool leave_image(tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int, void*)
-{
-    return true;
-}
-
 }  // namespace rcs

@@ -26,8 +26,4 @@ bool uses_uv_set(const tinygltf::Material& material, int uv_set);
 
 TextureUse normal_texture_use(const tinygltf::Material& material);
 
-/// tinygltf's image loader: does nothing. Images are left where they are until they are known to be needed.
-bool leave_image(tinygltf::Image* image, int index, std::string* error, std::string* warning, int width, int height,
-                 const unsigned char* bytes, int size, void* user);
-
 }  // namespace rcs
