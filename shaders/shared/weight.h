@@ -21,7 +21,8 @@ inline float sqrt(float x) { return __builtin_sqrtf(x); }
 // Interpolation weight: Ward's split-sphere error measure (Ward et al. 1988), with the distance relative to
 // the influence radius and the change of normal to its tolerance, in the bounded form of Tabellion and
 // Lamorlette 2004: 1 at the record, falling to 0 at the rim of its influence, so nothing pops or diverges.
-// The distance across the record's tangent plane counts twice: a step is another surface.
+// The distance across the record's tangent plane counts twice, so its square is added 2^2 - 1 times more: a step is
+// another surface. That is in none of these papers; docs/method.md says what it was measured to gain.
 RCS_SHARED_FUNCTION float rcs_interpolation_weight(vec3 d, vec3 n, vec3 n_k, float inv_radius,
                                                    float inv_normal_tolerance)
 {
