@@ -118,6 +118,8 @@ TEST(Motion, OfWhatWasBehindTheCameraIsNone)
     const Camera here = level_camera({0, 0, 0}, 0.0);
     EXPECT_FALSE(moved(scene, here, {nullptr, level_camera({0, 0, -5}, 0.0)}, {0.5, -0.5, -4}));
     EXPECT_FALSE(moved(scene, here, {nullptr, level_camera({0, 0, 0}, 3.0)}, {0.5, -0.5, -4}));
+    EXPECT_FALSE(moved(scene, here, {nullptr, level_camera({0, 0, -4.0 + 1e-9}, 0.0)}, {0.5, -0.5, -4}))
+        << "in its plane";
 }
 
 TEST(Motion, OfAnInstanceFollowsItsMatrix)

@@ -69,8 +69,17 @@ glm::dvec3 point_at(const std::array<glm::dvec3, 3>& c, glm::dvec2 weights)
 
 View seen_by(const Camera& camera, const View& view) { return {camera, view.width, view.height, view.pixel_offset}; }
 
-/// Image rows count downwards, motion upwards.
-glm::dvec2 upright(glm::dvec2 difference) { return {difference.x, -difference.y}; }
+// What moves farther lay in the other camera's plane, as good as behind it [px].
+constexpr double kFarthest = 1e6;
+
+/// From one place in the image to another; image rows count downwards, motion upwards.
+std::optional<glm::dvec2> between(const std::optional<glm::dvec2>& then, const std::optional<glm::dvec2>& now)
+{
+    if (!then || !now) return std::nullopt;
+    const glm::dvec2 moved(now->x - then->x, then->y - now->y);
+    // Written so that NaN fails, too.
+    return glm::length(moved) <= kFarthest ? std::optional(moved) : std::nullopt;
+}
 
 }  // namespace
 
@@ -93,8 +102,7 @@ std::optional<glm::dvec2> Motion::of_surface(const GBuffer& g, const View& view,
     const auto now = image_position(view, point_at(here, weights) - camera_position(view.camera));
     const auto then =
         image_position(seen_by(from_.camera, view), point_at(there, weights) - camera_position(from_.camera));
-    if (!now || !then) return std::nullopt;
-    return upright(*now - *then);
+    return between(then, now);
 }
 
 std::optional<glm::dvec2> Motion::of_sky(const View& view, glm::dvec2 image_point) const
@@ -104,8 +112,7 @@ std::optional<glm::dvec2> Motion::of_sky(const View& view, glm::dvec2 image_poin
     const glm::dvec3 direction = camera_ray(view, image_point.x, image_point.y).direction;
     const auto now = image_position(view, direction);
     const auto then = image_position(seen_by(from_.camera, view), direction);
-    if (!now || !then) return std::nullopt;
-    return upright(*now - *then);
+    return between(then, now);
 }
 
 }  // namespace rcs
