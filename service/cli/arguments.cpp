@@ -1,5 +1,7 @@
 #include "cli/arguments.h"
 
+#include "wire/limits.h"
+
 namespace rcs::service {
 namespace {
 
@@ -41,7 +43,7 @@ void add_scene_arguments(CLI::App& app, SceneArguments& arguments, Size default_
         ->type_name("scene|none|R,G,B|FILE")
         ->check(checked_by(parse_environment), "")
         ->capture_default_str();
-    add_number(app, "--environment-rotation", arguments.environment_rotation, {-360.0, 360.0},
+    add_number(app, "--environment-rotation", arguments.environment_rotation, kRotations,
                "Turns that image about the vertical, counter-clockwise seen from above [degrees]");
     add_number(app, "--threads", arguments.threads, {0, kMostThreads}, "Worker threads; 0 takes every core");
 }

@@ -203,9 +203,9 @@ void add_accuracy_command(CLI::App& app, Action& action)
     add_number(command, "--reference-spp", arguments->reference_samples, {16, kMostSamples},
                "Paths a pixel that the reference may take at the most");
     add_number(command, "--bounces", options.bounces, {1, 64}, "Bounces of indirect light; 8 is about all there is");
-    add_number(command, "--aa", options.aa, {1, 64},
+    add_number(command, "--aa", options.aa, find_option("aa").range,
                "Samples a pixel; with 1 edges are no error, as both sample centres");
-    add_number(command, "--seed", options.seed, {0, kLargestSeed}, "Seed of all random numbers");
+    add_number(command, "--seed", options.seed, find_option("seed").range, std::string(find_option("seed").help));
     command.add_flag("--fresh", arguments->fresh, "Measure all anew instead of taking up what the folder keeps");
     add_report_arguments(command, arguments->report);
     command.footer(

@@ -22,7 +22,7 @@ void print_plan(const RenderArguments& arguments, const CLI::App& command)
     const RenderOptions options = final_options(arguments);
     check_text_path(arguments.report.stats_file);
     ThreadPool pool(arguments.scene.threads);
-    RunReport report = begin_report(command, arguments.scene, pool);
+    RunReport report = begin_report(command, arguments.scene, pool, &options);
     const Scene scene = load(arguments.scene, bar, report);
     const Camera camera = choose_camera(scene, camera_choice(arguments.scene));
     const RayScene rays = build_rays(scene, options.effects, pool, bar, report);

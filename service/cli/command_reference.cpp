@@ -69,7 +69,7 @@ void add_reference_command(CLI::App& app, Action& action)
                "1 samples pixel centres; more spreads the paths over the pixel and filters textures as render does");
     add_number(command, "--stride", options.stride, {1, 16384},
                "Trace every so many pixels of every so many rows; compare then takes the same pixels");
-    add_number(command, "--seed", options.seed, {0, kLargestSeed}, "Seed of all random numbers");
+    add_number(command, "--seed", options.seed, find_option("seed").range, std::string(find_option("seed").help));
     add_output_arguments(command, arguments->output, Renderer::reference);
     add_report_arguments(command, arguments->report);
     command.footer("Example: rcsplat reference demo:cornell --size 256x256 --spp 4096 -o reference.exr");

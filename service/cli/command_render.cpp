@@ -94,7 +94,7 @@ void render_scene(const RenderArguments& arguments, const std::string& record_fi
     KeptRecords kept(record_file);
 
     ThreadPool pool(arguments.scene.threads);
-    RunReport report = begin_report(command, arguments.scene, pool);
+    RunReport report = begin_report(command, arguments.scene, pool, &options);
     const Scene scene = load(arguments.scene, bar, report);
     const Camera camera = choose_camera(scene, camera_choice(arguments.scene));
     report.camera = camera.name;
@@ -170,7 +170,7 @@ void add_render_command(CLI::App& app, Action& action)
     for (const char* local : {"--threads", "--dry-run", "--records"}) command.get_option("--server")->excludes(local);
     command.footer("Example: rcsplat render sponza.glb --camera atrium --size 1000x1000 -o sponza.png -o sponza.exr");
     command.callback([arguments, server, record_file, &command, &action] {
-        if (arguments->output.files.empty() && !arguments->options.dry_run) {
+        if (arguments->output.files.empty() && !arguments->dry_run) {
             throw CLI::RequiredError("--output");
         }
         const bool remote = command.get_option("--server")->count() > 0;

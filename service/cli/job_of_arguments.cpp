@@ -11,6 +11,7 @@
 #include "rcs/scene.h"
 #include "wire/errors.h"
 #include "wire/options.h"
+#include "wire/outputs.h"
 #include "wire/scene.h"
 
 namespace rcs::service {

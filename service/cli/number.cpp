@@ -1,24 +1,22 @@
 #include "cli/number.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <cstdlib>
 #include <type_traits>
+
+#include "cli/parse.h"
 
 namespace rcs::service {
 namespace {
 
-std::string number_text(double value)
+/// "--min-free" as a refusal names it: "min_free".
+std::string field_of(const std::string& name)
 {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.12g", value);
-    return text;
-}
-
-std::string range_text(Range range)
-{
-    return (range.open ? "(" : "[") + number_text(range.least) + ", " + number_text(range.most) + "]";
+    std::string field = name.substr(2);
+    std::replace(field.begin(), field.end(), '-', '_');
+    return field;
 }
 
 }  // namespace
@@ -35,26 +33,24 @@ bool take_number(const char*& cursor, double& value)
 }
 
 template <typename Number>
-CLI::Option* add_number(CLI::App& app, const std::string& name, Number& value, Range range, const std::string& help)
+CLI::Option* add_number(CLI::App& app, const std::string& name, Number& value, const NumberRange& range,
+                        const std::string& help)
 {
-    CLI::Option* option = app.add_option(name, value, help + ", in " + range_text(range));
-    const auto in_range = [range](const std::string& text) {
-        const char* cursor = text.c_str();
-        double number = 0.0;
-        if (take_number(cursor, number) && *cursor == '\0' && number <= range.most &&
-            (range.open ? number > range.least : number >= range.least) &&
-            (!std::is_integral_v<Number> || number == std::floor(number))) {
-            return std::string();
-        }
-        return text + (std::is_integral_v<Number> ? " is no whole number in " : " is no number in ") +
-               range_text(range);
+    const auto parse = [field = field_of(name), range](const std::string& text) {
+        return parse_number<Number>(field, text, range);
     };
-    return option->check(in_range, "")->type_name("N")->capture_default_str();
+    return app
+        .add_option_function<std::string>(
+            name, [&value, parse](const std::string& text) { value = parse(text); },
+            help + ", in " + interval_text(range, std::is_integral_v<Number>))
+        ->check(checked_by(parse), "")
+        ->type_name("N")
+        ->default_str(number_text(value));
 }
 
-template CLI::Option* add_number(CLI::App&, const std::string&, int&, Range, const std::string&);
-template CLI::Option* add_number(CLI::App&, const std::string&, float&, Range, const std::string&);
-template CLI::Option* add_number(CLI::App&, const std::string&, double&, Range, const std::string&);
-template CLI::Option* add_number(CLI::App&, const std::string&, std::uint64_t&, Range, const std::string&);
+template CLI::Option* add_number(CLI::App&, const std::string&, int&, const NumberRange&, const std::string&);
+template CLI::Option* add_number(CLI::App&, const std::string&, float&, const NumberRange&, const std::string&);
+template CLI::Option* add_number(CLI::App&, const std::string&, double&, const NumberRange&, const std::string&);
+template CLI::Option* add_number(CLI::App&, const std::string&, std::uint64_t&, const NumberRange&, const std::string&);
 
 }  // namespace rcs::service

@@ -9,7 +9,6 @@
 #include "rcs/error.h"
 #include "rcs/log.h"
 #include "rcs/scene_choice.h"
-#include "rcs/splat.h"
 
 namespace rcs::service {
 
@@ -20,6 +19,7 @@ struct Size {
 
 // Texts to values. Each throws rcs::Error bad_argument; they also are the checks of the options above, so
 // that a command line that parsed cannot fail here, and CLI11 puts the option's name before the message.
+/// "640x480", each as the option table says.
 Size parse_size(const std::string& text);
 double parse_time(const std::string& text);
 /// A time [s]; with a sign before it, from the picture's own.
@@ -30,15 +30,10 @@ struct MotionTime {
 MotionTime parse_motion_time(const std::string& text);
 /// "0.1,-0.5", to the right and up, in heights of the picture.
 glm::dvec2 parse_lens_shift(const std::string& text);
-/// "5%" or "0.05". @return in (0, 1]
-double parse_error_target(const std::string& text);
-/// "20s", "2m" or "20", in seconds. @return [s], in (0, 1e6]
-double parse_budget(const std::string& text);
 /// What --environment says: nothing, a constant, or the name of a file.
 EnvironmentChoice parse_environment(const std::string& text);
 std::optional<float> parse_exposure(const std::string& text);
 LogLevel parse_log_level(const std::string& text);
-SplatMethod parse_splat_method(const std::string& text);
 
 /// One of the functions above as a check: what is wrong with `text`, or nothing.
 template <typename Parse>

@@ -1,12 +1,12 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include <CLI/CLI.hpp>
 
 #include "cli/arguments.h"
-#include "rcs/render.h"
+#include "cli/table_options.h"
+#include "rcs/render_options.h"
 
 namespace rcs::service {
 
@@ -15,11 +15,9 @@ struct RenderArguments {
     SceneArguments scene;
     OutputArguments output;
     ReportArguments report;
-    RenderOptions options;
-    std::string splat = "auto";
-    std::string target_error, budget;
+    OptionTexts options;
+    bool dry_run = false;
     std::string effects = "auto";
-    std::vector<std::string> with, without;
     std::string motion_time, motion_camera;  ///< empty: as the picture's
 };
 void add_render_arguments(CLI::App& command, RenderArguments& arguments);

@@ -1,11 +1,13 @@
 #include "cli/run_support.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <string>
 
 #include <nlohmann/json.hpp>
 
 #include "process/interrupt.h"
+#include "rcs/option_table.h"
 
 namespace rcs::service {
 namespace {
@@ -25,9 +27,16 @@ std::string value_of(const CLI::Option& option)
     return joined;
 }
 
+bool is_in_table(const std::string& name)
+{
+    const auto table = option_table();
+    return std::any_of(table.begin(), table.end(), [&](const OptionInfo& o) { return o.name == "--" + name; });
+}
+
 }  // namespace
 
-RunReport begin_report(const CLI::App& command, const SceneArguments& arguments, const ThreadPool& pool)
+RunReport begin_report(const CLI::App& command, const SceneArguments& arguments, const ThreadPool& pool,
+                       const RenderOptions* render)
 {
     RunReport report;
     report.command = command.get_name();
@@ -36,9 +45,10 @@ RunReport begin_report(const CLI::App& command, const SceneArguments& arguments,
     const Size size = parse_size(arguments.size);
     report.width = size.width;
     report.height = size.height;
+    if (render != nullptr) report.options = list_options(*render);
     for (const CLI::Option* option : command.get_options()) {
         const std::string name = option->get_single_name();
-        if (name != "help") {
+        if (name != "help" && (render == nullptr || !is_in_table(name))) {
             report.options.emplace_back(name, value_of(*option));
         }
     }

@@ -15,7 +15,9 @@
 namespace rcs::service {
 
 /// A report that names the command and lists all its options with the values they have.
-RunReport begin_report(const CLI::App& command, const SceneArguments& arguments, const ThreadPool& pool);
+/// @param render  of a command that takes the option table: what they came to
+RunReport begin_report(const CLI::App& command, const SceneArguments& arguments, const ThreadPool& pool,
+                       const RenderOptions* render = nullptr);
 
 /// The scene with the sky that the command line asks for.
 Scene load(const SceneArguments& arguments, ProgressBar& bar, RunReport& report);

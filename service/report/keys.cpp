@@ -6,6 +6,8 @@
 
 #include <dlfcn.h>
 
+#include "rcs/option_table.h"
+#include "rcs/render.h"
 #include "rcs/version.h"
 
 namespace rcs::service {
@@ -64,37 +66,13 @@ std::string machine_key(int threads, const std::string& gl_renderer)
 
 void add(Fingerprint& print, const RenderOptions& options)
 {
-    // Taken apart by all its members: one more, and this does not compile until it counts here, too.
-    const auto& [width, height, aa, bounces, quality, min_reach, max_reach, gradient_limit, area_samples,
-                 penumbra_samples, lamp_picks, lobe_rays, overlap, splat, effects, layers, motion, dry_run, seed] =
-        options;
-    static_cast<void>(motion);  // no page keeps that layer
-    print.add(width);
-    print.add(height);
-    print.add(aa);
-    print.add(bounces);
-    const auto [error_tolerance, rays, noise_target] = settings_or_default(options);
-    print.add(quality.index());
-    print.add(error_tolerance);
-    print.add(rays);
-    print.add(noise_target);
-    print.add(target_error(options));
-    print.add(budget_seconds(options));
-    print.add(min_reach);
-    print.add(max_reach);
-    print.add(gradient_limit);
-    print.add(area_samples);
-    print.add(penumbra_samples);
-    print.add(lamp_picks);
-    print.add(lobe_rays);
-    print.add(overlap);
-    print.add(splat);
-    print.add(dry_run);
-    print.add(effects.with.bits());
-    print.add(effects.without.bits());
-    print.add(layers.has_value());
-    for (const std::string& layer : layers.value_or(std::vector<std::string>{})) print.add(layer);
-    print.add(seed);
+    for (const OptionInfo& option : option_table()) {
+        print.add(option.key);
+        print.add(text_of(option, options));
+    }
+    print.add(options.dry_run);
+    print.add(options.layers.has_value());
+    for (const std::string& layer : options.layers.value_or(std::vector<std::string>{})) print.add(layer);
 }
 
 }  // namespace rcs::service

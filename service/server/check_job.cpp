@@ -7,7 +7,9 @@
 #include "rcs/scene.h"
 #include "server/sockets.h"
 #include "wire/errors.h"
+#include "wire/limits.h"
 #include "wire/options.h"
+#include "wire/outputs.h"
 #include "wire/scene.h"
 
 namespace rcs::service {
@@ -87,8 +89,7 @@ void check_environment(CheckedJob& checked)
     v1::Environment& environment = *checked.job.mutable_environment();
     check_length("environment.label", environment.label(), kLongestText);
     if (environment.label().empty()) environment.set_label("scene");
-    if (!(std::abs(environment.rotation_degrees()) <= 360.0))
-        refuse("environment.rotation_degrees is outside [-360, 360]");
+    check_number("environment.rotation_degrees", environment.rotation_degrees(), kRotations);
     if (environment.has_constant()) {
         for (const float value :
              {environment.constant().red(), environment.constant().green(), environment.constant().blue()}) {
@@ -125,10 +126,7 @@ void check_outputs(const v1::Job& job)
                           (exr ? format == PixelFormat::half_float || format == PixelFormat::full_float
                                : format == PixelFormat::uint8 || (png && format == PixelFormat::uint16));
         if (!fits) refuse("outputs.pixel_format of '" + name + "' is none that such a file has");
-        if (file.options.jpeg_quality < 1 || file.options.jpeg_quality > 100) {
-            refuse("outputs.jpeg_quality is " + std::to_string(file.options.jpeg_quality) +
-                   ", expected a value in [1, 100]");
-        }
+        check_number("outputs.jpeg_quality", file.options.jpeg_quality, kJpegQualities);
         for (const std::string& layer : output.layers()) {
             const LayerKind* const known = look_up_layer(layer);
             if (!exr || !known || !known->of_render)

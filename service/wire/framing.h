@@ -11,7 +11,7 @@ namespace rcs::service {
 
 inline constexpr std::size_t kMaxMessage = 1 << 20;  ///< of any message [bytes]
 inline constexpr std::size_t kMaxChunk = 512 << 10;  ///< of a file's bytes in a message [bytes]
-inline constexpr int kProtocolVersion = 1;
+inline constexpr int kProtocolVersion = 2;
 inline constexpr std::size_t kGreetingSize = 8;
 
 /// What each side sends first (proto/rcs/v1/service.proto).

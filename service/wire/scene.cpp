@@ -5,6 +5,7 @@
 #include <string>
 
 #include "rcs/error.h"
+#include "wire/limits.h"
 
 namespace rcs::service {
 namespace {
@@ -23,10 +24,7 @@ v1::LensShift to_message(const glm::dvec2& lens_shift)
 
 glm::dvec2 from_message(const v1::LensShift& m)
 {
-    for (const double part : {m.right(), m.up()}) {
-        if (!(std::abs(part) <= kMostLensShift))
-            refuse("lens_shift has " + std::to_string(part) + ", expected values in [-10, 10]");
-    }
+    for (const double part : {m.right(), m.up()}) check_number("lens_shift", part, kLensShifts);
     return {m.right(), m.up()};
 }
 

@@ -21,6 +21,7 @@
 #include "wire/errors.h"
 #include "wire/files.h"
 #include "wire/options.h"
+#include "wire/outputs.h"
 #include "wire/scene.h"
 #include "wire/sha256.h"
 #include "worker/frame_progress.h"
@@ -249,6 +250,7 @@ internal::Done FrameRenderer::render_frame(const internal::Task& task)
     internal::Done done;
     RunReport report;
     report.command = "render";
+    report.options = list_options(options);
     report.scene = job.scene().label();
     report.threads = pool_.size();
     report.width = options.width;

@@ -368,7 +368,7 @@ TEST(ValidateRenderOptions, NamesTheFieldItsValueAndItsRange)
     starts([](RenderOptions& o) { settings_of(o).error_tolerance = -1.0f; }, "error_tolerance is -1");
     starts([](RenderOptions& o) { settings_of(o).rays = 3; }, "rays is 3,");
     starts([](RenderOptions& o) { o.area_samples = 0; }, "area_samples is 0,");
-    starts([](RenderOptions& o) { o.penumbra_samples = 1; }, "penumbra_samples is 1,");
+    starts([](RenderOptions& o) { o.penumbra_samples = 0; }, "penumbra_samples is 0,");
 }
 
 }  // namespace

@@ -20,8 +20,7 @@ from rcsplat import Client, RenderError, job_pb2
 address, scene, expected = sys.argv[1:]
 with Client(address) as client:
     assert client.health().serving
-    job = client.submit(scene, width=40, height=32, bounces=2, records={"error_tolerance": 0.3},
-                        labels={"test": "python"})
+    job = client.submit(scene, width=40, height=32, bounces=2, error_tolerance=0.3, labels={"test": "python"})
     stages = [s.running[0].stage for s in job.progress() if s.running]
     assert stages, "no progress was seen"
     image = job.image()
@@ -29,7 +28,7 @@ with Client(address) as client:
     same = numpy.array_equal(image, numpy.asarray(Image.open(expected).convert("RGB")))
     assert same, "not the picture of the command line"
     assert client.jobs()[0].labels["test"] == "python"
-    again = client.submit(scene, width=40, height=32, bounces=2, records={"error_tolerance": 0.3})
+    again = client.submit(scene, width=40, height=32, bounces=2, error_tolerance=0.3)
     assert numpy.array_equal(again.image(), image)
     plain, shifted = (client.submit(scene, width=40, height=32, exposure=0.0, lens_shift=shift).image().astype(int)
                       for shift in (None, (0.25, 0)))
@@ -40,6 +39,21 @@ with Client(address) as client:
         raise SystemExit("a width of 0 was taken")
     except RenderError as error:
         assert error.code_name == "ERROR_CODE_BAD_ARGUMENT" and "width is 0" in str(error), error
+    for wrong, words in (
+        ({"error_tolerance": 0.3, "budget_seconds": 5},
+         "quality is settings and budget_seconds, expected one of settings, target_error, budget_seconds"),
+        ({"target_error": 0.1, "budget_seconds": 5}, "quality is target_error and budget_seconds, expected"),
+        ({"records": {}}, "there is no option records"),
+        ({"budget_seconds": 0}, "budget_seconds is 0, expected a value in (0, 1000000]"),
+        ({"with_effects": ["magic"]}, "with_effects is magic, expected one of emission"),
+    ):
+        try:
+            client.submit("demo:cornell", **wrong)
+            raise SystemExit("%s was taken" % wrong)
+        except RenderError as error:
+            assert error.code_name == "ERROR_CODE_BAD_ARGUMENT" and words in str(error), error
+    other = client.submit("demo:cornell", width=16, height=16, settings={"rays": 16}, min_reach=5)
+    assert other.wait().frames_completed == 1
     failing = client.submit("demo:cornell", camera="nowhere", width=16, height=16)
     try:
         failing.wait()

@@ -110,7 +110,7 @@ inline v1::Job long_job()
 {
     v1::Job job = small_job(2000);
     job.mutable_options()->set_aa(64);
-    job.mutable_options()->mutable_records()->set_rays(4096);
+    job.mutable_options()->mutable_settings()->set_rays(4096);
     job.mutable_options()->set_bounces(8);
     return job;
 }

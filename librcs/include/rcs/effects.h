@@ -64,7 +64,7 @@ private:
 /// What the user says about effects; else the plan decides.
 struct EffectChoice {
     EffectSet with;     ///< simulated, called for or not
-    EffectSet without;  ///< not simulated; wins over `with`
+    EffectSet without;  ///< not simulated; shares no effect with `with`
 };
 /// "auto", "all" or names, separated by commas: those and no others.
 /// @throws Error not_found: a name; lists those there are

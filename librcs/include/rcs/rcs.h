@@ -18,6 +18,8 @@
 #include "rcs/machine.h"
 #include "rcs/metrics.h"
 #include "rcs/motion.h"
+#include "rcs/number_range.h"
+#include "rcs/option_table.h"
 #include "rcs/ray_scene.h"
 #include "rcs/record_file.h"
 #include "rcs/records.h"

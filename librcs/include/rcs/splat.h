@@ -11,12 +11,6 @@
 
 namespace rcs {
 
-enum class SplatMethod {
-    automatic,  ///< quads on a hardware GL, tiles on a software one
-    quads,      ///< the paper's: one bounding quad per record, blended by OpenGL
-    tiles,      ///< records binned to tiles of the image, summed by the CPU
-};
-
 struct SplatSettings {
     float error_tolerance = 0.2f;  ///< a; scales the tolerance to a change of normal
     float overlap = 1.0f;          ///< influence radius of a record of full breadth, in spacing radii, >= 1

@@ -1,7 +1,6 @@
 #include "rcs/record_file.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -11,6 +10,7 @@
 
 #include "rcs/error.h"
 #include "rcs/fingerprint.h"
+#include "rcs/option_table.h"
 #include "records/record_bytes.h"
 #include "util/file_writer.h"
 
@@ -24,23 +24,6 @@ std::string checksum(std::string_view bytes)
     Fingerprint print;
     print.add(bytes);
     return print.text();
-}
-
-/// As few digits as tell a value from all others.
-template <typename Number>
-std::string text(Number value)
-{
-    char digits[32];
-    return {digits, std::to_chars(digits, digits + sizeof digits, value).ptr};
-}
-
-std::string names_of(const EffectSet& effects)
-{
-    std::string names;
-    for (std::size_t i = 0; i < kEffects; ++i)
-        if (effects.has(static_cast<Effect>(i)))
-            names.append(names.empty() ? " " : ",").append(name_of(static_cast<Effect>(i)));
-    return names;
 }
 
 std::string read_file(const std::string& path)
@@ -62,17 +45,14 @@ RecordKey record_key(const Scene& scene, const RenderOptions& options)
 {
     Fingerprint print;
     add(print, scene);
-    const QualitySettings r = settings_or_default(options);
-    const std::string aim =
-        target_error(options) > 0.0
-            ? "target error " + text(target_error(options)) + ", overlap " + text(options.overlap)
-            : "accuracy " + text(r.error_tolerance) + ", rays " + text(r.rays) + ", noise " + text(r.noise_target);
-    RecordKey key{print.text(), "bounces " + text(options.bounces) + ", " + aim + ", reach " + text(options.min_reach) +
-                                    " to " + text(options.max_reach) + " px, gradient limit " +
-                                    text(options.gradient_limit)};
-    if (const std::string with = names_of(options.effects.with); !with.empty()) key.settings += ", with" + with;
-    if (const std::string without = names_of(options.effects.without); !without.empty())
-        key.settings += ", without" + without;
+    RecordKey key{print.text(), ""};
+    for (const OptionInfo& option : option_table()) {
+        const bool counts =
+            option.records == RecordUse::bound || (option.records == RecordUse::by_goal && has_goal(options));
+        const std::string value = counts ? text_of(option, options) : "";
+        if (value.empty()) continue;
+        key.settings.append(key.settings.empty() ? "" : ", ").append(option.name.substr(2)).append(" ").append(value);
+    }
     return key;
 }
 

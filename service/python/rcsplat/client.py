@@ -7,7 +7,7 @@ import io
 import os
 import pathlib
 from types import TracebackType
-from typing import Any, Iterator, List, Mapping, Optional, Sequence, Tuple, Type, Union
+from typing import Any, Iterator, List, Mapping, Optional, Sequence, Set, Tuple, Type, Union
 
 import numpy
 import numpy.typing
@@ -27,12 +27,42 @@ _ENDED = (
 )
 
 
+_QUALITY = options_pb2.RenderOptions.DESCRIPTOR.oneofs_by_name["quality"]
+
+
 def _blob(path: pathlib.Path) -> options_pb2.Blob:
     digest = hashlib.sha256()
     with path.open("rb") as file:
         for block in iter(lambda: file.read(1 << 20), b""):
             digest.update(block)
     return options_pb2.Blob(sha256=digest.digest(), size=path.stat().st_size)
+
+
+def _render_options(options: Mapping[str, Any]) -> options_pb2.RenderOptions:
+    """The message with these fields, wherever within it they lie."""
+    message = options_pb2.RenderOptions()
+    kinds = {field.name for field in _QUALITY.fields if field.name in options or _fields_in(field) & options.keys()}
+    if len(kinds) > 1:
+        names = [field.name for field in _QUALITY.fields]
+        mixed = " and ".join(name for name in names if name in kinds)
+        raise _refusal(f"quality is {mixed}, expected one of {', '.join(names)}")
+    for name, value in options.items():
+        holder = message
+        if name not in message.DESCRIPTOR.fields_by_name:
+            within = [field.name for field in _QUALITY.fields if name in _fields_in(field)]
+            if not within:
+                raise _refusal(f"there is no option {name}; docs/options.md lists them")
+            holder = getattr(message, within[0])
+        holder.MergeFrom(type(holder)(**{name: value}))
+    return message
+
+
+def _fields_in(field: Any) -> Set[str]:
+    return set(field.message_type.fields_by_name) if field.message_type else set()
+
+
+def _refusal(message: str) -> RenderError:
+    return RenderError(job_pb2.ERROR_CODE_BAD_ARGUMENT, message)
 
 
 class Client:
@@ -116,10 +146,10 @@ class Client:
 
         scene: a .gltf or .glb file, which is uploaded; a built-in one ("demo:cornell"); with on_server a path there.
         lens_shift: to the right and up, in heights of the picture. outputs: file names ending in .png, .jpg or .exr.
-        options: fields of RenderOptions (options.proto) by name.
+        options: those of docs/options.md by name, such as bounces=2, error_tolerance=0.1 or target_error=0.05.
         """
         job = job_pb2.Job(
-            options=options_pb2.RenderOptions(**options),
+            options=_render_options(options),
             outputs=[options_pb2.Output(name=name) for name in outputs],
             priority=priority,
             idempotency_key=idempotency_key,

@@ -9,7 +9,7 @@ from typing import Optional
 
 from rcsplat.wire.rcs.v1 import job_pb2, service_pb2
 
-GREETING = b"RCSP\x00\x01\x00\x00"
+GREETING = b"RCSP\x00\x02\x00\x00"
 MAX_MESSAGE = 1 << 20
 
 
@@ -57,7 +57,7 @@ class Connection:
         self._socket.sendall(GREETING)
         theirs = self._take(len(GREETING))
         if theirs[:6] != GREETING[:6]:
-            raise RenderError(job_pb2.ERROR_CODE_VERSION, "what answers is no rcsplat server of protocol version 1")
+            raise RenderError(job_pb2.ERROR_CODE_VERSION, "what answers is no rcsplat server of protocol version 2")
 
     def close(self) -> None:
         self._socket.close()

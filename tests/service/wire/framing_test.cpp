@@ -102,7 +102,7 @@ TEST(Framing, UnknownFieldsAreIgnored)
 TEST(Framing, TheGreetingSaysWhichVersionIsSpoken)
 {
     check_greeting(greeting());
-    EXPECT_EQ(greeting(), std::string("RCSP\0\1\0\0", 8));
+    EXPECT_EQ(greeting(), std::string("RCSP\0\2\0\0", 8));
     const auto code = [](const std::string& bytes) {
         try {
             check_greeting(bytes);
@@ -111,7 +111,7 @@ TEST(Framing, TheGreetingSaysWhichVersionIsSpoken)
         }
         return v1::ERROR_CODE_UNSPECIFIED;
     };
-    EXPECT_EQ(code(std::string("RCSP\0\2\0\0", 8)), v1::ERROR_CODE_VERSION);
+    EXPECT_EQ(code(std::string("RCSP\0\1\0\0", 8)), v1::ERROR_CODE_VERSION);
     EXPECT_EQ(code("GET / HT"), v1::ERROR_CODE_PROTOCOL);
 }
 

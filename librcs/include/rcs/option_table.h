@@ -1,0 +1,117 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "rcs/number_range.h"
+#include "rcs/render_options.h"
+
+/// What a user can ask of a render, said once: validation, command line, help, wire, fingerprints, record files and
+/// reports read this table. A new option is a member of RenderOptions, a row here and a field of options.proto.
+namespace rcs {
+
+/// The member that holds an option's value.
+using OptionField = std::variant<int RenderOptions::*, float RenderOptions::*, std::uint64_t RenderOptions::*,
+                                 SplatMethod RenderOptions::*, EffectSet EffectChoice::*, int QualitySettings::*,
+                                 float QualitySettings::*, double TargetError::*, double Budget::*>;
+
+/// What a value's text may end in, and what that multiplies it by.
+struct UnitSuffix {
+    std::string_view text;
+    double factor = 1.0;
+};
+
+/// Whether records gathered with other values serve as well.
+enum class RecordUse {
+    free,     ///< any value serves
+    bound,    ///< only the same value
+    by_goal,  ///< only the same value where the estimated error steers what is gathered
+};
+
+struct OptionInfo {
+    std::string_view key;   ///< of messages, refusals and fingerprints: the member's name, as "error_tolerance"
+    std::string_view name;  ///< of the command line, without dashes also of reports, metadata and record files
+    OptionField field;
+    NumberRange range = {};                          ///< of numbers
+    std::span<const std::string_view> choices = {};  ///< of an enumeration, in its order
+    std::string_view unit = {};                      ///< as text, "" where it is a plain number or says so itself
+    std::span<const UnitSuffix> suffixes = {};
+    RecordUse records = RecordUse::free;
+    std::string_view help = {};  ///< one sentence, without its range
+};
+
+/// In the order of --help.
+std::span<const OptionInfo> option_table();
+const OptionInfo& find_option(std::string_view key);
+
+/// "a whole number in [16, 65536]", "one of auto, quads, tiles".
+std::string expected_of(const OptionInfo& option);
+
+/// Reads a value as the command line takes it; one of quality makes the options' quality of its kind.
+/// @throws Error bad_argument: the field, its value and its range
+void set_from_text(const OptionInfo& option, RenderOptions& options, std::string_view text);
+/// The text that reads back as the same value; "" for one that belongs to another quality.
+std::string text_of(const OptionInfo& option, const RenderOptions& options);
+
+/// Names without dashes and texts of the values that options have, in the table's order.
+std::vector<std::pair<std::string, std::string>> list_options(const RenderOptions& options);
+
+/// The kinds of quality by their names on the wire.
+inline constexpr std::string_view kQualities[] = {"settings", "target_error", "budget_seconds"};
+static_assert(std::size(kQualities) == std::variant_size_v<Quality>);
+inline constexpr std::size_t kAnyQuality = std::variant_npos;
+/// Which kind of quality an option belongs to, as an index; else kAnyQuality.
+std::size_t quality_of(const OptionInfo& option);
+/// A quality is of one kind. @param given  options that somebody wants to set
+/// @throws Error bad_argument: the kinds that are mixed
+void check_quality(std::span<const OptionInfo* const> given);
+
+/// The struct that `field` is a member of, within the options; null if they have another quality.
+template <typename Options, typename Owner, typename Value>
+auto* owner_of(Options& options, Value Owner::*)
+{
+    if constexpr (std::is_same_v<Owner, RenderOptions>) {
+        return &options;
+    } else if constexpr (std::is_same_v<Owner, EffectChoice>) {
+        return &options.effects;
+    } else {
+        return std::get_if<Owner>(&options.quality);
+    }
+}
+
+/// Calls `use` with the value, unless it belongs to another quality. @return whether it did
+template <typename Use>
+bool with_value(const OptionInfo& option, const RenderOptions& options, const Use& use)
+{
+    return std::visit(
+        [&](auto field) {
+            const auto* owner = owner_of(options, field);
+            if (owner != nullptr) use(owner->*field);
+            return owner != nullptr;
+        },
+        option.field);
+}
+
+/// Calls `change` with the value to be set, in options whose quality becomes that of the option.
+template <typename Owner, typename Value, typename Change>
+void change_value(RenderOptions& options, Value Owner::* field, const Change& change)
+{
+    if (owner_of(options, field) == nullptr) {
+        if constexpr (std::is_constructible_v<Quality, Owner>) options.quality = Owner{};
+    }
+    change(owner_of(options, field)->*field);
+}
+template <typename Change>
+void change_value(const OptionInfo& option, RenderOptions& options, const Change& change)
+{
+    std::visit([&](auto field) { change_value(options, field, change); }, option.field);
+}
+
+}  // namespace rcs

@@ -1,0 +1,159 @@
+#include "rcs/option_table.h"
+
+#include <algorithm>
+#include <iterator>
+
+#include "rcs/error.h"
+
+namespace rcs {
+namespace {
+
+constexpr std::string_view kSplatMethods[] = {"auto", "quads", "tiles"};
+static_assert(static_cast<int>(SplatMethod::automatic) == 0 && static_cast<int>(SplatMethod::tiles) == 2);
+constexpr UnitSuffix kPercent[] = {{"%", 0.01}};
+constexpr UnitSuffix kTimes[] = {{"s", 1.0}, {"m", 60.0}};
+
+constexpr double kNoLimit = 1e9;  ///< more than any picture has pixels
+constexpr double kTwoTo64 = 18446744073709551616.0;
+
+constexpr OptionInfo kTable[] = {
+    {.key = "width",
+     .name = "--size",
+     .field = &RenderOptions::width,
+     .range = {1, 16384},
+     .unit = "px",
+     .help = "Width of the picture"},
+    {.key = "height",
+     .name = "--size",
+     .field = &RenderOptions::height,
+     .range = {1, 16384},
+     .unit = "px",
+     .help = "Height of the picture"},
+    {.key = "target_error",
+     .name = "--target-error",
+     .field = &TargetError::error,
+     .range = {0, 1, true},
+     .suffixes = kPercent,
+     .records = RecordUse::bound,
+     .help = "Mean relative error of indirect light to stop at, such as 5%: records and rays go where it takes them"},
+    {.key = "budget_seconds",
+     .name = "--budget",
+     .field = &Budget::seconds,
+     .range = {0, 1e6, true},
+     .unit = "s",
+     .suffixes = kTimes,
+     .records = RecordUse::bound,
+     .help = "Wall time to spend, such as 20s or 2m: records and rays go where they lower the error most"},
+    {.key = "bounces",
+     .name = "--bounces",
+     .field = &RenderOptions::bounces,
+     .range = {0, 64},
+     .records = RecordUse::bound,
+     .help = "Bounces of indirect light; 8 is about all there is"},
+    {.key = "error_tolerance",
+     .name = "--accuracy",
+     .field = &QualitySettings::error_tolerance,
+     .range = {0, 1, true},
+     .records = RecordUse::bound,
+     .help = "Ward's a, the error that records may be off by; smaller is finer"},
+    {.key = "rays",
+     .name = "--rays",
+     .field = &QualitySettings::rays,
+     .range = {16, 65536},
+     .records = RecordUse::bound,
+     .help = "Hemisphere rays for each record at first"},
+    {.key = "noise_target",
+     .name = "--noise",
+     .field = &QualitySettings::noise_target,
+     .range = {0, 1, true},
+     .records = RecordUse::bound,
+     .help = "Standard error wanted at a pixel, relative to its light, on wide plain surfaces; where records lie "
+             "closer it may be more. Noisy places take up to 16 times --rays"},
+    {.key = "min_reach",
+     .name = "--min-reach",
+     .field = &RenderOptions::min_reach,
+     .range = {0, kNoLimit, true},
+     .unit = "px",
+     .records = RecordUse::bound,
+     .help = "Least harmonic mean distance of a record, at most --max-reach: --accuracy times it is the closest that "
+             "records lie"},
+    {.key = "max_reach",
+     .name = "--max-reach",
+     .field = &RenderOptions::max_reach,
+     .range = {0, kNoLimit, true},
+     .unit = "px",
+     .records = RecordUse::bound,
+     .help = "Largest harmonic mean distance of a record: --accuracy times it is the widest that records lie apart"},
+    {.key = "gradient_limit",
+     .name = "--gradient-limit",
+     .field = &RenderOptions::gradient_limit,
+     .range = {0, kNoLimit, true},
+     .records = RecordUse::bound,
+     .help = "Harmonic mean distance of a record at the most, in times the way on which its light doubles"},
+    {.key = "overlap",
+     .name = "--overlap",
+     .field = &RenderOptions::overlap,
+     .range = {1, 16},
+     .records = RecordUse::by_goal,
+     .help = "Reach of a record, in times the distance to the next one; more is smoother"},
+    {.key = "splat",
+     .name = "--splat",
+     .field = &RenderOptions::splat,
+     .choices = kSplatMethods,
+     .help = "How records reach the image; auto takes quads on a hardware OpenGL, else tiles"},
+    {.key = "aa",
+     .name = "--aa",
+     .field = &RenderOptions::aa,
+     .range = {1, 64},
+     .help = "Samples a pixel; 1 samples its centre"},
+    {.key = "area_samples",
+     .name = "--area-samples",
+     .field = &RenderOptions::area_samples,
+     .range = {1, 1024},
+     .help = "Shadow rays a pixel towards lamps with area; penumbras take more"},
+    {.key = "penumbra_samples",
+     .name = "--penumbra-samples",
+     .field = &RenderOptions::penumbra_samples,
+     .range = {1, 65536},
+     .help = "The same in penumbras, where fewer than --area-samples count as those"},
+    {.key = "lamp_picks",
+     .name = "--lamp-picks",
+     .field = &RenderOptions::lamp_picks,
+     .range = {0, 1024},
+     .help = "So many triangles of lamps, picked by what they would send, stand for all: quick and noisy; 0 leaves "
+             "none out"},
+    {.key = "lobe_rays",
+     .name = "--lobe-rays",
+     .field = &RenderOptions::lobe_rays,
+     .range = {1, 1024},
+     .help = "Rays a pixel along reflections too sharp for records"},
+    {.key = "with_effects",
+     .name = "--with",
+     .field = &EffectChoice::with,
+     .records = RecordUse::bound,
+     .help = "Simulate these effects in any case; may be given several times"},
+    {.key = "without_effects",
+     .name = "--without",
+     .field = &EffectChoice::without,
+     .records = RecordUse::bound,
+     .help = "Leave these effects out in any case"},
+    {.key = "seed",
+     .name = "--seed",
+     .field = &RenderOptions::seed,
+     .range = {0, kTwoTo64},
+     .help = "Seed of all random numbers"},
+};
+
+}  // namespace
+
+std::span<const OptionInfo> option_table() { return kTable; }
+
+const OptionInfo& find_option(std::string_view key)
+{
+    const auto found =
+        std::find_if(std::begin(kTable), std::end(kTable), [&](const OptionInfo& o) { return o.key == key; });
+    if (found == std::end(kTable)) throw Error(ErrorCode::internal, "there is no option " + std::string(key));
+    return *found;
+}
+
+}  // namespace rcs

@@ -1,0 +1,182 @@
+#include <algorithm>
+#include <string>
+
+#include "rcs/error.h"
+#include "rcs/option_table.h"
+
+namespace rcs {
+namespace {
+
+template <typename Owner, typename Value>
+Value value_in(Value Owner::*);  // for its type
+template <typename Field>
+using ValueOf = decltype(value_in(Field{}));
+
+std::string list(std::span<const std::string_view> names)
+{
+    std::string text;
+    for (const std::string_view name : names) text.append(text.empty() ? "" : ", ").append(name);
+    return text;
+}
+
+std::vector<std::string_view> effect_names()
+{
+    std::vector<std::string_view> names;
+    for (std::size_t i = 0; i < kEffects; ++i) names.push_back(name_of(static_cast<Effect>(i)));
+    return names;
+}
+
+// Of each type that a value can have: what is expected of it, its text, what a text says, and whether it is sound.
+
+template <typename Number>
+std::string expected(const OptionInfo& option, const Number*)
+{
+    return words_of(option.range, std::is_integral_v<Number>);
+}
+std::string expected(const OptionInfo& option, const SplatMethod*) { return "one of " + list(option.choices); }
+std::string expected(const OptionInfo&, const EffectSet*) { return "one of " + list(effect_names()); }
+
+template <typename Number>
+std::string text_of_value(const OptionInfo&, Number value)
+{
+    return number_text(value);
+}
+std::string text_of_value(const OptionInfo& option, SplatMethod value)
+{
+    const auto index = static_cast<std::size_t>(value);
+    return index < option.choices.size() ? std::string(option.choices[index]) : number_text(static_cast<int>(value));
+}
+std::string text_of_value(const OptionInfo&, EffectSet value)
+{
+    std::string names;
+    for (std::size_t i = 0; i < kEffects; ++i) {
+        const auto effect = static_cast<Effect>(i);
+        if (value.has(effect)) names.append(names.empty() ? "" : ",").append(name_of(effect));
+    }
+    return names;
+}
+
+template <typename Number>
+void read(const OptionInfo& option, std::string_view text, Number& value)
+{
+    for (const auto& [ending, factor] : option.suffixes) {
+        if (!text.ends_with(ending)) continue;
+        const auto number = read_number(text.substr(0, text.size() - ending.size()));
+        if (!number) refuse_value(option.key, text, expected_of(option));
+        value = static_cast<Number>(factor * *number);
+        return;
+    }
+    value = parse_number<Number>(option.key, text, option.range);
+}
+void read(const OptionInfo& option, std::string_view text, SplatMethod& value)
+{
+    const auto found = std::find(option.choices.begin(), option.choices.end(), text);
+    if (found == option.choices.end()) refuse_value(option.key, text, expected_of(option));
+    value = static_cast<SplatMethod>(found - option.choices.begin());
+}
+void read(const OptionInfo& option, std::string_view text, EffectSet& value)
+{
+    const std::vector<std::string_view> names = effect_names();
+    value = {};
+    for (std::size_t begin = 0; begin <= text.size();) {
+        const std::size_t end = std::min(text.find(',', begin), text.size());
+        const std::string_view name = text.substr(begin, end - begin);
+        if (std::find(names.begin(), names.end(), name) == names.end())
+            refuse_value(option.key, name, expected_of(option));
+        value.set(find_effect(name));
+        begin = end + 1;
+    }
+}
+
+template <typename Number>
+void check(const OptionInfo& option, Number value)
+{
+    check_number(option.key, value, option.range);
+}
+void check(const OptionInfo& option, SplatMethod value)
+{
+    if (static_cast<std::size_t>(value) >= option.choices.size())
+        refuse_value(option.key, text_of_value(option, value), expected_of(option));
+}
+void check(const OptionInfo&, EffectSet) {}
+
+template <typename Owner, typename Value>
+std::size_t quality_of_member(Value Owner::*)
+{
+    if constexpr (std::is_constructible_v<Quality, Owner>) return Quality(Owner{}).index();
+    return kAnyQuality;
+}
+
+}  // namespace
+
+std::string expected_of(const OptionInfo& option)
+{
+    return std::visit(
+        [&](auto field) { return expected(option, static_cast<const ValueOf<decltype(field)>*>(nullptr)); },
+        option.field);
+}
+
+void set_from_text(const OptionInfo& option, RenderOptions& options, std::string_view text)
+{
+    change_value(option, options, [&](auto& value) {
+        read(option, text, value);
+        check(option, value);
+    });
+}
+
+std::string text_of(const OptionInfo& option, const RenderOptions& options)
+{
+    std::string text;
+    with_value(option, options, [&](const auto& value) { text = text_of_value(option, value); });
+    return text;
+}
+
+std::vector<std::pair<std::string, std::string>> list_options(const RenderOptions& options)
+{
+    std::vector<std::pair<std::string, std::string>> listed;
+    for (const OptionInfo& option : option_table()) {
+        const std::string text = text_of(option, options);
+        if (text.empty()) continue;
+        std::string name(option.name.substr(2));
+        if (!listed.empty() && listed.back().first == name)
+            listed.back().second += "x" + text;  // width and height
+        else
+            listed.emplace_back(std::move(name), text);
+    }
+    return listed;
+}
+
+std::size_t quality_of(const OptionInfo& option)
+{
+    return std::visit([](auto field) { return quality_of_member(field); }, option.field);
+}
+
+void check_quality(std::span<const OptionInfo* const> given)
+{
+    std::string kinds;
+    int count = 0;
+    for (std::size_t kind = 0; kind < std::size(kQualities); ++kind) {
+        if (std::none_of(given.begin(), given.end(), [&](const OptionInfo* o) { return quality_of(*o) == kind; }))
+            continue;
+        kinds.append(kinds.empty() ? "" : " and ").append(kQualities[kind]);
+        ++count;
+    }
+    if (count > 1) refuse_value("quality", kinds, "one of " + list(kQualities));
+}
+
+void validate(const RenderOptions& options)
+{
+    for (const OptionInfo& option : option_table())
+        with_value(option, options, [&](const auto& value) { check(option, value); });
+    // What two options have to do with each other.
+    if (options.min_reach > options.max_reach)
+        refuse_value("min_reach", number_text(options.min_reach),
+                     "at most max_reach, which is " + number_text(options.max_reach));
+    for (std::size_t i = 0; i < kEffects; ++i) {
+        const auto effect = static_cast<Effect>(i);
+        if (options.effects.with.has(effect) && options.effects.without.has(effect))
+            refuse_value("without_effects", name_of(effect), "none of with_effects");
+    }
+}
+
+}  // namespace rcs

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "rcs/option_table.h"
+
+namespace rcs::service {
+
+/// What a command line says about the options of the table: a text for each, "" where it says nothing.
+struct OptionTexts {
+    std::vector<std::string> texts = std::vector<std::string>(option_table().size());
+
+    std::string& of(const OptionInfo& option);
+};
+
+/// @param defaults  shown in the help
+CLI::Option* add_table_option(CLI::App& command, const OptionInfo& option, const RenderOptions& defaults,
+                              OptionTexts& texts);
+/// All of them but --size, which goes with the scene.
+void add_table_options(CLI::App& command, const RenderOptions& defaults, OptionTexts& texts);
+
+/// `defaults` with what the texts say. @throws rcs::Error bad_argument that names the options
+RenderOptions read_options(const OptionTexts& texts, const RenderOptions& defaults);
+
+/// validate(), whose refusal then also says how the field is called on the command line.
+void validate_named(const RenderOptions& options);
+
+}  // namespace rcs::service

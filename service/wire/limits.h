@@ -1,0 +1,14 @@
+#pragma once
+
+#include "rcs/camera.h"
+#include "rcs/number_range.h"
+
+/// Ranges of what goes with a job but is no option of the render (docs/options.md): for commands and messages alike.
+namespace rcs::service {
+
+inline constexpr NumberRange kExposures{-64, 64};                           ///< [EV]
+inline constexpr NumberRange kLensShifts{-kMostLensShift, kMostLensShift};  ///< each part [heights of the picture]
+inline constexpr NumberRange kRotations{-360, 360};                         ///< of the sky [degrees]
+inline constexpr NumberRange kJpegQualities{1, 100};
+
+}  // namespace rcs::service

@@ -1,0 +1,343 @@
+// Walks the table of options: what one of library, command line and wire refuses, all refuse, in the same words.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "cli/render_arguments.h"
+#include "rcs/error.h"
+#include "rcs/option_table.h"
+#include "support/rcsplat.h"
+#include "support/temporary_folder.h"
+#include "wire/options.h"
+
+namespace rcs {
+namespace {
+
+using test::rcsplat;
+using test::TemporaryFolder;
+
+/// What is said against it; "" where nothing is.
+template <typename Use>
+std::string refusal(const Use& use)
+{
+    try {
+        use();
+    } catch (const Error& e) {
+        EXPECT_EQ(e.code(), ErrorCode::bad_argument) << e.what();
+        return e.what();
+    }
+    return "";
+}
+
+/// The member itself, set by a program.
+template <typename Value>
+std::optional<Value> value_of(const std::string& text)
+{
+    const std::optional<double> number = read_number(text);
+    if (!number) return std::nullopt;
+    if constexpr (std::is_same_v<Value, int>) {
+        if (*number != std::floor(*number) || std::abs(*number) > 2e9) return std::nullopt;
+    } else if constexpr (std::is_same_v<Value, std::uint64_t>) {
+        if (*number != std::floor(*number) || !(*number >= 0.0 && *number < 1e19)) return std::nullopt;
+        return std::stoull(text);
+    }
+    return static_cast<Value>(*number);
+}
+template <>
+std::optional<SplatMethod> value_of(const std::string&)
+{
+    return std::nullopt;
+}
+template <>
+std::optional<EffectSet> value_of(const std::string&)
+{
+    return std::nullopt;
+}
+
+struct Verdicts {
+    std::string by_text;                           ///< of the library
+    std::optional<std::string> by_value, by_wire;  ///< none: a member, or a field, cannot hold such a value
+};
+
+Verdicts judge(const OptionInfo& option, const std::string& text)
+{
+    Verdicts verdicts;
+    verdicts.by_text = refusal([&] {
+        RenderOptions options;
+        set_from_text(option, options, text);
+        validate(options);
+    });
+    RenderOptions options;
+    change_value(option, options, [&](auto& value) {
+        using Value = std::remove_cvref_t<decltype(value)>;
+        if (const std::optional<Value> held = value_of<Value>(text)) {
+            value = *held;
+            verdicts.by_value = "";
+        }
+    });
+    if (verdicts.by_value) {
+        verdicts.by_value = refusal([&] { validate(options); });
+        verdicts.by_wire = refusal([&] { service::from_message(service::to_message(options)); });
+    }
+    return verdicts;
+}
+
+/// What `rcsplat render` says to these arguments before it does anything.
+std::string said_to(std::vector<std::string> words)
+{
+    CLI::App command("", "render");
+    service::RenderArguments arguments;
+    service::add_render_arguments(command, arguments);
+    words.insert(words.begin(), "demo:cornell");
+    std::reverse(words.begin(), words.end());  // as CLI11 wants them
+    try {
+        command.parse(words);
+        service::final_options(arguments);
+    } catch (const CLI::ParseError& e) {
+        return e.what();
+    } catch (const Error& e) {
+        EXPECT_EQ(e.code(), ErrorCode::bad_argument) << e.what();
+        return e.what();
+    }
+    return "";
+}
+
+/// @param words  that the library refuses it with; "": accepts it
+void expect_on_command_line(const std::vector<std::string>& arguments, const std::string& words)
+{
+    const std::string said = said_to(arguments);
+    const std::string shown = testing::PrintToString(arguments) + ": " + said;
+    EXPECT_EQ(said.empty(), words.empty()) << shown;
+    EXPECT_TRUE(words.empty() || said.ends_with(": " + words)) << shown;
+}
+
+/// As --size takes it.
+std::vector<std::string> arguments_of(const OptionInfo& option, const std::string& text)
+{
+    if (option.key == "width") return {"--size", text + "x8"};
+    if (option.key == "height") return {"--size", "8x" + text};
+    if (text.empty()) return {std::string(option.name), ""};
+    return {std::string(option.name) + "=" + text};
+}
+
+std::vector<std::string> numbers_to_try(const OptionInfo& option)
+{
+    const bool whole = expected_of(option).starts_with("a whole");
+    const bool single = !whole && quality_of(option) != 1 && quality_of(option) != 2;
+    const NumberRange& range = option.range;
+    std::vector<std::string> texts{"fine", "", "nan", "1e99", "-1"};
+    if (whole) {
+        const bool large = range.most > 1e18;
+        texts.push_back(number_text(range.least - 1.0));
+        texts.push_back(number_text(range.least));
+        texts.push_back(number_text(range.least + 0.5));
+        texts.push_back(large ? "18446744073709551615" : number_text(range.most));
+        texts.push_back(large ? "18446744073709551616" : number_text(range.most + 1.0));
+    } else if (single) {
+        const auto least = static_cast<float>(range.least), most = static_cast<float>(range.most);
+        for (const float value : {std::nextafter(least, -1.0f), least, std::nextafter(least, 1e9f),
+                                  std::nextafter(most, 0.0f), most, std::nextafter(most, 1e38f)})
+            texts.push_back(number_text(value));
+    } else {
+        for (const double value : {std::nextafter(range.least, -1.0), range.least, std::nextafter(range.least, 1e9),
+                                   range.most, std::nextafter(range.most, 1e38)})
+            texts.push_back(number_text(value));
+    }
+    return texts;
+}
+
+TEST(OptionTable, IsJudgedAlikeByLibraryCommandLineAndWire)
+{
+    for (const OptionInfo& option : option_table()) {
+        std::vector<std::string> texts{"cubes", "", "2"};
+        if (option.range.most > option.range.least) {
+            texts = numbers_to_try(option);
+        } else if (!option.choices.empty()) {
+            texts.insert(texts.end(), option.choices.begin(), option.choices.end());
+        } else {
+            texts.insert(texts.end(), {"emission", "emission,highlights", "emission,magic", "all", "auto"});
+        }
+        int accepted = 0, refused = 0;
+        for (const std::string& text : texts) {
+            const Verdicts verdicts = judge(option, text);
+            const std::string shown = std::string(option.key) + " = " + text;
+            EXPECT_EQ(verdicts.by_value.value_or(verdicts.by_text), verdicts.by_text) << shown;
+            EXPECT_EQ(verdicts.by_wire.value_or(verdicts.by_text), verdicts.by_text) << shown;
+            expect_on_command_line(arguments_of(option, text), verdicts.by_text);
+            ++(verdicts.by_text.empty() ? accepted : refused);
+        }
+        EXPECT_GE(accepted, option.key == "min_reach" ? 1 : 2) << option.key;
+        EXPECT_GE(refused, 3) << option.key;
+    }
+}
+
+TEST(OptionTable, TheProgramSaysTheSame)
+{
+    const TemporaryFolder folder;
+    for (const OptionInfo& option : option_table()) {
+        std::vector<std::string> arguments{"render", "demo:cornell", "-o", folder / "a.png"};
+        for (const std::string& word : arguments_of(option, "nonsense")) arguments.push_back(word);
+        const std::string words = judge(option, "nonsense").by_text;
+        test::expect_error(arguments, test::kBadUsage, std::string(option.name) + ": " + words + "\n", folder);
+    }
+    test::expect_error({"render", "demo:cornell", "-o", folder / "a.png", "--rays", "64", "--budget", "5s"},
+                       test::kBadUsage, "--budget, --rays: quality is settings and budget_seconds, expected", folder);
+}
+
+TEST(OptionTable, RefusalsNameFieldValueAndRange)
+{
+    const auto words = [](const char* key, const std::string& text) { return judge(find_option(key), text).by_text; };
+    EXPECT_EQ(words("rays", "15"), "rays is 15, expected a whole number in [16, 65536]");
+    EXPECT_EQ(words("rays", "64.5"), "rays is 64.5, expected a whole number in [16, 65536]");
+    EXPECT_EQ(words("error_tolerance", "1.50"), "error_tolerance is 1.5, expected a value in (0, 1]");
+    EXPECT_EQ(words("error_tolerance", "fine"), "error_tolerance is fine, expected a value in (0, 1]");
+    EXPECT_EQ(words("seed", "-1"), "seed is -1, expected a whole number in [0, 18446744073709551615]");
+    EXPECT_EQ(words("splat", "cubes"), "splat is cubes, expected one of auto, quads, tiles");
+    EXPECT_NE(words("with_effects", "magic").find("with_effects is magic, expected one of emission, "),
+              std::string::npos);
+    EXPECT_EQ(words("min_reach", "80"), "min_reach is 80, expected at most max_reach, which is 60");
+    EXPECT_EQ(words("target_error", "500%"), "target_error is 5, expected a value in (0, 1]");
+}
+
+TEST(OptionTable, UnitsMayFollowWhereTheyAreCommon)
+{
+    RenderOptions options;
+    for (const auto& [text, value] : {std::pair{"5%", 0.05}, {"0.05", 0.05}, {"100%", 1.0}}) {
+        set_from_text(find_option("target_error"), options, text);
+        EXPECT_EQ(target_error(options), value) << text;
+    }
+    for (const auto& [text, value] : {std::pair{"20", 20.0}, {"20s", 20.0}, {"2m", 120.0}, {"0.5m", 30.0}}) {
+        set_from_text(find_option("budget_seconds"), options, text);
+        EXPECT_EQ(budget_seconds(options), value) << text;
+    }
+    for (const char* text : {"%", "5%%", "5 %", "%5", "5s"})
+        EXPECT_NE(judge(find_option("target_error"), text).by_text, "") << text;
+    for (const char* text : {"s", "5h", "5%", "1ms"})
+        EXPECT_NE(judge(find_option("budget_seconds"), text).by_text, "") << text;
+}
+
+TEST(OptionTable, QualitiesAreNotMixed)
+{
+    const auto mixture = [](const std::vector<const char*>& keys) {
+        std::vector<const OptionInfo*> given;
+        for (const char* key : keys) given.push_back(&find_option(key));
+        return refusal([&] { check_quality(given); });
+    };
+    EXPECT_EQ(mixture({"rays", "error_tolerance", "seed"}), "");
+    EXPECT_EQ(mixture({"budget_seconds", "overlap"}), "");
+    const std::string expected = ", expected one of settings, target_error, budget_seconds";
+    EXPECT_EQ(mixture({"rays", "budget_seconds"}), "quality is settings and budget_seconds" + expected);
+
+    const char* settings[] = {"--accuracy=0.1", "--rays=64", "--noise=0.1"};
+    for (const std::string setting : settings) {
+        const std::string name = setting.substr(0, setting.find('='));
+        expect_on_command_line({setting, "--budget=5s"}, mixture({"rays", "budget_seconds"}));
+        expect_on_command_line({setting, "--target-error=5%"}, mixture({"rays", "target_error"}));
+        EXPECT_NE(said_to({setting, "--budget=5s"}).find("--budget, " + name + ": "), std::string::npos);
+    }
+    expect_on_command_line({"--target-error=5%", "--budget=5s"}, mixture({"target_error", "budget_seconds"}));
+    expect_on_command_line({"--target-error=5%", "--budget=5s", "--rays=64"},
+                           mixture({"target_error", "budget_seconds", "rays"}));
+    expect_on_command_line({"--accuracy=0.1", "--rays=64", "--noise=0.1"}, "");
+}
+
+TEST(OptionTable, AnEffectIsNotBothSimulatedAndLeftOut)
+{
+    RenderOptions options;
+    options.effects.with.set(Effect::highlights);
+    options.effects.without.set(Effect::highlights);
+    const std::string words = refusal([&] { validate(options); });
+    EXPECT_EQ(words, "without_effects is highlights, expected none of with_effects");
+    EXPECT_EQ(refusal([&] { service::from_message(service::to_message(options)); }), words);
+    expect_on_command_line({"--with=highlights", "--without=highlights"}, words);
+    expect_on_command_line({"--with=emission,highlights", "--without=peeling", "--without=highlights"}, words);
+    expect_on_command_line({"--effects=emission,highlights", "--without=highlights"}, "");
+}
+
+TEST(OptionTable, EveryMemberOfTheOptionsIsInIt)
+{
+    // Taken apart by all its members: one more, and this does not compile until somebody looks at the table.
+    const auto& [width, height, aa, bounces, quality, min_reach, max_reach, gradient_limit, area_samples,
+                 penumbra_samples, lamp_picks, lobe_rays, overlap, splat, effects, layers, motion, dry_run, seed] =
+        RenderOptions{};
+    static_cast<void>(layers), static_cast<void>(motion), static_cast<void>(dry_run);  // what is made, not how
+    const std::size_t in_quality = 3 + 1 + 1, in_effects = 2, plain = 14;
+    EXPECT_EQ(option_table().size(), plain + in_quality + in_effects);
+    for (const OptionInfo& option : option_table()) {
+        EXPECT_EQ(&find_option(option.key), &option) << option.key << " is there twice";
+        EXPECT_FALSE(option.help.empty()) << option.key;
+        EXPECT_TRUE(option.help.back() != '.' && std::isupper(option.help.front()) != 0) << option.key;
+    }
+}
+
+TEST(OptionTable, TextsReadBackAsTheSameValue)
+{
+    RenderOptions options;
+    options.quality = QualitySettings{.error_tolerance = 1.0f / 3.0f, .rays = 77, .noise_target = 1e-3f};
+    options.seed = std::numeric_limits<std::uint64_t>::max();
+    options.effects.with.set(Effect::highlights);
+    options.effects.with.set(Effect::emission);
+    RenderOptions back;
+    for (const OptionInfo& option : option_table()) {
+        const std::string text = text_of(option, options);
+        if (!text.empty()) set_from_text(option, back, text);
+    }
+    for (const OptionInfo& option : option_table()) EXPECT_EQ(text_of(option, back), text_of(option, options));
+    const auto listed = list_options(options);
+    EXPECT_EQ(listed.front(), (std::pair<std::string, std::string>("size", "1000x1000")));
+    for (const auto& [name, text] : listed) EXPECT_NE(name, "budget");
+}
+
+TEST(OptionTable, HelpShowsUnitRangeAndDefault)
+{
+    const std::string help = rcsplat({"render", "--help"}).out;
+    for (const OptionInfo& option : option_table())
+        EXPECT_NE(help.find("  " + std::string(option.name) + " "), std::string::npos) << option.name;
+    for (const char* part :
+         {"N=128", "[16, 65536]", "(0, 1]", "[px]", "auto|quads|tiles=auto", "=1000x1000", "Quality"})
+        EXPECT_NE(help.find(part), std::string::npos) << part;
+    EXPECT_EQ(help.find("auto-exposure"), std::string::npos);
+}
+
+/// The page of docs/options.md.
+std::string page()
+{
+    std::string text =
+        "# Options of a render\n\n"
+        "One table in the library ([option_table.cpp](../librcs/src/options/option_table.cpp)) says what a user can\n"
+        "ask of a render. This page shows it: `RCS_UPDATE_DOCS=1 build/release/bin/option_table_test` writes it, the\n"
+        "test compares. `rcsplat render` takes the options of the first column; librcs (`RenderOptions`), messages\n"
+        "([options.proto](../proto/rcs/v1/options.proto)) and the Python client have the names of the second. Quality\n"
+        "is one of settings (error_tolerance, rays, noise_target and what else lies in `QualitySettings`),\n"
+        "target_error and budget_seconds.\n\n"
+        "A new option is a member of `RenderOptions`, a row of the table and a field of options.proto, and then the\n"
+        "stage that obeys it.\n\n"
+        "| command line | field | value | default | what it is |\n| --- | --- | --- | --- | --- |\n";
+    for (const OptionInfo& option : option_table()) {
+        std::string expected = expected_of(option);
+        if (option.name.starts_with("--with")) expected = "names that `rcsplat plan` lists";
+        if (!option.unit.empty()) expected.append(" [").append(option.unit).append("]");
+        const std::string value = text_of(option, RenderOptions{});
+        text.append("| `").append(option.name).append("` | `").append(option.key).append("` | ").append(expected);
+        text.append(" | ").append(value.empty() ? "none" : value).append(" | ").append(option.help).append(" |\n");
+    }
+    return text;
+}
+
+TEST(OptionTable, IsTheOneOfTheDocs)
+{
+    const std::string path = RCS_TESTS_DIR "/../docs/options.md";
+    if (std::getenv("RCS_UPDATE_DOCS") != nullptr) std::ofstream(path) << page();
+    EXPECT_EQ(test::bytes_of(path), page()) << "RCS_UPDATE_DOCS=1 writes it";
+}
+
+}  // namespace
+}  // namespace rcs
