@@ -51,12 +51,12 @@ double largest_difference(const rcs::Image& a, const rcs::Image& b)
 
 void run(const char* file)
 {
-    const rcs::Scene scene = rcs::load_scene("demo:cornell");
-    rcs::ThreadPool pool;
-    rcs::GlContext gl;
-    const rcs::RayScene rays = rcs::build_ray_scene(scene, pool);
-    const rcs::View view{rcs::find_camera(scene, ""), 160, 160};
-    const rcs::GBuffer gbuffer = rcs::render_gbuffer(gl, rays, view, 1.0f, pool);
+    rcs::Session session;
+    session.show(rcs::load_scene("demo:cornell"));
+    rcs::ThreadPool& pool = session.pool();
+    const rcs::RayScene& rays = session.rays();
+    const rcs::View view{rcs::find_camera(session.scene(), ""), 160, 160};
+    const rcs::GBuffer gbuffer = rcs::render_gbuffer(session.gl(), rays, view, 1.0f, pool);
 
     rcs::RecordSettings options;
     options.rays = 1024;
@@ -70,7 +70,8 @@ void run(const char* file)
     rcs::SplatStats tile_stats;
     rcs::SplatStats quad_stats;
     const rcs::Image by_tiles = irradiance_of(rcs::splat_tiles(records, gbuffer, view, reach, pool, tile_stats));
-    const rcs::Image by_quads = irradiance_of(rcs::splat_quads(gl, records, gbuffer, view, reach, quad_stats));
+    const rcs::Image by_quads =
+        irradiance_of(rcs::splat_quads(session.gl(), records, gbuffer, view, reach, quad_stats));
 
     rcs::LayeredImage image;
     image.layers["beauty"] = by_quads;

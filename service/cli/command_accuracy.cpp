@@ -149,15 +149,13 @@ void measure_accuracy(const AccuracyArguments& arguments, const CLI::App& comman
     check_plot_font();
     check_text_path(arguments.report.stats_file);
 
-    ThreadPool pool(arguments.scene.threads);
-    RunReport run = begin_report(command, arguments.scene, pool);
-    const Scene scene = load(arguments.scene, bar, run);
-    const View view{choose_camera(scene, camera_choice(arguments.scene)), run.width, run.height};
-    const RayScene rays = build_rays(scene, EffectChoice{}, pool, bar, run);
-    limit_gl_threads(pool.size());
-    GlContext gl(bar.log());
+    Session session = begin_session(arguments.scene, bar);
+    RunReport run = begin_report(command, arguments.scene, session.pool());
+    session.show(load(arguments.scene, bar, run));
+    const View view{choose_camera(session.scene(), camera_choice(arguments.scene)), run.width, run.height};
+    build_rays(session, EffectChoice{}, bar, run);
     prepare_folders(arguments, plan);
-    AccuracyReport report = run_sweep(gl, rays, view, plan, pool, bar.log(), bar.progress());
+    AccuracyReport report = run_sweep(session, view, plan, bar.log(), bar.progress());
     bar.finish();
     report.scene = std::filesystem::path(arguments.scene.scene).filename().string();
     report.camera = view.camera.name;

@@ -21,11 +21,11 @@ void print_plan(const RenderArguments& arguments, const CLI::App& command)
     ProgressBar bar(parse_log_level(arguments.report.log_level), arguments.report.quiet);
     const RenderOptions options = final_options(arguments);
     check_text_path(arguments.report.stats_file);
-    ThreadPool pool(arguments.scene.threads);
-    RunReport report = begin_report(command, arguments.scene, pool, &options);
-    const Scene scene = load(arguments.scene, bar, report);
-    const Camera camera = choose_camera(scene, camera_choice(arguments.scene));
-    const RayScene rays = build_rays(scene, options.effects, pool, bar, report);
+    Session session = begin_session(arguments.scene, bar);
+    RunReport report = begin_report(command, arguments.scene, session.pool(), &options);
+    session.show(load(arguments.scene, bar, report));
+    const Camera camera = choose_camera(session.scene(), camera_choice(arguments.scene));
+    const RayScene& rays = build_rays(session, options.effects, bar, report);
     const EffectPlan plan = timed(report, "plan", [&] { return plan_effects(rays, camera, options); });
     bar.finish();
     nlohmann::ordered_json json = {{"version", kVersion},

@@ -32,12 +32,13 @@ void trace_reference(const ReferenceArguments& arguments, const CLI::App& comman
                               parse_tone_map(arguments.output), bar.log());
     check_text_path(arguments.report.stats_file);
 
-    ThreadPool pool(arguments.scene.threads);
+    Session session = begin_session(arguments.scene, bar);
+    ThreadPool& pool = session.pool();
     RunReport report = begin_report(command, arguments.scene, pool);
-    const Scene scene = load(arguments.scene, bar, report);
-    const View view{choose_camera(scene, camera_choice(arguments.scene)), report.width, report.height};
+    session.show(load(arguments.scene, bar, report));
+    const View view{choose_camera(session.scene(), camera_choice(arguments.scene)), report.width, report.height};
     report.camera = view.camera.name;
-    const RayScene rays = build_rays(scene, EffectChoice{}, pool, bar, report);
+    const RayScene& rays = build_rays(session, EffectChoice{}, bar, report);
 
     LayeredImage image = timed(report, "reference",
                                [&] { return render_reference(rays, view, arguments.options, pool, bar.progress()); });

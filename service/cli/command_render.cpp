@@ -54,16 +54,16 @@ public:
         if (!file_.empty()) check_record_path(file_);
     }
 
-    std::vector<Record> load(const Scene& scene, const RenderOptions& options, RunReport& report)
+    void load(Session& session, const RenderOptions& options, RunReport& report)
     {
-        if (file_.empty()) return {};
-        return timed(report, "read records", [&] {
-            key_ = record_key(scene, options);
+        if (file_.empty()) return;
+        timed(report, "read records", [&] {
+            key_ = record_key(session.scene(), options);
             std::error_code ignored;
             std::vector<Record> records;
             if (std::filesystem::exists(file_, ignored)) records = read_records(file_, key_);
             report.record_file = {file_, records.size(), 0};
-            return records;
+            session.begin_with(std::move(records));
         });
     }
 
@@ -83,6 +83,23 @@ private:
     RecordKey key_;
 };
 
+void take_stages(const RenderStats& stats, RunReport& report)
+{
+    for (const auto& [stage, seconds] : stats.stage_seconds) report.add(stage, seconds);
+}
+
+/// Ends a dry run.
+void tell_cost(RenderStats stats, const RenderArguments& arguments, RunReport& report, ProgressBar& bar,
+               std::chrono::steady_clock::time_point begin)
+{
+    bar.finish();
+    take_stages(stats, report);
+    if (!report.forecast && !arguments.report.quiet && !arguments.report.json)
+        std::puts("there is no indirect light to forecast the error of");
+    report.render = std::move(stats);
+    if (!arguments.report.stats_file.empty() || arguments.report.json) deliver(report, arguments.report, begin);
+}
+
 void render_scene(const RenderArguments& arguments, const std::string& record_file, const CLI::App& command)
 {
     const auto begin = std::chrono::steady_clock::now();
@@ -93,16 +110,15 @@ void render_scene(const RenderArguments& arguments, const std::string& record_fi
     check_text_path(arguments.report.stats_file);
     KeptRecords kept(record_file);
 
-    ThreadPool pool(arguments.scene.threads);
-    RunReport report = begin_report(command, arguments.scene, pool, &options);
-    const Scene scene = load(arguments.scene, bar, report);
-    const Camera camera = choose_camera(scene, camera_choice(arguments.scene));
+    Session session = begin_session(arguments.scene, bar);
+    RunReport report = begin_report(command, arguments.scene, session.pool(), &options);
+    session.show(load(arguments.scene, bar, report));
+    const Camera camera = choose_camera(session.scene(), camera_choice(arguments.scene));
     report.camera = camera.name;
-    options.motion = motion_from(arguments, scene);
-    std::vector<Record> records = kept.load(scene, options, report);
-    const RayScene rays = build_rays(scene, options.effects, pool, bar, report);
-    limit_gl_threads(pool.size());
-    const std::unique_ptr<GlContext> gl = timed(report, "gl", [&] { return std::make_unique<GlContext>(bar.log()); });
+    options.motion = motion_from(arguments, session.scene());
+    kept.load(session, options, report);
+    build_rays(session, options.effects, bar, report);
+    timed(report, "gl", [&] { session.gl(); });
 
     // What comes before and after render() counts as well.
     const double around = seconds_of_process() + writing_seconds(arguments.output.files, options);
@@ -120,24 +136,13 @@ void render_scene(const RenderArguments& arguments, const std::string& record_fi
             std::fflush(stdout);
         }
     };
-    RenderResult result =
-        render(*gl, rays, camera, options, pool, std::move(records), bar.log(), bar.progress(), tell_forecast);
-    for (const auto& [stage, seconds] : result.stats.stage_seconds) {
-        report.add(stage, seconds);
-    }
-    if (options.dry_run) {
-        bar.finish();
-        if (!report.forecast && !arguments.report.quiet && !arguments.report.json)
-            std::puts("there is no indirect light to forecast the error of");
-        report.render = std::move(result.stats);
-        if (!arguments.report.stats_file.empty() || arguments.report.json) {
-            deliver(report, arguments.report, begin);
-        }
-        return;
-    }
+    const RenderHooks hooks{.log = bar.log(), .progress = bar.progress(), .forecast = tell_forecast};
+    if (arguments.dry_run) return tell_cost(forecast(session, camera, options, hooks), arguments, report, bar, begin);
+    RenderResult result = render(session, camera, options, hooks);
+    take_stages(result.stats, report);
     result.image.metadata["rcs:scene"] = arguments.scene.scene;
     result.image.metadata["rcs:environment"] = arguments.scene.environment;
-    outputs.write(result.image, pool, bar.progress(), report);
+    outputs.write(result.image, session.pool(), bar.progress(), report);
     kept.save(result, report);
     bar.finish();
     report.render = std::move(result.stats);

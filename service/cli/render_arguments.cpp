@@ -83,8 +83,7 @@ RenderOptions final_options(const RenderArguments& arguments)
     const Size size = parse_size(arguments.scene.size);
     options.width = size.width;
     options.height = size.height;
-    options.dry_run = arguments.dry_run;
-    if (options.dry_run && !has_goal(options)) {
+    if (arguments.dry_run && !has_goal(options)) {
         options.quality = TargetError{kDryRunError};
     }
     validate_named(options);

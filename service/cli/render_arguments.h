@@ -16,7 +16,7 @@ struct RenderArguments {
     OutputArguments output;
     ReportArguments report;
     OptionTexts options;
-    bool dry_run = false;
+    bool dry_run = false;  ///< say what which error would cost, and stop
     std::string effects = "auto";
     std::string motion_time, motion_camera;  ///< empty: as the picture's
 };

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "process/interrupt.h"
+#include "process/process.h"
 #include "rcs/option_table.h"
 
 namespace rcs::service {
@@ -63,13 +64,19 @@ Scene load(const SceneArguments& arguments, ProgressBar& bar, RunReport& report)
     return scene;
 }
 
-RayScene build_rays(const Scene& scene, const EffectChoice& effects, const ThreadPool& pool, ProgressBar& bar,
-                    RunReport& report)
+Session begin_session(const SceneArguments& arguments, ProgressBar& bar)
+{
+    Session session({.threads = arguments.threads, .log = bar.log()});
+    limit_gl_threads(session.pool().size());
+    return session;
+}
+
+const RayScene& build_rays(Session& session, const EffectChoice& effects, ProgressBar& bar, RunReport& report)
 {
     bar.show("bvh", 0.0f);
-    RayScene rays = timed(report, "bvh", [&] { return build_ray_scene(scene, pool, effects); });
+    timed(report, "bvh", [&] { session.rays(effects); });
     stop_if_interrupted();
-    return rays;
+    return session.rays(effects);
 }
 
 void deliver(RunReport& report, const ReportArguments& arguments, std::chrono::steady_clock::time_point begin)

@@ -8,8 +8,8 @@
 #include "cli/progress_bar.h"
 #include "output/stats_json.h"
 #include "rcs/effect_plan.h"
-#include "rcs/ray_scene.h"
 #include "rcs/scene.h"
+#include "rcs/session.h"
 #include "rcs/thread_pool.h"
 
 namespace rcs::service {
@@ -22,8 +22,10 @@ RunReport begin_report(const CLI::App& command, const SceneArguments& arguments,
 /// The scene with the sky that the command line asks for.
 Scene load(const SceneArguments& arguments, ProgressBar& bar, RunReport& report);
 
-RayScene build_rays(const Scene& scene, const EffectChoice& effects, const ThreadPool& pool, ProgressBar& bar,
-                    RunReport& report);
+/// With the threads that the command line asks for; a software GL gets as few.
+Session begin_session(const SceneArguments& arguments, ProgressBar& bar);
+
+const RayScene& build_rays(Session& session, const EffectChoice& effects, ProgressBar& bar, RunReport& report);
 
 /// Writes and prints what was asked for; the last step of a command.
 /// @param begin  when the command began

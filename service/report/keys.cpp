@@ -23,7 +23,7 @@ std::string file_bytes(const std::string& path)
 std::string library_path()
 {
     Dl_info info{};
-    return dladdr(reinterpret_cast<const void*>(&render), &info) != 0 ? info.dli_fname : "";
+    return dladdr(reinterpret_cast<const void*>(&plan_effects), &info) != 0 ? info.dli_fname : "";
 }
 
 }  // namespace
@@ -70,7 +70,6 @@ void add(Fingerprint& print, const RenderOptions& options)
         print.add(option.key);
         print.add(text_of(option, options));
     }
-    print.add(options.dry_run);
     print.add(options.layers.has_value());
     for (const std::string& layer : options.layers.value_or(std::vector<std::string>{})) print.add(layer);
 }

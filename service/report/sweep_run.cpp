@@ -20,11 +20,9 @@ namespace {
 
 /// What every point is measured with.
 struct Bench {
-    GlContext& gl;
-    const RayScene& rays;
+    Session& session;
     const View& view;
     const SweepPlan& plan;
-    ThreadPool& pool;
     const LogFunction& log;
     const ProgressFunction& progress;
 };
@@ -59,7 +57,7 @@ Standard make_standard(const Bench& bench, const ConvergedReference& reference, 
     Fingerprint print;
     print.add(reference_key);
     print.add(reference.paths);
-    print.add(machine_key(bench.pool.size(), bench.gl.renderer()));
+    print.add(machine_key(bench.session.pool().size(), bench.session.gl().renderer()));
     print.add(standard.picture.config_name());
     print.add(standard.picture.display());
     print.add(standard.picture.view());
@@ -73,9 +71,10 @@ void judge(const Bench& bench, const Standard& standard, const LayeredImage& ima
     point.indirect = compare_images(image, standard.reference, "indirect");
     point.beauty = compare_images(image, standard.reference, "beauty");
     const std::string scratch = bench.plan.cache + "/scratch.jpg";
-    const Image picture = standard.picture.apply(image.layers.at("beauty"), bench.pool);
+    const Image picture = standard.picture.apply(image.layers.at("beauty"), bench.session.pool());
     point.pictures.picture = jpeg_bytes(picture, scratch);
-    point.pictures.indirect = jpeg_bytes(standard.indirect.apply(image.layers.at("indirect"), bench.pool), scratch);
+    point.pictures.indirect =
+        jpeg_bytes(standard.indirect.apply(image.layers.at("indirect"), bench.session.pool()), scratch);
     point.pictures.difference =
         jpeg_bytes(difference_picture(relative_difference(image, standard.reference, "indirect")), scratch);
 }
@@ -89,9 +88,10 @@ std::uint64_t all_rays(const RenderStats& stats)
 Measurement measure_render(const Bench& bench, const Standard& standard, const SweepPoint& point,
                            const std::string& part)
 {
+    bench.session.forget_light();  // each point pays for all of it
     const auto begin = std::chrono::steady_clock::now();
-    RenderResult result = render(bench.gl, bench.rays, bench.view.camera, point.options, bench.pool, {}, bench.log,
-                                 within(bench.progress, part));
+    RenderResult result = render(bench.session, bench.view.camera, point.options,
+                                 {.log = bench.log, .progress = within(bench.progress, part)});
     Measurement measured;
     measured.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     measured.label = point.label;
@@ -100,7 +100,7 @@ Measurement measure_render(const Bench& bench, const Standard& standard, const S
     measured.rays = all_rays(result.stats);
     measured.estimated_error = result.stats.error.mean_relative;
     judge(bench, standard, result.image, measured);
-    const Image display = standard.picture.apply(result.image.layers.at("beauty"), bench.pool);
+    const Image display = standard.picture.apply(result.image.layers.at("beauty"), bench.session.pool());
     measured.pictures.records =
         jpeg_bytes(records_picture(display, bench.view, result.records), bench.plan.cache + "/scratch.jpg");
     return measured;
@@ -109,8 +109,8 @@ Measurement measure_render(const Bench& bench, const Standard& standard, const S
 /// A first render also waits for shaders to be built and memory to be had: the coarsest is made once without measuring.
 void warm_up(const Bench& bench)
 {
-    render(bench.gl, bench.rays, bench.view.camera, bench.plan.points.front().options, bench.pool, {}, {},
-           within(bench.progress, "warm-up"));
+    render(bench.session, bench.view.camera, bench.plan.points.front().options,
+           {.progress = within(bench.progress, "warm-up")});
 }
 
 std::vector<Measurement> measure_renders(const Bench& bench, const Standard& standard)
@@ -142,8 +142,8 @@ std::vector<Measurement> measure_paths(const Bench& bench, const Standard& stand
     ReferenceOptions options = bench.plan.reference;
     options.seed = bench.plan.path_seed;
     Fingerprint sums;  // their time counts, so they belong to this machine
-    sums.add(paths_key(bench.rays.scene(), bench.view, options));
-    sums.add(machine_key(bench.pool.size(), {}));
+    sums.add(paths_key(bench.session.rays().scene(), bench.view, options));
+    sums.add(machine_key(bench.session.pool().size(), {}));
     const std::string key = sums.text();
     GrowingPaths paths(bench.plan.cache + "/paths-" + key + ".exr", key, bench.view, options);
     std::vector<Measurement> measured;
@@ -157,7 +157,8 @@ std::vector<Measurement> measure_paths(const Bench& bench, const Standard& stand
         if (!kept) {
             if (paths.samples() > samples) paths.clear();
             while (paths.samples() < samples)
-                paths.add_round(bench.rays, bench.pool, within(bench.progress, std::to_string(samples) + " paths"));
+                paths.add_round(bench.session.rays(), bench.session.pool(),
+                                within(bench.progress, std::to_string(samples) + " paths"));
             kept.emplace();
             kept->label = std::to_string(samples) + " paths a pixel";
             kept->paths = samples;
@@ -178,10 +179,12 @@ bool has_light(const Image& layer)
 
 }  // namespace
 
-AccuracyReport run_sweep(GlContext& gl, const RayScene& rays, const View& view, const SweepPlan& plan, ThreadPool& pool,
-                         const LogFunction& log, const ProgressFunction& progress)
+AccuracyReport run_sweep(Session& session, const View& view, const SweepPlan& plan, const LogFunction& log,
+                         const ProgressFunction& progress)
 {
-    const Bench bench{gl, rays, view, plan, pool, log, progress};
+    const Bench bench{session, view, plan, log, progress};
+    const RayScene& rays = session.rays();
+    ThreadPool& pool = session.pool();
     const std::string key = paths_key(rays.scene(), view, plan.reference);
     const ConvergedReference reference =
         converge(rays, view, plan.reference, {plan.cache, key}, plan.reference_error, pool, log, progress);
@@ -207,7 +210,7 @@ AccuracyReport run_sweep(GlContext& gl, const RayScene& rays, const View& view, 
     report.bounces = plan.reference.bounces;
     report.aa = plan.reference.aa;
     report.threads = pool.size();
-    report.gl_renderer = gl.renderer();
+    report.gl_renderer = session.gl().renderer();
     report.processor = processor_name();
     return report;
 }

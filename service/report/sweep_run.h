@@ -28,7 +28,7 @@ struct SweepPlan {
 /// belongs to the same scene, view, options, library and machine is taken as it is.
 /// @return report with the figures and pictures; scene and camera names are left to the caller
 /// @throws rcs::Error cancelled: what was finished is kept; bad_argument: nothing indirect to measure
-AccuracyReport run_sweep(GlContext& gl, const RayScene& rays, const View& view, const SweepPlan& plan, ThreadPool& pool,
-                         const LogFunction& log, const ProgressFunction& progress);
+AccuracyReport run_sweep(Session& session, const View& view, const SweepPlan& plan, const LogFunction& log,
+                         const ProgressFunction& progress);
 
 }  // namespace rcs::service

@@ -4,7 +4,7 @@
 #include "rcs/v1/options.pb.h"
 
 /// Options of a render as messages: fields by the names of rcs/option_table.h. What follows from a job's outputs
-/// (layers) and dry_run do not travel.
+/// (layers) does not travel.
 namespace rcs::service {
 
 /// With every field set but those of another quality.

@@ -36,22 +36,14 @@ using Clock = std::chrono::steady_clock;
 constexpr int kPreviewSide = 320;  ///< [px]
 constexpr auto kBetweenPreviews = std::chrono::milliseconds(500);
 
-/// A scene that is ready to render, kept until another one is asked for.
-struct KeptScene {
-    std::string key;
-    Scene scene;
-    std::optional<RayScene> rays;  ///< refers to `scene`
-};
-
 double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
-/// Everything that the loaded scene and its rays depend on; of files by path also when they were written.
-std::string key_of(const internal::Task& task, const EffectChoice& effects)
+/// Everything that the loaded scene depends on; of files by path also when they were written.
+std::string key_of(const internal::Task& task)
 {
     std::string key =
         task.scene_key() + "\n" + task.environment_file() + "\n" + task.job().environment().SerializeAsString();
     if (task.frame().has_time()) key += "\n" + std::to_string(task.frame().time());
-    key += "\n" + std::to_string(effects.with.bits()) + " " + std::to_string(effects.without.bits());
     if (task.job().scene().has_path()) {
         const fs::path folder = fs::path(task.scene_file()).parent_path();
         for (const std::string& name : scene_files(task.scene_file())) {
@@ -104,15 +96,20 @@ Image small_copy(const Image& image)
 
 class FrameRenderer {
 public:
-    FrameRenderer(ServerLink& link, int threads) : link_(link), pool_(threads) { limit_gl_threads(pool_.size()); }
+    FrameRenderer(ServerLink& link, int threads) : link_(link), session_({.threads = threads})
+    {
+        limit_gl_threads(session_.pool().size());
+    }
 
     void prepare();
     void run(const internal::Task& task);
 
 private:
     internal::Done render_frame(const internal::Task& task);
-    KeptScene& scene_of(const internal::Task& task, const RenderOptions& options, RunReport& report,
-                        internal::Done& done);
+    RunReport begin_report(const v1::Job& job, const RenderOptions& options);
+    void make_pictures(const internal::Task& task, RenderOptions options, const OutputFiles& outputs, RunReport& report,
+                       internal::Done& done);
+    void show_scene(const internal::Task& task, const EffectChoice& effects, RunReport& report, internal::Done& done);
     LogFunction warnings();
     void tell(FrameProgress& progress);
     void send_preview(const Image& beauty);
@@ -120,9 +117,8 @@ private:
     void send(internal::FromWorker& message);
 
     ServerLink& link_;
-    ThreadPool pool_;
-    std::unique_ptr<GlContext> gl_;
-    std::unique_ptr<KeptScene> kept_;
+    Session session_;                     // what stays warm from frame to frame
+    std::string scene_key_, scene_file_;  // of what it shows
     std::unique_ptr<ToneMapper> preview_mapper_;
     std::uint64_t task_ = 0;
     std::string folder_;
@@ -138,10 +134,9 @@ void FrameRenderer::send(internal::FromWorker& message)
 void FrameRenderer::prepare()
 {
     const auto begin = Clock::now();
-    gl_ = std::make_unique<GlContext>();
     preview_mapper_ = std::make_unique<ToneMapper>(ToneMapOptions{});
     internal::FromWorker message;
-    message.mutable_ready()->set_gl_renderer(utf8_text(gl_->renderer()));
+    message.mutable_ready()->set_gl_renderer(utf8_text(session_.gl().renderer()));
     message.mutable_ready()->set_started_after_ms(1e3 * seconds_since(begin));
     send(message);
 }
@@ -184,21 +179,22 @@ void FrameRenderer::tell(FrameProgress& progress)
     send(message);
 }
 
-KeptScene& FrameRenderer::scene_of(const internal::Task& task, const RenderOptions& options, RunReport& report,
-                                   internal::Done& done)
+/// Nothing is loaded where the last frame's scene is this one's.
+void FrameRenderer::show_scene(const internal::Task& task, const EffectChoice& effects, RunReport& report,
+                               internal::Done& done)
 {
-    const std::string key = key_of(task, options.effects);
-    if (kept_ && kept_->key == key) return *kept_;
-    kept_.reset();
-    const LogFunction log = warnings();
+    const std::string key = key_of(task);
     const auto begin = Clock::now();
-    auto fresh = std::make_unique<KeptScene>();
-    fresh->scene = timed(report, "load", [&] { return load_scene(scene_choice(task), log); });
-    fresh->rays = timed(report, "bvh", [&] { return build_ray_scene(fresh->scene, pool_, options.effects); });
-    fresh->key = key;
-    kept_ = std::move(fresh);
-    done.set_load_seconds(seconds_since(begin));
-    return *kept_;
+    const bool is_shown = session_.has_scene() && scene_key_ == key;
+    if (!is_shown) {
+        scene_key_.clear();
+        if (scene_file_ != task.scene_file()) session_.clear();
+        session_.show(timed(report, "load", [&] { return load_scene(scene_choice(task), warnings()); }));
+        scene_key_ = key;
+        scene_file_ = task.scene_file();
+    }
+    timed(report, "bvh", [&] { session_.rays(effects); });
+    if (!is_shown) done.set_load_seconds(seconds_since(begin));
 }
 
 void FrameRenderer::send_preview(const Image& beauty)
@@ -206,7 +202,7 @@ void FrameRenderer::send_preview(const Image& beauty)
     const std::string file = folder_ + "/.preview.jpg";
     ImageFileOptions preview_options;
     preview_options.jpeg_quality = 80;
-    write_display_image(file, preview_mapper_->apply(small_copy(beauty), pool_), preview_options);
+    write_display_image(file, preview_mapper_->apply(small_copy(beauty), session_.pool()), preview_options);
     internal::FromWorker message;
     message.mutable_preview()->set_jpeg(read_part(file, 0, 512 << 10));
     ::unlink(file.c_str());
@@ -233,6 +229,54 @@ std::vector<v1::OutputFile> FrameRenderer::settle(const internal::Task& task)
     return files;
 }
 
+RunReport FrameRenderer::begin_report(const v1::Job& job, const RenderOptions& options)
+{
+    RunReport report;
+    report.command = "render";
+    report.options = list_options(options);
+    report.scene = job.scene().label();
+    report.threads = session_.pool().size();
+    report.width = options.width;
+    report.height = options.height;
+    return report;
+}
+
+/// Renders and writes the frame's files.
+void FrameRenderer::make_pictures(const internal::Task& task, RenderOptions options, const OutputFiles& outputs,
+                                  RunReport& report, internal::Done& done)
+{
+    FrameProgress progress(task.frame().number(), options.aa);
+    RenderHooks hooks;
+    hooks.log = warnings();
+    hooks.progress = [&](std::string_view stage, float fraction) {
+        progress.show(stage, fraction);
+        tell(progress);
+        return !link_.cancelled();
+    };
+    hooks.forecast = [&](const Forecast& f) {
+        report.forecast = f;
+        progress.forecast(f.goal_seconds, f.passes);
+    };
+    hooks.after_pass = [&](int passes_done, int passes, const std::function<LayeredImage()>& picture) {
+        if (Clock::now() - previewed_ < kBetweenPreviews) return;
+        const LayeredImage so_far = picture();
+        progress.after_pass(passes_done, passes, estimate_error(so_far).mean_relative);
+        send_preview(so_far.layers.at("beauty"));
+    };
+    hooks.progress("load", 0.0f);
+    show_scene(task, options.effects, report, done);
+    const Camera camera = choose_camera(session_.scene(), camera_choice(task.frame()));
+    report.camera = camera.name;
+    options.motion = motion_from(task, session_.scene());
+    previewed_ = Clock::now();
+    RenderResult result = render(session_, camera, options, hooks);
+    for (const auto& [stage, seconds] : result.stats.stage_seconds) report.add(stage, seconds);
+    result.image.metadata["rcs:scene"] = task.job().scene().label();
+    result.image.metadata["rcs:environment"] = task.job().environment().label();
+    outputs.write(result.image, session_.pool(), hooks.progress, report);
+    report.render = std::move(result.stats);
+}
+
 internal::Done FrameRenderer::render_frame(const internal::Task& task)
 {
     const auto begin = Clock::now();
@@ -248,44 +292,9 @@ internal::Done FrameRenderer::render_frame(const internal::Task& task)
     render_for(files, options);
 
     internal::Done done;
-    RunReport report;
-    report.command = "render";
-    report.options = list_options(options);
-    report.scene = job.scene().label();
-    report.threads = pool_.size();
-    report.width = options.width;
-    report.height = options.height;
-    FrameProgress progress(task.frame().number(), options.aa);
-    const ProgressFunction show = [&](std::string_view stage, float fraction) {
-        progress.show(stage, fraction);
-        tell(progress);
-        return !link_.cancelled();
-    };
-    const LogFunction log = warnings();
-    const OutputFiles outputs(files, tone_map, log);
-    show("load", 0.0f);
-    KeptScene& kept = scene_of(task, options, report, done);
-    const Camera camera = choose_camera(kept.scene, camera_choice(task.frame()));
-    report.camera = camera.name;
-    options.motion = motion_from(task, kept.scene);
-    previewed_ = Clock::now();
-    const auto forecast = [&](const Forecast& f) {
-        report.forecast = f;
-        progress.forecast(f.goal_seconds, f.passes);
-    };
-    const auto after_pass = [&](int passes_done, int passes, const std::function<LayeredImage()>& picture) {
-        if (Clock::now() - previewed_ < kBetweenPreviews) return;
-        const LayeredImage so_far = picture();
-        progress.after_pass(passes_done, passes, estimate_error(so_far).mean_relative);
-        send_preview(so_far.layers.at("beauty"));
-    };
-    RenderResult result = render(*gl_, *kept.rays, camera, options, pool_, {}, log, show, forecast, after_pass);
-    for (const auto& [stage, seconds] : result.stats.stage_seconds) report.add(stage, seconds);
-    result.image.metadata["rcs:scene"] = job.scene().label();
-    result.image.metadata["rcs:environment"] = job.environment().label();
-    outputs.write(result.image, pool_, show, report);
+    RunReport report = begin_report(job, options);
+    make_pictures(task, options, OutputFiles(files, tone_map, warnings()), report, done);
     for (const v1::OutputFile& file : settle(task)) *done.add_files() = file;
-    report.render = std::move(result.stats);
     report.seconds = seconds_since(begin);
     report.written.clear();
     for (const v1::Output& output : job.outputs()) report.written.push_back(output.name());

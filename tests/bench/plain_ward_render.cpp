@@ -36,12 +36,11 @@ void run(char** arguments)
 {
     const rcs::RenderOptions options = plain_ward(std::atoi(arguments[3]), std::strtof(arguments[4], nullptr),
                                                   std::atoi(arguments[5]), std::strtof(arguments[6], nullptr));
-    rcs::ThreadPool pool(0);
-    const rcs::Scene scene = rcs::load_scene(arguments[1]);
-    const rcs::RayScene rays = rcs::build_ray_scene(scene, pool);
-    rcs::GlContext gl;
+    rcs::Session session;
+    session.show(rcs::load_scene(arguments[1]));
+    session.rays(), session.gl();
     const auto start = std::chrono::steady_clock::now();
-    const rcs::RenderResult result = rcs::render(gl, rays, rcs::find_camera(scene, arguments[2]), options, pool);
+    const rcs::RenderResult result = rcs::render(session, rcs::find_camera(session.scene(), arguments[2]), options);
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
     rcs::ImageFileOptions file;
     file.format = rcs::PixelFormat::full_float;

@@ -8,6 +8,7 @@
 #include "rcs/ray_scene.h"
 #include "rcs/render.h"
 #include "rcs/thread_pool.h"
+#include "support/session.h"
 
 // Every file renders, or names what it lacks, or is one clear error.
 
@@ -60,8 +61,8 @@ TEST(Corpus, EveryInvalidFileIsOneClearError)
 
 TEST(Corpus, EveryValidFileRendersAndSaysWhatIsLeftOut)
 {
-    GlContext gl;
     ThreadPool pool(2);
+    Session session(test::shared_gl(), pool);
     for (const CorpusFile& file : whole_corpus()) {
         if (file.error) continue;
         SCOPED_TRACE(file.name);
@@ -74,8 +75,8 @@ TEST(Corpus, EveryValidFileRendersAndSaysWhatIsLeftOut)
                 EXPECT_EQ(said, "");
             else
                 EXPECT_EQ(log.count(file.word), 1) << file.word << " in:\n" << said;
-            const RayScene rays = build_ray_scene(scene, pool);
-            expect_picture(render(gl, rays, find_camera(scene, ""), small_options(), pool).image);
+            session.show(scene);
+            expect_picture(render(session, find_camera(scene, ""), small_options()).image);
         } catch (const Error& e) {
             ADD_FAILURE() << e.what();
         }

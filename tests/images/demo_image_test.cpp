@@ -10,6 +10,7 @@
 #include "rcs/image_io.h"
 #include "rcs/metrics.h"
 #include "rcs/render.h"
+#include "support/session.h"
 
 namespace rcs {
 namespace {
@@ -31,15 +32,12 @@ TEST_P(DemoImage, AtDefaultSettingsIsWithinItsLimitsOfTheReference)
     const Case& limits = GetParam();
     const LayeredImage reference = read_image(std::string(RCS_TESTS_DIR "/images/") + (limits.scene + 5) + ".exr");
     const Scene scene = load_scene(limits.scene);
-    GlContext gl;
-    ThreadPool pool(2);
-    const RayScene rays = build_ray_scene(scene, pool);
     for (const std::uint64_t seed : {1, 2, 3}) {
         RenderOptions options;
         options.width = options.height = 128;
         options.aa = 1;  // pixel centres, as the reference
         options.seed = seed;
-        const LayeredImage image = render(gl, rays, scene.cameras[0], options, pool).image;
+        const LayeredImage image = test::render_first(scene, options).image;
         const ErrorMetrics indirect = compare_images(image, reference, "indirect");
         const ErrorMetrics whole = compare_images(image, reference, "beauty");
         const ErrorMetrics emission = compare_images(image, reference, "emission");

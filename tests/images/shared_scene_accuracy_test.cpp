@@ -12,6 +12,7 @@
 #include "rcs/metrics.h"
 #include "rcs/reference.h"
 #include "rcs/render.h"
+#include "support/session.h"
 
 namespace rcs {
 namespace {
@@ -32,12 +33,13 @@ TEST_P(SharedSceneAccuracy, AtDefaultSettingsIsWithinThePromisedLimits)
     if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is missing";
     const Scene scene = load_scene(path);
     const Camera& camera = find_camera(scene, c.camera);
-    GlContext gl;
     ThreadPool pool;
-    const RayScene rays = build_ray_scene(scene, pool);
+    Session session(test::shared_gl(), pool);
+    session.show(scene);
+    const RayScene& rays = session.rays();
     RenderOptions options;
     options.aa = 1;
-    const RenderResult result = render(gl, rays, camera, options, pool);
+    const RenderResult result = render(session, camera, options);
     EXPECT_EQ(result.stats.unserved_pixels, 0u);
 
     ReferenceOptions trace;

@@ -9,6 +9,7 @@
 
 #include "rcs/metrics.h"
 #include "rcs/render.h"
+#include "support/session.h"
 #include "support/tracing.h"
 
 namespace rcs {
@@ -18,14 +19,11 @@ constexpr double kPi = std::numbers::pi;
 
 RenderResult render_first(const Scene& scene, int size, int bounces, int threads = 2)
 {
-    static GlContext gl;
-    ThreadPool pool(threads);
-    const RayScene rays = build_ray_scene(scene, pool);
     RenderOptions options;
     options.width = options.height = size;
     options.aa = 1;
     options.bounces = bounces;
-    RenderResult result = render(gl, rays, scene.cameras[0], options, pool);
+    RenderResult result = test::render_first(scene, options, threads);
     EXPECT_EQ(result.stats.unserved_pixels, 0u);
     return result;
 }

@@ -9,6 +9,7 @@
 #include "gbuffer/views.h"
 #include "rcs/render.h"
 #include "support/effect_scenes.h"
+#include "support/session.h"
 
 namespace rcs {
 namespace {
@@ -22,12 +23,6 @@ using test::metal;
 using test::panel;
 using test::panel_room;
 
-GlContext& gl()
-{
-    static GlContext context;
-    return context;
-}
-
 /// Two samples in all pixels, smooth or not.
 RenderOptions small(int size = 48)
 {
@@ -40,9 +35,7 @@ RenderOptions small(int size = 48)
 
 RenderResult render_with(const Scene& scene, const RenderOptions& options, const Camera& camera)
 {
-    ThreadPool pool(2);
-    const RayScene rays = build_ray_scene(scene, pool, options.effects);
-    return render(gl(), rays, camera, options, pool);
+    return test::render_view(scene, camera, options);
 }
 
 RenderResult render_with(const Scene& scene, const RenderOptions& options = small())
@@ -342,7 +335,8 @@ TEST(EffectRender, AWalkIntoARoomWithAMirror)
     constexpr int kFrames = 10;
     const RenderOptions options = small(40);
     ThreadPool pool(2);
-    const RayScene rays = build_ray_scene(scene, pool);
+    Session session(test::shared_gl(), pool);
+    session.show(scene);
     int first_seen = -1, first_planned = -1, outside = 0, hidden = 0;
     for (int frame = 0; frame < kFrames; ++frame) {
         SCOPED_TRACE(frame);
@@ -353,10 +347,10 @@ TEST(EffectRender, AWalkIntoARoomWithAMirror)
         const Camera camera = look_at_camera("walk", eye, target, 0.9);
         bool seen = false;
         for (const View& view : make_views(camera, options.width, options.height, options.aa)) {
-            const GBuffer g = render_gbuffer(gl(), rays, view, 1.0f, pool);
+            const GBuffer g = render_gbuffer(session.gl(), session.rays(options.effects), view, 1.0f, pool);
             for (std::size_t i = 0; i < g.size(); ++i) seen = seen || g.instance[i] == 3u;
         }
-        const RenderResult auto_frame = render(gl(), rays, camera, options, pool);
+        const RenderResult auto_frame = render(session, camera, options);
         const PlannedEffect& lobes = auto_frame.stats.plan[Effect::traced_lobes];
         EXPECT_EQ(lobes.needed, seen) << lobes.reason;
         EXPECT_EQ(auto_frame.stats.traced.rays > 0, seen);

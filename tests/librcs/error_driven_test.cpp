@@ -11,18 +11,16 @@ namespace rcs {
 namespace {
 
 struct Stage {
-    Scene scene;
-    ThreadPool pool;
-    RayScene rays;
-    GlContext gl;
+    Session session;
+    explicit Stage(const char* name) { session.show(load_scene(name)); }
 
-    explicit Stage(const char* name, int threads = 2)
-        : scene(load_scene(name)), pool(threads), rays(build_ray_scene(scene, pool))
+    RenderResult render(const RenderOptions& options, const RenderHooks& hooks = {})
     {
+        return rcs::render(session, session.scene().cameras[0], options, hooks);
     }
-    RenderResult render(const RenderOptions& options, const ForecastFunction& forecast = {})
+    RenderStats forecast(const RenderOptions& options)
     {
-        return rcs::render(gl, rays, scene.cameras[0], options, pool, {}, {}, {}, forecast);
+        return rcs::forecast(session, session.scene().cameras[0], options);
     }
 };
 
@@ -80,10 +78,9 @@ TEST(TargetError, ThatIsOutOfReachIsSaid)
     RenderOptions options = small(TargetError{0.001});
     options.width = options.height = 24;
     std::vector<std::string> warnings;
-    const RenderResult result = rcs::render(stage.gl, stage.rays, stage.scene.cameras[0], options, stage.pool, {},
-                                            [&](LogLevel level, std::string_view text) {
-                                                if (level == LogLevel::warning) warnings.emplace_back(text);
-                                            });
+    const RenderResult result = stage.render(options, {.log = [&](LogLevel level, std::string_view text) {
+                                                 if (level == LogLevel::warning) warnings.emplace_back(text);
+                                             }});
     ASSERT_GT(result.stats.error.mean_relative, 0.002);
     ASSERT_EQ(warnings.size(), 1u);
     EXPECT_NE(warnings[0].find("not the 0.1 % wanted"), std::string::npos) << warnings[0];
@@ -102,52 +99,45 @@ TEST(Forecast, IsToldOnceAndGrowsTowardsSmallErrors)
 {
     Stage stage("demo:cornell");
     int told = 0;
-    const RenderResult result = stage.render(small(TargetError{0.05}), [&](const Forecast& f) {
-        ++told;
-        ASSERT_GE(f.points.size(), 4u);
-        for (std::size_t i = 1; i < f.points.size(); ++i) {
-            EXPECT_LT(f.points[i].error, f.points[i - 1].error);
-            EXPECT_GE(f.points[i].seconds, f.points[i - 1].seconds);
-        }
-        EXPECT_GT(f.points.back().seconds, f.points.front().seconds);
-        EXPECT_EQ(f.goal_error, 0.05);
-        EXPECT_GT(f.goal_seconds, 0.0);
-    });
+    const RenderResult result = stage.render(small(TargetError{0.05}), {.forecast = [&](const Forecast& f) {
+                                                 ++told;
+                                                 ASSERT_GE(f.points.size(), 4u);
+                                                 for (std::size_t i = 1; i < f.points.size(); ++i) {
+                                                     EXPECT_LT(f.points[i].error, f.points[i - 1].error);
+                                                     EXPECT_GE(f.points[i].seconds, f.points[i - 1].seconds);
+                                                 }
+                                                 EXPECT_GT(f.points.back().seconds, f.points.front().seconds);
+                                                 EXPECT_EQ(f.goal_error, 0.05);
+                                                 EXPECT_GT(f.goal_seconds, 0.0);
+                                             }});
     EXPECT_EQ(told, 1);
     EXPECT_EQ(result.stats.forecast.points.size(), 6u);
 }
 
-TEST(DryRun, StopsAfterTheForecast)
+TEST(Forecast, StopsBeforeTheMainWork)
 {
     Stage stage("demo:cornell");
-    RenderOptions options = small(TargetError{0.01});
-    options.dry_run = true;
-    const RenderResult result = stage.render(options);
-    EXPECT_FALSE(result.stats.forecast.points.empty());
-    EXPECT_TRUE(result.image.layers.empty());
-    options.dry_run = false;
-    EXPECT_LT(10 * result.stats.records.hemisphere_rays, stage.render(options).stats.records.hemisphere_rays);
+    const RenderOptions options = small(TargetError{0.01});
+    const RenderStats stats = stage.forecast(options);
+    EXPECT_FALSE(stats.forecast.points.empty());
+    EXPECT_LT(10 * stats.records.hemisphere_rays, stage.render(options).stats.records.hemisphere_rays);
 }
 
-TEST(DryRun, HasNothingToForecastWithoutIndirectLight)
+TEST(Forecast, HasNothingToTellWithoutIndirectLight)
 {
     Stage stage("demo:cornell");
     RenderOptions options = small(TargetError{0.05});
-    options.dry_run = true;
     options.bounces = 0;
-    const RenderResult result = stage.render(options);
-    EXPECT_TRUE(result.stats.forecast.points.empty());
-    EXPECT_TRUE(result.image.layers.empty());
+    const RenderStats stats = stage.forecast(options);
+    EXPECT_TRUE(stats.forecast.points.empty());
+    EXPECT_EQ(stats.counts.gbuffers, 0u);
 }
 
 TEST(Budget, TakesFewerPassesWhereTimeIsShortAndAimsLowerWhereItIsNot)
 {
     Stage stage("demo:cornell");
-    RenderOptions options = small(Budget{0.01}, 16);
-    options.dry_run = true;  // the forecast tells what would be done
-    const Forecast brief = stage.render(options).stats.forecast;
-    options.quality = Budget{1000.0};
-    const Forecast lengthy = stage.render(options).stats.forecast;
+    const Forecast brief = stage.forecast(small(Budget{0.01}, 16)).forecast;
+    const Forecast lengthy = stage.forecast(small(Budget{1000.0}, 16)).forecast;
     EXPECT_EQ(brief.passes, 1);
     EXPECT_EQ(lengthy.passes, 16);
     EXPECT_LT(lengthy.goal_error, brief.goal_error);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "rcs/rcs.h"
+#include "support/session.h"
 
 namespace rcs {
 namespace {
@@ -156,7 +157,6 @@ TEST(EstimateError, OfARenderIsAboutItsError)
     const Scene scene = load_scene("demo:cornell");
     ThreadPool pool(2);
     const RayScene rays = build_ray_scene(scene, pool);
-    GlContext gl;
     const View view{scene.cameras[0], 96, 96, {0.5, 0.5}};
     ReferenceOptions paths;
     paths.samples = 4096;
@@ -168,7 +168,7 @@ TEST(EstimateError, OfARenderIsAboutItsError)
         options.aa = 1;
         settings_of(options).error_tolerance = accuracy;
         settings_of(options).noise_target = accuracy / 2.0f;
-        const RenderResult result = render(gl, rays, scene.cameras[0], options, pool);
+        const RenderResult result = test::render_first(scene, options);
         const double measured = compare_images(result.image, reference, "indirect").mean_relative_error;
         EXPECT_GT(result.stats.error.mean_relative, measured / 1.5) << accuracy;
         EXPECT_LT(result.stats.error.mean_relative, measured * 1.6)

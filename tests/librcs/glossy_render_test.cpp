@@ -8,26 +8,19 @@
 #include "rcs/ray_scene.h"
 #include "rcs/render.h"
 #include "support/scenes.h"
+#include "support/session.h"
 
 namespace rcs {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
 
-GlContext& gl()
-{
-    static GlContext context;
-    return context;
-}
-
 RenderResult render_first(const Scene& scene, int size, int threads = 2)
 {
     RenderOptions options;
     options.width = options.height = size;
     options.aa = 1;
-    ThreadPool pool(threads);
-    const RayScene rays = build_ray_scene(scene, pool);
-    return render(gl(), rays, scene.cameras[0], options, pool);
+    return test::render_first(scene, options, threads);
 }
 
 glm::vec3 at(const RenderResult& result, const char* layer, int x, int y)

@@ -13,6 +13,7 @@
 #include "rcs/error.h"
 #include "rcs/render.h"
 #include "support/effect_scenes.h"
+#include "support/session.h"
 
 // What whole renders say in the layers that are made on demand.
 
@@ -33,9 +34,7 @@ RenderOptions options_for(std::vector<std::string> layers, int aa = 4)
 
 LayeredImage render_of(const Scene& scene, const RenderOptions& options)
 {
-    static GlContext gl;
-    static ThreadPool pool(2);
-    return render(gl, build_ray_scene(scene, pool), scene.cameras.at(0), options, pool).image;
+    return test::render_first(scene, options).image;
 }
 
 /// A panel of 2 m x 1 m at z = -2 before nothing, seen squarely by a camera at zero; its left half is a mesh of its

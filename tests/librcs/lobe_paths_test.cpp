@@ -9,15 +9,10 @@
 #include "rcs/reference.h"
 #include "rcs/render.h"
 #include "support/scenes.h"
+#include "support/session.h"
 
 namespace rcs {
 namespace {
-
-GlContext& gl()
-{
-    static GlContext context;
-    return context;
-}
 
 RenderResult render_first(const Scene& scene, int size, int bounces, int threads = 2, int lobe_rays = 16)
 {
@@ -26,9 +21,7 @@ RenderResult render_first(const Scene& scene, int size, int bounces, int threads
     options.aa = 1;
     options.bounces = bounces;
     options.lobe_rays = lobe_rays;
-    ThreadPool pool(threads);
-    const RayScene rays = build_ray_scene(scene, pool);
-    return render(gl(), rays, scene.cameras[0], options, pool);
+    return test::render_first(scene, options, threads);
 }
 
 glm::vec3 at(const LayeredImage& image, int x, int y)

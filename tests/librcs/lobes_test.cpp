@@ -85,8 +85,8 @@ double by_brute_force(const Bsdf& bsdf, const Axes& axes, glm::vec3 outgoing, co
 {
     double reflected = 0.0, albedo = 0.0;
     over_hemisphere(axes, [&](glm::vec3 w, double solid_angle) {
-        const double weight = static_cast<double>(evaluate(bsdf, outgoing, w).g) *
-                              static_cast<double>(glm::dot(w, axes.z)) * solid_angle;
+        const double weight =
+            static_cast<double>(evaluate(bsdf, outgoing, w).g) * static_cast<double>(glm::dot(w, axes.z)) * solid_angle;
         reflected += weight * light(w);
         albedo += weight;
     });

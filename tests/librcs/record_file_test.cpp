@@ -16,6 +16,7 @@
 #include "records/record_bytes.h"
 #include "support/same_bits.h"
 #include "support/scenes.h"
+#include "support/session.h"
 #include "support/temporary_folder.h"
 
 namespace rcs {
@@ -260,17 +261,14 @@ struct TwoRenders {
 };
 TwoRenders render_twice(const Scene& scene, const RenderOptions& options)
 {
-    static GlContext gl;
     const TemporaryFolder folder;
     const std::string path = folder / "a.records";
-    ThreadPool pool(2);
-    const RayScene rays = build_ray_scene(scene, pool);
     const RecordKey key = record_key(scene, options);
     TwoRenders both;
-    both.first = render(gl, rays, scene.cameras[0], options, pool);
+    both.first = test::render_first(scene, options);
     EXPECT_GT(both.first.records.size(), 10u);
     write_records(path, key, both.first.records);
-    both.again = render(gl, rays, scene.cameras[0], options, pool, read_records(path, key));
+    both.again = test::render_first(scene, options, 2, read_records(path, key));
     return both;
 }
 
@@ -326,36 +324,30 @@ TEST(RecordFile, TakesWhatTheLargestLightLeavesFinite)
 TEST(RecordFile, SavesWhatIsNoUseToGlossySurfacesForOthers)
 {
     const TemporaryFolder folder;
-    GlContext gl;
-    ThreadPool pool(2);
     const Scene scene = load_scene("demo:spheres");
-    const RayScene rays = build_ray_scene(scene, pool);
     const RenderOptions options = small(1);
     Camera up = scene.cameras[0];
     up.lens_shift = {0.0, 3.0};
-    const RenderResult glossy = render(gl, rays, scene.cameras[0], options, pool);
+    const RenderResult glossy = test::render_first(scene, options);
     ASSERT_TRUE(glossy.stats.plan.needs(Effect::glossy_records));
-    const RenderResult plain = render(gl, rays, up, options, pool);
+    const RenderResult plain = test::render_view(scene, up, options);
     ASSERT_FALSE(plain.stats.plan.needs(Effect::glossy_records));
     ASSERT_GT(plain.records.size(), 0u);
-    const RenderResult both = render(gl, rays, scene.cameras[0], options, pool, plain.records);
+    const RenderResult both = test::render_first(scene, options, 2, plain.records);
     EXPECT_EQ(both.stats.records.records, glossy.records.size());
     EXPECT_EQ(both.records.size(), glossy.records.size() + plain.records.size());
-    EXPECT_EQ(render(gl, rays, up, options, pool, both.records).stats.records.records, 0u);
+    EXPECT_EQ(test::render_view(scene, up, options, 2, both.records).stats.records.records, 0u);
 }
 
 TEST(RecordFile, OfASmallPictureMakesNoLargeOneCoarse)
 {
-    GlContext gl;
-    ThreadPool pool(2);
     const Scene scene = load_scene("demo:cornell");
-    const RayScene rays = build_ray_scene(scene, pool);
     RenderOptions options = small(1);
     options.width = options.height = 24;
-    const RenderResult coarse = render(gl, rays, scene.cameras[0], options, pool);
+    const RenderResult coarse = test::render_first(scene, options);
     options.width = options.height = 192;
-    const RenderResult fresh = render(gl, rays, scene.cameras[0], options, pool);
-    const RenderResult grown = render(gl, rays, scene.cameras[0], options, pool, coarse.records);
+    const RenderResult fresh = test::render_first(scene, options);
+    const RenderResult grown = test::render_first(scene, options, 2, coarse.records);
     EXPECT_GT(grown.stats.records.records, fresh.records.size() / 2);
     EXPECT_LT(grown.stats.error.mean_relative, 1.1 * fresh.stats.error.mean_relative);
     const Image &a = grown.image.layers.at("indirect"), &b = fresh.image.layers.at("indirect");

@@ -15,6 +15,7 @@
 #include "rcs/gl_context.h"
 #include "rcs/ray_scene.h"
 #include "support/scenes.h"
+#include "support/session.h"
 #include "util/random.h"
 
 namespace rcs {
@@ -29,15 +30,7 @@ RenderOptions small(int size, int aa = 1)
     return options;
 }
 
-/// Renders the scene's first camera; the context is made once, as a program would.
-RenderResult render_first(const Scene& scene, const RenderOptions& options, int threads = 2,
-                          std::vector<Record> cache = {})
-{
-    static GlContext gl;
-    ThreadPool pool(threads);
-    const RayScene rays = build_ray_scene(scene, pool);
-    return render(gl, rays, scene.cameras[0], options, pool, std::move(cache));
-}
+using test::render_first;
 
 /// Whether every layer has the same bits; says which one has not.
 void expect_same(const LayeredImage& a, const LayeredImage& b)
@@ -267,20 +260,17 @@ TEST(Render, ReportsItsStagesInOrderAndTheirTimes)
 TEST(Render, StopsWhenAskedAtAnyStage)
 {
     const Scene scene = test::furnished_room();
-    GlContext gl;
-    ThreadPool pool(2);
-    const RayScene rays = build_ray_scene(scene, pool);
     for (int allowed = 0; allowed < 6; ++allowed) {
         int calls = 0;
         try {
-            render(gl, rays, scene.cameras[0], small(32), pool, {}, {},
-                   [&](std::string_view, float) { return calls++ < allowed; });
+            render_first(scene, small(32), 2, {},
+                         {.progress = [&](std::string_view, float) { return calls++ < allowed; }});
             FAIL() << "went on after " << allowed;
         } catch (const Error& e) {
             EXPECT_EQ(e.code(), ErrorCode::cancelled) << e.what();
         }
     }
-    EXPECT_EQ(render(gl, rays, scene.cameras[0], small(32), pool).stats.unserved_pixels, 0u) << "and works again";
+    EXPECT_EQ(render_first(scene, small(32)).stats.unserved_pixels, 0u) << "and works again";
 }
 
 TEST(Render, TakesPicturesOfOnePixelAndOfOneRow)

@@ -8,6 +8,7 @@
 
 #include "rcs/render.h"
 #include "support/effect_scenes.h"
+#include "support/session.h"
 
 namespace rcs {
 namespace {
@@ -19,13 +20,10 @@ struct Both {
 /// With anti-aliasing where it shows, and everywhere.
 Both render_both(const Scene& scene, RenderOptions options = {})
 {
-    static GlContext gl;
-    ThreadPool pool(2);
     options.width = options.height = 120;
-    const RayScene rays = build_ray_scene(scene, pool);
     RenderOptions all = options;
     all.effects.with.set(Effect::anti_aliasing);
-    return {render(gl, rays, scene.cameras.at(0), options, pool), render(gl, rays, scene.cameras.at(0), all, pool)};
+    return {test::render_first(scene, options), test::render_first(scene, all)};
 }
 
 /// Differences of pixels as parts of their light, largest first.

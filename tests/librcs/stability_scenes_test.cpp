@@ -11,16 +11,11 @@
 #include "rcs/stability.h"
 #include "stability/case_run.h"
 #include "stability/export_glb.h"
+#include "support/session.h"
 #include "support/temporary_folder.h"
 
 namespace rcs {
 namespace {
-
-GlContext& gl()
-{
-    static GlContext context;
-    return context;
-}
 
 RenderOptions options_of_doctor()
 {
@@ -46,16 +41,15 @@ protected:
     void expect_case(const std::string& id)
     {
         const Scene scene = load_scene(path);
-        const StabilityOutcome outcome =
-            run_metamorphic_case({gl(), pool, "", ""}, id, scene, scene.cameras.at(0), options_of_doctor());
+        const StabilityOutcome outcome = run_metamorphic_case({test::shared_gl(), pool, "", ""}, id, scene,
+                                                              scene.cameras.at(0), options_of_doctor());
         EXPECT_EQ(outcome.verdict, StabilityVerdict::passed) << outcome.figure << ": " << outcome.measured;
     }
 
     LayeredImage render_file(const std::string& file)
     {
         const Scene scene = load_scene(file);
-        const RayScene rays = build_ray_scene(scene, pool);
-        return render(gl(), rays, scene.cameras.at(0), options_of_doctor(), pool).image;
+        return test::render_first(scene, options_of_doctor()).image;
     }
 };
 

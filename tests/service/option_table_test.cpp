@@ -266,9 +266,9 @@ TEST(OptionTable, EveryMemberOfTheOptionsIsInIt)
 {
     // Taken apart by all its members: one more, and this does not compile until somebody looks at the table.
     const auto& [width, height, aa, bounces, quality, min_reach, max_reach, gradient_limit, area_samples,
-                 penumbra_samples, lamp_picks, lobe_rays, overlap, splat, effects, layers, motion, dry_run, seed] =
+                 penumbra_samples, lamp_picks, lobe_rays, overlap, splat, effects, layers, motion, seed] =
         RenderOptions{};
-    static_cast<void>(layers), static_cast<void>(motion), static_cast<void>(dry_run);  // what is made, not how
+    static_cast<void>(layers), static_cast<void>(motion);  // what is made, not how
     const std::size_t in_quality = 3 + 1 + 1, in_effects = 2, plain = 14;
     EXPECT_EQ(option_table().size(), plain + in_quality + in_effects);
     for (const OptionInfo& option : option_table()) {

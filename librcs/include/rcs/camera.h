@@ -19,6 +19,8 @@ struct Camera {
     /// Where the picture's middle lies beside the optical axis, to the right and up [heights of the picture], each in
     /// [-10, 10]: a lens shift keeps uprights parallel where turning the camera would not.
     glm::dvec2 lens_shift{0.0};
+
+    bool operator==(const Camera&) const = default;
 };
 inline constexpr double kMostLensShift = 10.0;
 
@@ -28,6 +30,8 @@ struct View {
     int width = 0;                      ///< [px]
     int height = 0;                     ///< [px]
     glm::dvec2 pixel_offset{0.5, 0.5};  ///< in [0, 1)^2; (0.5, 0.5) is the pixel's centre
+
+    bool operator==(const View&) const = default;
 };
 
 /// How a view's image lies across its optical axis, x to the right and y down; on the plane at distance 1 in front of

@@ -35,6 +35,8 @@ struct LightCacheSettings {
                              ///< in [1, 2^24]; beyond, all of them are taken coarser
     std::uint64_t seed = 1;
     std::optional<EffectSet> effects = std::nullopt;  ///< of a plan; none: what the scene has, wherever it lies
+
+    bool operator==(const LightCacheSettings&) const = default;
 };
 
 struct LightCacheStats {

@@ -43,6 +43,7 @@ public:
     /// Whether rays ask any surface if they may go on: for an alpha mask, for blending, or as a thin transmitting wall.
     bool has_transparency() const noexcept;
     const Impl& impl() const noexcept { return *impl_; }
+    Impl& impl() noexcept { return *impl_; }
 
 private:
     std::unique_ptr<Impl> impl_;

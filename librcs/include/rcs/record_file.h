@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "rcs/records.h"
-#include "rcs/render.h"
+#include "rcs/render_options.h"
 #include "rcs/scene.h"
 
 namespace rcs {
@@ -16,6 +16,8 @@ struct RecordKey {
     std::string settings;  ///< what else records depend on, in words: bounces, accuracy or target, effects
     bool operator==(const RecordKey&) const = default;
 };
+/// The settings alone. @return "bounces 1, accuracy 0.2, rays 128, ..."
+std::string record_settings_words(const RenderOptions& options);
 RecordKey record_key(const Scene& scene, const RenderOptions& options);
 
 /// Saves records for render() to start from. The same view again needs none, or a few where it has more than one sample

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -10,11 +11,13 @@
 #include "rcs/direct_light.h"
 #include "rcs/effect_plan.h"
 #include "rcs/error_estimate.h"
+#include "rcs/glossy_stats.h"
 #include "rcs/image.h"
 #include "rcs/light_cache.h"
 #include "rcs/log.h"
 #include "rcs/records.h"
 #include "rcs/render_options.h"
+#include "rcs/session.h"
 #include "rcs/splat.h"
 
 namespace rcs {
@@ -36,13 +39,7 @@ using ForecastFunction = std::function<void(const Forecast&)>;
 /// during the call.
 using PassFunction = std::function<void(int done, int passes, const std::function<LayeredImage()>& picture)>;
 
-/// Rays along lobes that are too narrow for records.
-struct GlossyStats {
-    std::uint64_t rays = 0, shadow_rays = 0;
-};
-
-/// What each purpose took: 0 for what the plan leaves out. Rays and fetches are the process's between begin and end of
-/// render(), so renders at the same time count each other's.
+/// What each purpose took: 0 for what the plan leaves out.
 struct EffectCounts {
     std::uint64_t camera_rays = 0;  ///< that settle edges and masks, and look behind surfaces
     std::uint64_t punctual_rays = 0, area_rays = 0, peak_rays = 0;  ///< shadow rays of pixels
@@ -76,25 +73,39 @@ struct RenderStats {
     std::string splat_method;           ///< "quads" or "tiles"
     std::string gl_renderer, gl_version, gl_platform;
     int threads = 0;
+    std::array<Validity, kSessionParts> kept;  ///< what of the session's parts this view found as it needs them
 
     void add(const std::string& stage, double seconds);
 };
 
 struct RenderResult {
     LayeredImage image;
-    std::vector<Record> records;
+    std::vector<Record> records;  ///< those that the picture was made from; empty if the session keeps them
     RenderStats stats;
 };
 
-/// Renders one view of the scene: emission, direct light, and indirect light by radiance cache
+/// Whom to tell of what while a picture is made; each may be empty.
+struct RenderHooks {
+    LogFunction log = {};
+    ProgressFunction progress = {};
+    ForecastFunction forecast = {};  ///< told once, with a target or budget
+    PassFunction after_pass = {};
+};
+
+/// Renders one view of the session's scene: emission, direct light, and indirect light by radiance cache
 /// splatting (Gautron et al. 2005).
-/// @param forecast  told once, with a target or budget
-/// @param cache  records of earlier frames of the same scene to start from; may be empty. They keep the rays they have:
-/// a target
-///     or budget refines only what is new
-RenderResult render(GlContext& gl, const RayScene& rays, const Camera& camera, const RenderOptions& options,
-                    ThreadPool& pool, std::vector<Record> cache = {}, const LogFunction& log = {},
-                    const ProgressFunction& progress = {}, const ForecastFunction& forecast = {},
-                    const PassFunction& after_pass = {});
+/// @throws Error bad_argument: options, naming field, value and range; not_found: the session shows nothing; cancelled;
+/// those of
+///     Session::gl() and Session::rays(). What is shown stays; records that were kept may be lost
+RenderResult render(Session& session, const Camera& camera, const RenderOptions& options,
+                    const RenderHooks& hooks = {});
+
+/// The same in a session of its own.
+RenderResult render(Scene scene, const Camera& camera, const RenderOptions& options, const RenderHooks& hooks = {});
+
+/// What which error would cost: stops before the main work. Its `forecast` is empty where there is no indirect light.
+/// @param options  with a target or a budget
+RenderStats forecast(Session& session, const Camera& camera, const RenderOptions& options,
+                     const RenderHooks& hooks = {});
 
 }  // namespace rcs

@@ -63,7 +63,6 @@ struct RenderOptions {
                            ///< transmission, normal maps and instancing are chosen in build_ray_scene()
     std::optional<std::vector<std::string>> layers;  ///< to make beside beauty (rcs/layers.h); none: the default ones
     std::optional<MotionFrom> motion;                ///< what the layer `motion` is told by
-    bool dry_run = false;                            ///< stop after the forecast
     std::uint64_t seed = 1;                          ///< of every random stream
 };
 

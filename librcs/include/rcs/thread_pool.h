@@ -24,8 +24,10 @@ public:
     void parallel_for(std::size_t count, std::size_t grain,
                       const std::function<void(std::size_t begin, std::size_t end, int thread)>& body);
 
-private:
     struct State;
+    State& state() noexcept { return *state_; }
+
+private:
     std::unique_ptr<State> state_;
 };
 

@@ -7,7 +7,7 @@
 
 #include "gbuffer/shading.h"
 #include "hit_light/hit_radiance.h"
-#include "rcs/render.h"
+#include "rcs/glossy_stats.h"
 #include "rcs/thread_pool.h"
 
 namespace rcs {

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "lamps/lights.h"
+#include "lamps/relight.h"
 #include "rays/ray_scene_impl.h"
 
 namespace rcs {
@@ -20,6 +21,13 @@ RayScene build_ray_scene(const Scene& scene, const ThreadPool& pool, const Effec
     RayScene rays(std::move(impl));
     built.lights = std::make_shared<const Lights>(find_lights(rays));
     return rays;
+}
+
+void relight(RayScene& rays)
+{
+    RayScene::Impl& impl = rays.impl();
+    impl.environment = Environment(rays.scene());
+    impl.lights = std::make_shared<const Lights>(find_lights(rays));
 }
 
 }  // namespace rcs

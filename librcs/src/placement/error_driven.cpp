@@ -289,12 +289,12 @@ void Steering::reach(const RecordGoal& goal)
 
 }  // namespace
 
-MeanErrors place_to_goal(Placement& placement, const View& view, float overlap, double overture_seconds, double target,
+MeanErrors place_to_goal(Placement& placement, const View& view, float overlap, const Overture& overture,
                          ThreadPool& pool, std::vector<Record>& records, RecordStats& stats,
                          const std::function<std::optional<RecordGoal>(const RecordForecast&)>& set_goal)
 {
     Steering steering(placement, view, overlap, pool, records, stats);
-    steering.overture(overture_seconds, target);
+    steering.overture(overture.seconds, overture.target);
     if (const std::optional<RecordGoal> goal = set_goal(steering.forecast())) steering.reach(*goal);
     return steering.errors();
 }

@@ -30,17 +30,21 @@ struct RecordGoal {
     double likely = 0.0;         ///< mean relative error that the seconds are thought to be enough for
 };
 
+/// The coarse records that a forecast is made from.
+struct Overture {
+    double seconds =
+        0.0;  ///< they start far apart and come closer while this lasts; 0: as close as the settings say at once
+    double target = 0.0;  ///< mean relative error that is to be reached; 0: none, there is a budget
+};
+
 /// Places records as the estimated error asks for: first a coarse overture that serves every pixel; then, down steps
 /// that are the same for every goal, records closer together where their extrapolations disagree, and more rays where
 /// they lower the mean error most.
 /// @param placement  with options().rays and spacing for the overture; options() are left as the last step used them,
 ///        so that further views are filled alike
-/// @param overture_seconds  records of the overture start far apart and come closer while this lasts; 0: as close as
-///        options() say at once
-/// @param target  mean relative error that is to be reached; 0: none, there is a budget
 /// @param set_goal  asked after the overture; none stops there
 /// @return the mean relative error reached, as estimated
-MeanErrors place_to_goal(Placement& placement, const View& view, float overlap, double overture_seconds, double target,
+MeanErrors place_to_goal(Placement& placement, const View& view, float overlap, const Overture& overture,
                          ThreadPool& pool, std::vector<Record>& records, RecordStats& stats,
                          const std::function<std::optional<RecordGoal>(const RecordForecast&)>& set_goal);
 

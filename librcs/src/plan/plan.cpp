@@ -12,7 +12,7 @@
 #include "radiance/harmonics.h"
 #include "rays/ray_scene_impl.h"
 #include "rcs/effect_plan.h"
-#include "rcs/render.h"
+#include "rcs/render_options.h"
 #include "util/text.h"
 
 namespace rcs {

@@ -41,19 +41,24 @@ std::string read_file(const std::string& path)
 
 }  // namespace
 
-RecordKey record_key(const Scene& scene, const RenderOptions& options)
+std::string record_settings_words(const RenderOptions& options)
 {
-    Fingerprint print;
-    add(print, scene);
-    RecordKey key{print.text(), ""};
+    std::string words;
     for (const OptionInfo& option : option_table()) {
         const bool counts =
             option.records == RecordUse::bound || (option.records == RecordUse::by_goal && has_goal(options));
         const std::string value = counts ? text_of(option, options) : "";
         if (value.empty()) continue;
-        key.settings.append(key.settings.empty() ? "" : ", ").append(option.name.substr(2)).append(" ").append(value);
+        words.append(words.empty() ? "" : ", ").append(option.name.substr(2)).append(" ").append(value);
     }
-    return key;
+    return words;
+}
+
+RecordKey record_key(const Scene& scene, const RenderOptions& options)
+{
+    Fingerprint print;
+    add(print, scene);
+    return {print.text(), record_settings_words(options)};
 }
 
 void check_record_path(const std::string& path)

@@ -1,10 +1,12 @@
 #include "rcs/fingerprint.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <cstring>
 #include <vector>
 
 #include "scene/material_fields.h"
+#include "scene/scene_parts.h"
 #include "util/random.h"
 
 namespace rcs {
@@ -91,6 +93,41 @@ void add_environment(Fingerprint& print, const EnvironmentImage& environment)
     print.add(rotation);
 }
 
+void add_instances(Fingerprint& print, const std::vector<Instance>& instances)
+{
+    print.add(instances.size());
+    for (const Instance& instance : instances) {
+        print.add(instance.mesh);
+        add_plain(print, instance.world_from_object);
+    }
+}
+
+/// Lamps without size, and the sky.
+void add_lamps(Fingerprint& print, const Scene& scene)
+{
+    print.add(scene.lights.size());
+    for (const PunctualLight& light : scene.lights) add_light(print, light);
+    add_plain(print, scene.sky_radiance);
+    add_environment(print, scene.environment);
+}
+
+template <typename Value>
+bool same(const Value& a, const Value& b, void (*add)(Fingerprint&, const Value&))
+{
+    Fingerprint of_a, of_b;
+    add(of_a, a);
+    add(of_b, b);
+    return of_a.text() == of_b.text();
+}
+
+/// The same one by one: most that differ do so at once.
+template <typename Value>
+bool same_each(const std::vector<Value>& a, const std::vector<Value>& b, void (*add)(Fingerprint&, const Value&))
+{
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                      [&](const Value& x, const Value& y) { return same(x, y, add); });
+}
+
 }  // namespace
 
 void Fingerprint::add_bytes(const void* data, std::size_t size)
@@ -126,17 +163,19 @@ void add(Fingerprint& print, const Scene& scene)
     for (const Material& material : materials) add_material(print, material);
     print.add(meshes.size());
     for (const Mesh& mesh : meshes) add_mesh(print, mesh);
-    print.add(instances.size());
-    for (const Instance& instance : instances) {
-        print.add(instance.mesh);
-        add_plain(print, instance.world_from_object);
-    }
-    print.add(lights.size());
-    for (const PunctualLight& light : lights) add_light(print, light);
-    add_plain(print, sky_radiance);
-    add_environment(print, environment);
+    add_instances(print, instances);
+    add_lamps(print, scene);
     add_plain(print, origin);
 }
+
+bool same_surfaces(const Scene& a, const Scene& b)
+{
+    return a.origin == b.origin && same(a.instances, b.instances, add_instances) &&
+           same_each(a.meshes, b.meshes, add_mesh) && same_each(a.materials, b.materials, add_material) &&
+           same_each(a.textures, b.textures, add_texture);
+}
+
+bool same_lamps(const Scene& a, const Scene& b) { return same(a, b, add_lamps); }
 
 void add(Fingerprint& print, const Camera& camera)
 {

@@ -48,13 +48,14 @@ RenderResult CaseRun::render(const Scene& scene, const RenderOptions& options, c
 RenderResult CaseRun::render(const Scene& scene, const Camera& camera, const RenderOptions& options,
                              const std::string& label, ThreadPool& pool, std::vector<Record> cache)
 {
-    validate(scene);
+    Session session(machine_.gl, pool);
+    session.show(scene);
+    if (!cache.empty()) session.begin_with(std::move(cache));
     if (!machine_.save_folder.empty() && !scene_) {
         scene_ = scene;
         camera_ = camera;
     }
-    const RayScene rays = build_ray_scene(scene, pool);
-    RenderResult result = rcs::render(machine_.gl, rays, camera, options, pool, std::move(cache));
+    RenderResult result = rcs::render(session, camera, options);
     check_layers(result, label);
     if (!machine_.save_folder.empty()) pictures_.push_back({label, result.image});
     return result;

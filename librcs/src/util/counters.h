@@ -1,8 +1,11 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
+
+#include "rcs/thread_pool.h"
 
 namespace rcs {
 
@@ -30,10 +33,19 @@ extern constinit thread_local std::array<std::uint64_t, kCounts> counts __attrib
 
 inline void tally(Count what, std::uint64_t more = 1) { detail::counts[static_cast<std::size_t>(what)] += more; }
 
-/// Adds this thread's counts to those of the process. ThreadPool does it for its threads.
-void flush_counts();
+/// Sums of many threads' counts.
+class Counts {
+public:
+    /// Adds what this thread has counted since it was last asked.
+    void take_own();
+    std::array<std::uint64_t, kCounts> totals() const;
 
-/// Of the process since its start: of all loops that have ended, and of this thread.
-std::array<std::uint64_t, kCounts> total_counts();
+private:
+    std::array<std::atomic<std::uint64_t>, kCounts> totals_{};
+};
+
+/// Of all loops of this pool that have ended, and of this thread since its last loop of any pool: what is at work with
+/// another pool counts for itself.
+std::array<std::uint64_t, kCounts> total_counts(ThreadPool& pool);
 
 }  // namespace rcs

@@ -30,12 +30,13 @@ struct ThreadPool::State {
     std::size_t grain = 1;
     std::atomic<std::size_t> next{0};
     std::exception_ptr failure;
+    Counts counts;
 
     void run_chunks(int thread)
     {
         for (;;) {
             const std::size_t begin = next.fetch_add(grain, std::memory_order_relaxed);
-            if (begin >= count) return flush_counts();
+            if (begin >= count) return counts.take_own();
             try {
                 (*body)(begin, std::min(begin + grain, count), thread);
             } catch (...) {
@@ -102,6 +103,12 @@ void ThreadPool::parallel_for(std::size_t count, std::size_t grain, const State:
     std::unique_lock lock(s.mutex);
     s.work_done.wait(lock, [&] { return s.busy == 0; });
     if (s.failure) std::rethrow_exception(std::exchange(s.failure, nullptr));
+}
+
+std::array<std::uint64_t, kCounts> total_counts(ThreadPool& pool)
+{
+    pool.state().counts.take_own();
+    return pool.state().counts.totals();
 }
 
 }  // namespace rcs

@@ -1,6 +1,4 @@
-#include "compose/settings.h"
-
-#include <algorithm>
+#include "rcs/render_options.h"
 
 namespace rcs {
 
@@ -26,27 +24,6 @@ double budget_seconds(const RenderOptions& options)
 {
     const Budget* budget = std::get_if<Budget>(&options.quality);
     return budget ? budget->seconds : 0.0;
-}
-
-RecordSettings record_settings(const RenderOptions& o)
-{
-    const QualitySettings quality = settings_or_default(o);
-    return {.error_tolerance = quality.error_tolerance,
-            .rays = quality.rays,
-            .noise_target = quality.noise_target,
-            .min_reach = o.min_reach,
-            .max_reach = o.max_reach,
-            .gradient_limit = o.gradient_limit,
-            .bounces = o.bounces,
-            .seed = o.seed};
-}
-
-DirectSettings direct_settings(const RenderOptions& o)
-{
-    return {.area_samples = o.area_samples,
-            .penumbra_samples = std::max(o.penumbra_samples, o.area_samples),
-            .lamp_picks = o.lamp_picks,
-            .seed = o.seed};
 }
 
 }  // namespace rcs

@@ -6,11 +6,11 @@
 
 namespace rcs {
 
-/// Brings what hot loops counted since it was made into EffectCounts.
+/// Brings what hot loops of a pool counted since it was made into EffectCounts.
 class EffectTally {
 public:
-    explicit EffectTally(GlContext& gl);
-    void finish(GlContext& gl, const std::vector<Record>& records, const LayeredImage& image,
+    EffectTally(GlContext& gl, ThreadPool& pool);
+    void finish(GlContext& gl, ThreadPool& pool, const std::vector<Record>& records, const LayeredImage& image,
                 EffectCounts& counts) const;
 
 private:

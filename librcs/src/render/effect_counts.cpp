@@ -1,15 +1,15 @@
-#include "compose/effect_counts.h"
+#include "render/effect_counts.h"
 
 #include "gl/gl_context_impl.h"
 
 namespace rcs {
 
-EffectTally::EffectTally(GlContext& gl) : before_(total_counts()) { gl.impl().used.clear(); }
+EffectTally::EffectTally(GlContext& gl, ThreadPool& pool) : before_(total_counts(pool)) { gl.impl().used.clear(); }
 
-void EffectTally::finish(GlContext& gl, const std::vector<Record>& records, const LayeredImage& image,
+void EffectTally::finish(GlContext& gl, ThreadPool& pool, const std::vector<Record>& records, const LayeredImage& image,
                          EffectCounts& counts) const
 {
-    const std::array<std::uint64_t, kCounts> now = total_counts();
+    const std::array<std::uint64_t, kCounts> now = total_counts(pool);
     const auto since = [&](Count what) {
         return now[static_cast<std::size_t>(what)] - before_[static_cast<std::size_t>(what)];
     };

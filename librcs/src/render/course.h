@@ -1,0 +1,59 @@
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <vector>
+
+#include "rcs/direct_light.h"
+#include "rcs/records.h"
+#include "rcs/render.h"
+#include "render/settings.h"
+
+namespace rcs {
+
+struct Frame;
+
+/// When a render began, and how much of its budget is left.
+class Deadline {
+public:
+    explicit Deadline(const Quality& quality);
+
+    bool is_set() const { return budget_ > 0.0; }
+    double elapsed() const;  ///< [s]
+    double left() const;     ///< [s]; only with a budget
+
+private:
+    double budget_;
+    std::chrono::steady_clock::time_point start_;
+};
+
+/// How the picture goes on, as quality steers it: what the settings say until the first view's records have told more.
+struct Course {
+    DirectSettings direct;      ///< fewer shadow rays where a budget is too short for them
+    RecordSettings records;     ///< that holes of further views are filled with
+    int passes = 1;             ///< in all
+    int lobe_rounds = 1;        ///< of tracing, in each pass
+    double pass_seconds = 0.0;  ///< what a further pass takes [s]
+    double passes_ended = 0.0;  ///< when the last one was done [s since the beginning]
+};
+Course begin_course(const Settings& settings);
+
+/// Whether one more pass is to follow those that are done. With a budget passes follow what they really take.
+/// @param most  passes there may be
+bool wants_pass(Course& course, const Deadline& deadline, int done, int most);
+
+/// For the first view, before its direct light: what a budget can afford.
+DirectSettings affordable_direct(const Frame& frame);
+
+/// Places the first view's records by steps to the target or for the time there is, and settles passes and rounds on
+/// the way.
+/// @param go_on  asked once the forecast is made; false stops after the coarse records
+void steer_records(Frame& frame, bool go_on);
+
+/// Whether tracing the first view's lobes once more would bring the picture nearer to the target. @param rounds  so far
+bool wants_more_lobes(const Frame& frame, int rounds);
+
+/// Averages a further round of traced lobes into those of `rounds` rounds.
+void add_round(TracedLight& light, const TracedLight& more, int rounds);
+
+}  // namespace rcs

@@ -1,0 +1,139 @@
+#include "render/frame.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <iterator>
+#include <string>
+#include <utility>
+
+#include "gbuffer/views.h"
+#include "plan/plan_words.h"
+#include "rcs/effect_plan.h"
+#include "rcs/version.h"
+#include "render/stage_clock.h"
+
+namespace rcs {
+namespace {
+
+/// Takes out the records without radiance, which are no use to glossy surfaces but to other views.
+std::vector<Record> take_plain(std::vector<Record>& records)
+{
+    const auto plain =
+        std::stable_partition(records.begin(), records.end(), [](const Record& r) { return !r.radiance.empty(); });
+    std::vector<Record> taken(std::make_move_iterator(plain), std::make_move_iterator(records.end()));
+    records.erase(plain, records.end());
+    return taken;
+}
+
+// Beyond so many times the target a render says that it did not get there: the estimate itself scatters by as much.
+constexpr double kNotReached = 1.05;
+
+std::string percent(double part)
+{
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g %%", 100.0 * part);
+    return text;
+}
+
+void describe(const Frame& f, LayeredImage& image)
+{
+    const auto number = [](auto value) { return std::to_string(value); };
+    const RenderStats& stats = f.result.stats;
+    const RecordSettings& records = f.course.records;  // with a goal, as it left them
+    image.metadata["rcs:effects"] = list_effects(stats.plan, true);
+    image.metadata["rcs:effects-left-out"] = list_effects(stats.plan, false);
+    image.metadata["rcs:version"] = kVersion;
+    image.metadata["rcs:camera"] = f.camera.name;
+    image.metadata["rcs:accuracy"] = number(records.error_tolerance);
+    image.metadata["rcs:rays"] = number(records.rays);
+    image.metadata["rcs:noise"] = number(records.noise_target);
+    image.metadata["rcs:bounces"] = number(stats.plan.bounces);
+    image.metadata["rcs:aa"] = number(f.course.passes);
+    if (target_error(f.asked) > 0.0) image.metadata["rcs:target-error"] = number(target_error(f.asked));
+    if (budget_seconds(f.asked) > 0.0) image.metadata["rcs:budget"] = number(budget_seconds(f.asked));
+    image.metadata["rcs:lobe-rays"] = number(f.asked.lobe_rays);
+    image.metadata["rcs:overlap"] = number(f.asked.overlap);
+    image.metadata["rcs:seed"] = number(f.asked.seed);
+    image.metadata["rcs:splat"] = stats.splat_method;
+    image.metadata["rcs:error-mean"] = number(stats.error.mean_relative);
+    image.metadata["rcs:error-median"] = number(stats.error.median_relative);
+    image.metadata["rcs:error-p95"] = number(stats.error.p95_relative);
+    image.metadata["rcs:renderer"] = stats.gl_renderer;
+    image.metadata["rcs:records"] = number(f.records.size());
+}
+
+void warn(const Frame& f)
+{
+    if (!f.hooks.log) return;
+    const double reached = f.result.stats.error.mean_relative, target = target_error(f.asked);
+    if (target > 0.0 && reached > kNotReached * target)
+        f.hooks.log(LogLevel::warning, "the error of indirect light is estimated as " + percent(reached) +
+                                           ", not the " + percent(target) + " wanted");
+    if (const std::uint64_t unserved = f.result.stats.unserved_pixels; unserved > 0)
+        f.hooks.log(LogLevel::warning, std::to_string(unserved) + " visible pixels are served by no record");
+}
+
+}  // namespace
+
+void RenderStats::add(const std::string& stage, double seconds)
+{
+    const auto found = std::find_if(stage_seconds.begin(), stage_seconds.end(),
+                                    [&](const auto& entry) { return entry.first == stage; });
+    if (found == stage_seconds.end())
+        stage_seconds.emplace_back(stage, seconds);
+    else
+        found->second += seconds;
+}
+
+Frame begin_frame(Session& session, const Camera& camera, const RenderOptions& asked, const RenderHooks& hooks)
+{
+    validate(asked);
+    const RayScene& rays = session.rays(asked.effects);
+    GlContext& gl = session.gl();
+    const EffectTally tally(gl, session.pool());
+    RenderStats stats;
+    stats.plan = timed(stats, hooks.progress, "plan", [&] { return plan_effects(rays, camera, asked); });
+    tell(stats.plan, hooks.log);
+    const Settings settings = make_settings(asked, stats.plan, rays.scene(), gl.software());
+    stats.threads = session.pool().size();
+    stats.gl_renderer = gl.renderer();
+    stats.gl_version = gl.version();
+    stats.gl_platform = gl.platform();
+    stats.splat_method = settings.splat_method == SplatMethod::quads ? "quads" : "tiles";
+    Frame frame{.session = session,
+                .rays = rays,
+                .camera = camera,
+                .asked = asked,
+                .hooks = hooks,
+                .settings = settings,
+                .layers = picture_layers(stats.plan, rays.scene(), asked.motion),
+                .deadline = Deadline(asked.quality),
+                .tally = tally,
+                .course = begin_course(settings),
+                .views = make_views(camera, asked.width, asked.height, settings.passes),
+                .result = {{}, {}, std::move(stats)},
+                .records = session.state().take_records(asked)};
+    if (settings.records.radiance) frame.without_radiance = take_plain(frame.records);
+    return frame;
+}
+
+RenderResult finish(Frame& f)
+{
+    f.gbuffer = {}, f.shading = {}, f.weight = {}, f.light = {};
+    RenderResult& result = f.result;
+    RenderStats& stats = result.stats;
+    timed(stats, f.hooks.progress, "compose", [&] { finish_passes(f.course.passes, result.image); });
+    if (f.needs(Effect::error_estimate))
+        stats.error = timed(stats, f.hooks.progress, "error", [&] { return estimate_error(result.image); });
+    keep_layers(f.layers, result.image);
+    f.tally.finish(f.session.gl(), f.session.pool(), f.records, result.image, stats.counts);
+    describe(f, result.image);
+    warn(f);
+    f.records.insert(f.records.end(), std::make_move_iterator(f.without_radiance.begin()),
+                     std::make_move_iterator(f.without_radiance.end()));
+    result.records = f.session.state().keep_records(std::move(f.records), f.asked);
+    stats.kept = f.session.state().end_view();
+    return std::move(result);
+}
+
+}  // namespace rcs

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "compose/compose.h"
+#include "compose/shared_samples.h"
+#include "gbuffer/shading.h"
+#include "rcs/render.h"
+#include "render/course.h"
+#include "render/effect_counts.h"
+#include "render/settings.h"
+#include "session/session_state.h"
+
+namespace rcs {
+
+/// A picture in the making.
+struct Frame {
+    Session& session;
+    const RayScene& rays;
+    const Camera& camera;
+    const RenderOptions& asked;
+    const RenderHooks& hooks;
+    const Settings settings;
+    const PictureLayers layers;  ///< that are made
+    const Deadline deadline;
+    const EffectTally tally;
+    Course course;            ///< that quality steers
+    std::vector<View> views;  ///< one for each pass there may be
+    RenderResult result;      ///< its image holds sums until the last pass is done
+
+    // What passes share.
+    std::vector<Record> records = {};
+    std::vector<Record> without_radiance =
+        {};  ///< of records handed over: no use to glossy surfaces, but to other views
+    const LightCache* light_cache = nullptr;
+    std::optional<SharedSamples> shared = {};
+
+    // The pass: surfaces in view, those seen through others one layer after the other, and their light.
+    int pass = -1;
+    int layer = 0;
+    DirectSettings direct = {};
+    GBuffer gbuffer = {};
+    Shading shading = {};
+    /// per pixel, how much light comes through the layers in front; empty: there are none
+    std::vector<glm::vec3> weight = {};
+    PassLight light = {};
+
+    const View& view() const { return views[static_cast<std::size_t>(pass)]; }
+    bool is_first_view() const { return pass == 0 && layer == 0; }
+    bool needs(Effect effect) const { return settings.needs(effect); }
+    RenderStats& stats() { return result.stats; }
+    KnownSamples* known() { return shared ? &shared->known : nullptr; }
+};
+
+/// Plans what is to be simulated and begins with what the session keeps.
+Frame begin_frame(Session& session, const Camera& camera, const RenderOptions& asked, const RenderHooks& hooks);
+
+// The stages of a pass, in their order; each does nothing where the plan leaves it out.
+
+/// Goes on to the next pass. @return false: there are enough
+bool begin_pass(Frame& frame);
+void draw_gbuffer(Frame& frame);
+/// Light of later bounces, spread over the surfaces that gather rays can meet: once for all passes.
+void spread_bounces(Frame& frame);
+void light_directly(Frame& frame);
+/// One round of rays along the lobes too narrow for records.
+void trace_lobes(Frame& frame);
+/// Holes, gathers, records; the first view's by steps to an error or for a time, if that is asked for.
+void place_records(Frame& frame);
+/// The coarse records of the first view alone, and what they foretell.
+void forecast_records(Frame& frame);
+void splat_records(Frame& frame);
+/// Further rounds along narrow lobes, as many as the error asks for.
+void trace_more_lobes(Frame& frame);
+void add_to_picture(Frame& frame);
+/// Takes the place of the surfaces in view by what shows through them. @return false: nothing does
+bool look_behind(Frame& frame);
+/// Tells after_pass of the picture so far.
+void show_picture(Frame& frame);
+
+/// Sums become the picture, counts its statistics; what lasts goes back to the session.
+RenderResult finish(Frame& frame);
+
+}  // namespace rcs

@@ -1,0 +1,50 @@
+#include "rcs/render.h"
+
+#include <utility>
+
+#include "render/frame.h"
+
+namespace rcs {
+
+// Gautron, Krivanek, Bouatouch, Pattanaik 2005: sparse records are gathered by rays where no record serves a visible
+// point yet, each is splatted over what it serves, and the normalised sum is the indirect light.
+RenderResult render(Session& session, const Camera& camera, const RenderOptions& asked, const RenderHooks& hooks)
+{
+    Frame frame = begin_frame(session, camera, asked, hooks);  // options -> plan -> settings
+    while (begin_pass(frame)) {
+        draw_gbuffer(frame);
+        spread_bounces(frame);
+        do {
+            light_directly(frame);
+            trace_lobes(frame);
+            place_records(frame);
+            splat_records(frame);
+            trace_more_lobes(frame);
+            add_to_picture(frame);
+        } while (look_behind(frame));
+        show_picture(frame);
+    }
+    return finish(frame);
+}
+
+RenderStats forecast(Session& session, const Camera& camera, const RenderOptions& asked, const RenderHooks& hooks)
+{
+    Frame frame = begin_frame(session, camera, asked, hooks);
+    if (frame.needs(Effect::indirect_diffuse) && has_goal(asked) && begin_pass(frame)) {
+        draw_gbuffer(frame);
+        spread_bounces(frame);
+        light_directly(frame);
+        trace_lobes(frame);
+        forecast_records(frame);
+    }
+    return std::move(frame.stats());
+}
+
+RenderResult render(Scene scene, const Camera& camera, const RenderOptions& asked, const RenderHooks& hooks)
+{
+    Session session({.log = hooks.log});
+    session.show(std::move(scene));
+    return render(session, camera, asked, hooks);
+}
+
+}  // namespace rcs

@@ -1,0 +1,193 @@
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "accuracy/error_estimate.h"
+#include "gbuffer/views.h"
+#include "placement/view_fit.h"
+#include "render/frame.h"
+#include "render/stage_clock.h"
+#include "util/random.h"
+
+namespace rcs {
+namespace {
+
+// Behind so many transparent surfaces nothing more is looked for.
+constexpr int kMostLayers = 16;
+// ... nor where less than this part of the light comes through: half a code of an 8-bit picture.
+constexpr float kLeastWeight = 1.0f / 512.0f;
+
+template <typename Work>
+auto timed(Frame& frame, const char* stage, const Work& work)
+{
+    return timed(frame.stats(), frame.hooks.progress, stage, work);
+}
+
+/// Takes the weights on through the surfaces just shaded. @return whether anything behind them matters
+bool weigh_behind(const Shading& shading, std::vector<glm::vec3>& weight)
+{
+    if (shading.through.empty()) return false;
+    if (weight.empty()) weight.assign(shading.through.size(), glm::vec3(1.0f));
+    bool any = false;
+    for (std::size_t i = 0; i < weight.size(); ++i) {
+        weight[i] *= shading.through[i];
+        if (std::max({weight[i].r, weight[i].g, weight[i].b}) < kLeastWeight)
+            weight[i] = glm::vec3(0.0f);
+        else
+            any = true;
+    }
+    return any;
+}
+
+TracedLight trace_round(Frame& f, int round)
+{
+    ++f.stats().counts.lobe_passes;
+    return timed(f, "glossy", [&] {
+        LobeSettings settings = f.settings.lobes;
+        settings.seed = stream_key(f.direct.seed, Stream::glossy, static_cast<std::uint64_t>(round));
+        return trace_lobes(f.rays, {f.rays, f.light_cache, f.settings.effects}, f.gbuffer, f.view(), f.shading,
+                           settings, f.session.pool(), f.stats().traced);
+    });
+}
+
+}  // namespace
+
+bool begin_pass(Frame& f)
+{
+    if (!wants_pass(f.course, f.deadline, f.pass + 1, f.settings.passes)) return false;
+    ++f.pass;
+    f.direct = f.course.direct;
+    f.direct.seed = pass_seed(f.settings.seed, f.pass);
+    return true;
+}
+
+void draw_gbuffer(Frame& f)
+{
+    f.layer = 0;
+    f.gbuffer = {}, f.shading = {}, f.weight = {}, f.light = {};  // memory first
+    f.gbuffer = timed(f, "gbuffer", [&] {
+        return render_gbuffer(f.session.gl(), f.rays, f.view(), f.settings.texture_scale, f.session.pool(),
+                              f.settings.effects, f.shading, f.known());
+    });
+    ++f.stats().counts.gbuffers;
+    note_bytes(f.shading, f.stats().counts);
+}
+
+void spread_bounces(Frame& f)
+{
+    if (!f.needs(Effect::more_bounces) || f.light_cache) return;
+    const LightCacheUse use{f.view(), f.settings.light_cache};
+    f.light_cache = f.session.state().find_light_cache(use);
+    if (f.light_cache) return;
+    f.light_cache = timed(f, "bounces", [&] {
+        LightCache cache = build_light_cache(f.rays, f.gbuffer, f.view(), f.settings.light_cache, f.session.pool(),
+                                             f.stats().light_cache, f.hooks.progress);
+        return f.session.state().keep_light_cache(std::move(cache), use);
+    });
+}
+
+void light_directly(Frame& f)
+{
+    f.light = {};
+    f.light.layers = &f.layers;
+    if (!f.settings.has_lamps) return;
+    if (f.is_first_view()) f.direct = f.course.direct = affordable_direct(f);
+    f.light.direct = timed(f, "direct", [&] {
+        return direct_light(f.rays, f.gbuffer, f.view(), f.shading, f.direct, f.session.pool(),
+                            f.stats().direct_shadow_rays);
+    });
+    ++f.stats().counts.direct_passes;
+}
+
+void trace_lobes(Frame& f)
+{
+    if (f.needs(Effect::traced_lobes)) f.light.traced = trace_round(f, 0);
+}
+
+void place_records(Frame& f)
+{
+    if (!f.needs(Effect::indirect_diffuse)) return;
+    timed(f, "records", [&] {
+        if (f.is_first_view()) fit_to_view(f.gbuffer, f.view(), f.records);
+        if (f.is_first_view() && has_goal(f.asked)) return steer_records(f, true);
+        // Records of earlier passes are shared; this one adds where it sees what they did not.
+        place_records(f.rays, f.gbuffer, f.view(), f.course.records, f.session.pool(), f.records, f.stats().records,
+                      f.hooks.progress, f.light_cache);
+    });
+}
+
+void forecast_records(Frame& f)
+{
+    timed(f, "records", [&] {
+        fit_to_view(f.gbuffer, f.view(), f.records);
+        steer_records(f, false);
+    });
+}
+
+void splat_records(Frame& f)
+{
+    if (!f.needs(Effect::indirect_diffuse)) return;
+    SplatSettings settings = f.settings.splat;
+    settings.error_tolerance = f.course.records.error_tolerance;
+    const Shading* const glossy = f.settings.records.radiance ? &f.shading : nullptr;
+    RenderStats& stats = f.stats();
+    SplatStats splats;
+    f.light.indirect = timed(f, "splat", [&] {
+        return f.settings.splat_method == SplatMethod::quads
+                   ? splat_quads(f.session.gl(), f.records, f.gbuffer, f.view(), settings, splats, glossy)
+                   : splat_tiles(f.records, f.gbuffer, f.view(), settings, f.session.pool(), splats, glossy);
+    });
+    ++(glossy ? stats.counts.glossy_splats : stats.counts.splats);
+    stats.splats.splats += splats.splats;
+    stats.splats.samples += splats.samples;
+    if (!settings.error_sums) return;
+    f.light.indirect_error = timed(f, "error", [&] { return error_map(f.light.indirect, splats, settings.overlap); });
+    ++stats.counts.error_passes;
+}
+
+void trace_more_lobes(Frame& f)
+{
+    if (!f.needs(Effect::traced_lobes)) return;
+    int& rounds = f.course.lobe_rounds;
+    for (int round = 1; round < rounds || (f.is_first_view() && wants_more_lobes(f, round)); ++round) {
+        add_round(f.light.traced, trace_round(f, round), round);
+        rounds = std::max(rounds, round + 1);
+    }
+}
+
+void add_to_picture(Frame& f)
+{
+    timed(f, "compose", [&] {
+        LayeredImage& sums = f.result.image;
+        f.stats().unserved_pixels +=
+            accumulate_pass(f.gbuffer, f.view(), f.shading, f.light, f.weight, f.known(), sums);
+        if (f.shared)
+            f.stats().counts.shared_samples += add_shared(*f.shared, sums);
+        else if (f.is_first_view() && f.settings.shares_samples)
+            f.shared = find_smooth(f.gbuffer, f.light.direct, sums, f.session.pool());
+    });
+}
+
+bool look_behind(Frame& f)
+{
+    if (!weigh_behind(f.shading, f.weight) || ++f.layer == kMostLayers) return false;
+    f.light = {};
+    timed(f, "gbuffer", [&] {
+        peel_gbuffer(f.rays, f.view(), f.settings.texture_scale, f.session.pool(), f.weight, f.gbuffer, f.shading);
+    });
+    ++f.stats().counts.peeled_layers;
+    return true;
+}
+
+void show_picture(Frame& f)
+{
+    const int done = f.pass + 1;
+    if (!f.hooks.after_pass || done >= f.course.passes) return;
+    f.hooks.after_pass(done, f.course.passes, [&] {
+        LayeredImage so_far = f.result.image;
+        finish_passes(done, so_far);
+        return so_far;
+    });
+}
+
+}  // namespace rcs

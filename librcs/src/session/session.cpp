@@ -1,0 +1,229 @@
+#include "rcs/session.h"
+
+#include <utility>
+
+#include "lamps/relight.h"
+#include "rcs/error.h"
+#include "rcs/record_file.h"
+#include "scene/scene_parts.h"
+#include "session/session_state.h"
+
+namespace rcs {
+namespace {
+
+/// The choices that change what rays ask surfaces for.
+EffectChoice choice_of_rays(const EffectChoice& choice)
+{
+    EffectChoice result;
+    using enum Effect;
+    for (const Effect effect : {transmission, alpha_mask, alpha_blend, normal_maps, instancing}) {
+        result.with.set(effect, choice.with.has(effect));
+        result.without.set(effect, choice.without.has(effect));
+    }
+    return result;
+}
+
+/// Takes over all that is no surface.
+void take_lamps(Scene& from, Scene& to)
+{
+    to.name = std::move(from.name);
+    to.lights = std::move(from.lights);
+    to.cameras = std::move(from.cameras);
+    to.sky_radiance = from.sky_radiance;
+    to.environment = std::move(from.environment);
+}
+
+}  // namespace
+
+const char* name_of(SessionPart part)
+{
+    switch (part) {
+        case SessionPart::ray_scene:
+            return "acceleration structure";
+        case SessionPart::light_cache:
+            return "light cache";
+        case SessionPart::records:
+            return "records";
+        case SessionPart::count:
+            break;
+    }
+    return "";
+}
+
+bool Session::State::holds(SessionPart part) const
+{
+    switch (part) {
+        case SessionPart::ray_scene:
+            return rays.has_value();
+        case SessionPart::light_cache:
+            return light_cache.has_value();
+        case SessionPart::records:
+            return !records.empty();
+        case SessionPart::count:
+            break;
+    }
+    return false;
+}
+
+void Session::State::note(SessionPart part, bool kept, std::string why)
+{
+    if (!kept && holds(part) && options.log)
+        options.log(LogLevel::debug, std::string(name_of(part)) + " not kept: " + why);
+    of(part) = {kept, std::move(why)};
+}
+
+Session::Session(SessionOptions options) : state_(std::make_unique<State>())
+{
+    state_->options = std::move(options);
+    state_->pool = std::make_shared<ThreadPool>(state_->options.threads);
+    state_->validity.fill({false, "nothing is shown yet"});
+}
+
+Session::Session(GlContext& gl, ThreadPool& pool, SessionOptions options) : state_(std::make_unique<State>())
+{
+    state_->options = std::move(options);
+    state_->pool = std::shared_ptr<ThreadPool>(std::shared_ptr<void>(), &pool);  // owns nothing
+    state_->gl = std::shared_ptr<GlContext>(std::shared_ptr<void>(), &gl);
+    state_->validity.fill({false, "nothing is shown yet"});
+}
+
+Session::~Session() = default;
+Session::Session(Session&&) noexcept = default;
+Session& Session::operator=(Session&&) noexcept = default;
+
+void Session::show(Scene scene)
+{
+    State& s = *state_;
+    validate(scene);
+    if (s.scene && same_surfaces(*s.scene, scene)) {
+        const bool same_light = same_lamps(*s.scene, scene);
+        take_lamps(scene, *s.scene);
+        if (same_light) return;
+        if (s.rays) {
+            relight(*s.rays);
+            s.note(SessionPart::ray_scene, true, "only lamps or the sky have changed");
+        }
+        return s.drop_light("lamps or the sky have changed");
+    }
+    const std::string why = s.scene ? "surfaces have moved or changed" : "the scene is new";
+    s.note(SessionPart::ray_scene, false, why);
+    s.drop_light(why);
+    s.rays.reset();  // before what it refers to
+    s.scene = std::make_unique<Scene>(std::move(scene));
+}
+
+void Session::clear()
+{
+    forget_light();
+    state_->note(SessionPart::ray_scene, false, "the scene was dropped");
+    state_->rays.reset();
+    state_->scene.reset();
+}
+
+void Session::forget_light() { state_->drop_light("it was to be forgotten"); }
+
+bool Session::has_scene() const noexcept { return state_->scene != nullptr; }
+
+const Scene& Session::scene() const
+{
+    if (!state_->scene) throw Error(ErrorCode::not_found, "the session shows no scene");
+    return *state_->scene;
+}
+
+ThreadPool& Session::pool() noexcept { return *state_->pool; }
+
+GlContext& Session::gl()
+{
+    if (!state_->gl) state_->gl = std::make_shared<GlContext>(state_->options.log);
+    return *state_->gl;
+}
+
+const RayScene& Session::rays(const EffectChoice& choice)
+{
+    State& s = *state_;
+    const EffectChoice asked = choice_of_rays(choice);
+    if (s.rays && s.rays_choice.with == asked.with && s.rays_choice.without == asked.without) return *s.rays;
+    if (s.rays) {
+        const std::string why = "alpha, transmission, normal maps or instancing are chosen otherwise";
+        s.note(SessionPart::ray_scene, false, why);
+        s.note(SessionPart::light_cache, false, why);
+        s.light_cache.reset();
+        s.rays.reset();
+    }
+    s.rays.emplace(build_ray_scene(scene(), *s.pool, asked));
+    s.rays_choice = asked;
+    return *s.rays;
+}
+
+const std::vector<Record>& Session::records() const noexcept { return state_->records; }
+
+void Session::begin_with(std::vector<Record> records)
+{
+    state_->records = std::move(records);
+    state_->record_settings.clear();
+    state_->note(SessionPart::records, true, "they were handed over");
+}
+
+const Validity& Session::validity(SessionPart part) const { return state_->of(part); }
+
+void Session::State::drop_light(const std::string& why)
+{
+    note(SessionPart::light_cache, false, why);
+    note(SessionPart::records, false, why);
+    light_cache.reset();
+    records.clear();
+}
+
+std::vector<Record> Session::State::take_records(const RenderOptions& asked)
+{
+    if (records.empty()) {
+        if (!options.keep_records) note(SessionPart::records, false, "views of this session do not share them");
+        return {};
+    }
+    const std::string settings = record_settings_words(asked);
+    if (!record_settings.empty() && record_settings != settings) {
+        note(SessionPart::records, false, "they were made with " + record_settings + ", not with " + settings);
+        records.clear();
+    } else if (!record_settings.empty()) {
+        note(SessionPart::records, true, "scene, lamps and options are those they were made with");
+    }
+    return std::exchange(records, {});
+}
+
+std::vector<Record> Session::State::keep_records(std::vector<Record> made, const RenderOptions& asked)
+{
+    if (!options.keep_records) return made;
+    records = std::move(made);
+    record_settings = record_settings_words(asked);
+    return {};
+}
+
+const LightCache* Session::State::find_light_cache(const LightCacheUse& use)
+{
+    if (!light_cache) return nullptr;
+    const bool kept = light_cache_use == use;
+    if (kept) {
+        note(SessionPart::light_cache, true, "scene, view and options are those it was built for");
+        return &*light_cache;
+    }
+    const bool same_view = light_cache_use.view == use.view;
+    note(SessionPart::light_cache, false, same_view ? "bounces, seed or effects are others" : "the view is another");
+    light_cache.reset();
+    return nullptr;
+}
+
+const LightCache* Session::State::keep_light_cache(LightCache cache, LightCacheUse use)
+{
+    light_cache.emplace(std::move(cache));
+    light_cache_use = std::move(use);
+    return &*light_cache;
+}
+
+std::array<Validity, kSessionParts> Session::State::end_view()
+{
+    const std::array<Validity, kSessionParts> found = validity;
+    note(SessionPart::ray_scene, true, "nothing it depends on has changed");
+    return found;
+}
+
+}  // namespace rcs
