@@ -12,7 +12,10 @@ namespace {
 
 struct Stage {
     Session session;
-    explicit Stage(const char* name) { session.show(load_scene(name)); }
+    explicit Stage(const char* name, int threads = 2) : session({.threads = threads})
+    {
+        session.show(load_scene(name));
+    }
 
     RenderResult render(const RenderOptions& options, const RenderHooks& hooks = {})
     {

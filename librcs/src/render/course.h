@@ -29,12 +29,12 @@ private:
 
 /// How the picture goes on, as quality steers it: what the settings say until the first view's records have told more.
 struct Course {
-    DirectSettings direct;      ///< fewer shadow rays where a budget is too short for them
-    RecordSettings records;     ///< that holes of further views are filled with
-    int passes = 1;             ///< in all
-    int lobe_rounds = 1;        ///< of tracing, in each pass
-    double pass_seconds = 0.0;  ///< what a further pass takes [s]
-    double passes_ended = 0.0;  ///< when the last one was done [s since the beginning]
+    DirectSettings direct = {};   ///< fewer shadow rays where a budget is too short for them
+    RecordSettings records = {};  ///< that holes of further views are filled with
+    int passes = 1;               ///< in all
+    int lobe_rounds = 1;          ///< of tracing, in each pass
+    double pass_seconds = 0.0;    ///< what a further pass takes [s]
+    double passes_ended = 0.0;    ///< when the last one was done [s since the beginning]
 };
 Course begin_course(const Settings& settings);
 
