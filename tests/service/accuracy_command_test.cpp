@@ -98,13 +98,19 @@ TEST(AccuracyCommand, ErrorsDoNotDependOnThreads)
 TEST(AccuracyCommand, BadValuesNameTheOptionAndTheValue)
 {
     const TemporaryFolder folder;
-    const std::vector<std::pair<std::string, std::string>> cases{
-        {"--points", "1"},          {"--points", "11"},      {"--points", "many"},     {"--points", "0.2:64"},
-        {"--points", "0.2:64:x"},   {"--points", "2:64:.1"}, {"--path-samples", "48"}, {"--path-samples", "x"},
-        {"--reference-error", "0"}, {"--bounces", "0"},      {"--reference-spp", "8"}, {"--size", "0x4"}};
-    for (const auto& [option, value] : cases) {
-        const std::vector<std::string> arguments{"accuracy", "demo:cornell", "-o", folder / "r", option, value};
-        expect_error(arguments, kBadUsage, option + ": " + value + " ", folder);
+    struct Case {
+        std::string option, value, said;
+    };
+    std::vector<Case> cases{{"--reference-error", "0", "reference_error is 0,"},
+                            {"--bounces", "0", "bounces is 0,"},
+                            {"--reference-spp", "8", "reference_spp is 8,"},
+                            {"--size", "0x4", "width is 0,"}};
+    for (const char* points : {"1", "11", "many", "0.2:64", "0.2:64:x", "2:64:.1"})
+        cases.push_back({"--points", points, points + std::string(" ")});
+    for (const char* samples : {"48", "x"}) cases.push_back({"--path-samples", samples, samples + std::string(" ")});
+    for (const Case& c : cases) {
+        const std::vector<std::string> arguments{"accuracy", "demo:cornell", "-o", folder / "r", c.option, c.value};
+        expect_error(arguments, kBadUsage, c.option + ": " + c.said, folder);
     }
     expect_error({"accuracy", "demo:cornell"}, kBadUsage, "--output", folder);
     expect_error({"accuracy", folder / "none.glb", "-o", folder / "r"}, kFailure, "none.glb", folder);
