@@ -29,17 +29,13 @@ void print_table(const CompareArguments& arguments, const ErrorMetrics& metrics)
         std::printf(" (%zu more are not finite)", metrics.not_finite);
     }
     std::printf("\n\n");
-    std::printf("relMSE          %.6g\n", metrics.relmse);
-    std::printf("RMSE            %.6g\n", metrics.rmse);
-    std::printf("MRE             %.4f %%\n", 100.0 * metrics.mean_relative_error);
-    std::printf("median          %.4f %%\n", 100.0 * metrics.median_relative_error);
-    std::printf("p95             %.4f %%\n", 100.0 * metrics.p95_relative_error);
-    std::printf("ratio of means  %.6f\n", metrics.ratio_of_means);
-    std::printf("display PSNR    %.2f dB\n", metrics.display_psnr);
-    if (std::isnan(metrics.flip)) {
-        std::printf("FLIP            not defined: the pixels of the reference are not neighbours\n");
-    } else {
-        std::printf("FLIP            %.4f\n", metrics.flip);
+    for (const MetricRow& row : metric_table()) {
+        std::printf("%-15s ", row.words);
+        if (std::isnan(metrics.*row.value))
+            std::printf("not defined: the pixels of the reference are not neighbours");
+        else
+            std::printf(row.format, row.scale * metrics.*row.value);
+        std::printf("\n");
     }
 }
 

@@ -216,16 +216,9 @@ Json to_json(const RunReport& report)
 
 Json to_json(const ErrorMetrics& metrics)
 {
-    return {{"pixels", metrics.pixels},
-            {"not_finite", metrics.not_finite},
-            {"relmse", finite_or_null(metrics.relmse)},
-            {"rmse", finite_or_null(metrics.rmse)},
-            {"mean_relative_error", finite_or_null(metrics.mean_relative_error)},
-            {"median_relative_error", finite_or_null(metrics.median_relative_error)},
-            {"p95_relative_error", finite_or_null(metrics.p95_relative_error)},
-            {"ratio_of_means", finite_or_null(metrics.ratio_of_means)},
-            {"display_psnr", finite_or_null(metrics.display_psnr)},
-            {"flip", finite_or_null(metrics.flip)}};
+    Json json{{"pixels", metrics.pixels}, {"not_finite", metrics.not_finite}};
+    for (const MetricRow& row : metric_table()) json[row.name] = finite_or_null(metrics.*row.value);
+    return json;
 }
 
 std::string to_text(const RunReport& report)

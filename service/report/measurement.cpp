@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <limits>
 
 #include <nlohmann/json.hpp>
 
@@ -22,26 +21,15 @@ constexpr std::pair<const char*, std::string PointPictures::*> kPictures[] = {
     {"/difference.jpg", &PointPictures::difference},
     {"/records.jpg", &PointPictures::records}};
 
-/// JSON knows no infinity: null stands for the one that a metric can have, of a perfect picture.
-double number_of(const Json& json, const char* name)
-{
-    const Json& value = json.at(name);
-    return value.is_null() ? std::numeric_limits<double>::infinity() : value.get<double>();
-}
-
 ErrorMetrics metrics_from(const Json& json)
 {
     ErrorMetrics metrics;
     metrics.pixels = json.at("pixels");
     metrics.not_finite = json.at("not_finite");
-    metrics.relmse = number_of(json, "relmse");
-    metrics.rmse = number_of(json, "rmse");
-    metrics.mean_relative_error = number_of(json, "mean_relative_error");
-    metrics.median_relative_error = number_of(json, "median_relative_error");
-    if (!json.at("flip").is_null()) metrics.flip = json.at("flip").get<double>();
-    metrics.p95_relative_error = number_of(json, "p95_relative_error");
-    metrics.ratio_of_means = number_of(json, "ratio_of_means");
-    metrics.display_psnr = number_of(json, "display_psnr");
+    for (const MetricRow& row : metric_table()) {
+        const Json& value = json.at(row.name);
+        metrics.*row.value = value.is_null() ? row.if_null : value.get<double>();
+    }
     return metrics;
 }
 

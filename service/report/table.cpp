@@ -24,17 +24,14 @@ std::string number(double value)
 std::string metric_fields(const ErrorMetrics& m)
 {
     std::string fields;
-    for (const double value : {m.mean_relative_error, m.median_relative_error, m.p95_relative_error, m.relmse, m.rmse,
-                               m.ratio_of_means, m.flip})
-        fields.append(",").append(number(value));
+    for (const MetricRow& row : metric_table()) fields.append(",").append(number(m.*row.value));
     return fields;
 }
 
 std::string metric_columns(const std::string& layer)
 {
     std::string columns;
-    for (const char* metric : {"mre", "median", "p95", "relmse", "rmse", "ratio_of_means", "flip"})
-        columns.append(",").append(layer).append("_").append(metric);
+    for (const MetricRow& row : metric_table()) columns.append(",").append(layer).append("_").append(row.column);
     return columns;
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <limits>
+#include <span>
 #include <string>
 
 #include "rcs/image.h"
@@ -27,6 +28,19 @@ struct ErrorMetrics {
     /// was traced with a stride, since FLIP sees neighbours.
     double flip = std::numeric_limits<double>::quiet_NaN();
 };
+
+/// A metric as files and tables show it.
+struct MetricRow {
+    double ErrorMetrics::* value;
+    const char* name;    ///< in JSON: "mean_relative_error"
+    const char* column;  ///< in CSV: "mre"
+    const char* words;   ///< for people: "MRE"
+    const char* format;  ///< printf's, of the value times `scale`
+    double scale;
+    double if_null;  ///< what JSON's null stands for, which knows no infinity and no NaN
+};
+/// All metrics of ErrorMetrics, in the order that they are shown in.
+std::span<const MetricRow> metric_table();
 
 /// Compares one layer of two images of the same view. If `reference` was traced with a stride, the
 /// same pixels of `image` are taken.

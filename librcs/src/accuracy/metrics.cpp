@@ -162,7 +162,22 @@ Pair matching_layers(const LayeredImage& image, const LayeredImage& reference, c
     return {a, b, matching_stride(image, a, reference, b)};
 }
 
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+using M = ErrorMetrics;
+constexpr MetricRow kMetrics[] = {
+    {&M::mean_relative_error, "mean_relative_error", "mre", "MRE", "%.4f %%", 100.0, kInfinity},
+    {&M::median_relative_error, "median_relative_error", "median", "median", "%.4f %%", 100.0, kInfinity},
+    {&M::p95_relative_error, "p95_relative_error", "p95", "p95", "%.4f %%", 100.0, kInfinity},
+    {&M::relmse, "relmse", "relmse", "relMSE", "%.6g", 1.0, kInfinity},
+    {&M::rmse, "rmse", "rmse", "RMSE", "%.6g", 1.0, kInfinity},
+    {&M::ratio_of_means, "ratio_of_means", "ratio_of_means", "ratio of means", "%.6f", 1.0, kInfinity},
+    {&M::display_psnr, "display_psnr", "display_psnr", "display PSNR", "%.2f dB", 1.0, kInfinity},
+    {&M::flip, "flip", "flip", "FLIP", "%.4f", 1.0, std::numeric_limits<double>::quiet_NaN()},
+};
+
 }  // namespace
+
+std::span<const MetricRow> metric_table() { return kMetrics; }
 
 ErrorMetrics compare_images(const LayeredImage& image, const LayeredImage& reference, const std::string& layer)
 {
