@@ -97,7 +97,7 @@ struct Field {
     std::vector<Record> first(const RecordSettings& options)
     {
         stats = {};
-        std::vector<Record> records = RecordGatherer(rays, options, nullptr).gather(gbuffer, pixels, pool, stats);
+        std::vector<Record> records = RecordGatherer(rays, options).gather(gbuffer, pixels, pool, stats);
         limit_spacing(records, options, pool);
         return records;
     }
@@ -106,7 +106,7 @@ struct Field {
     std::vector<Record> refined(std::vector<Record> records, const RecordSettings& options, std::size_t fresh)
     {
         stats = {};
-        const RecordGatherer gatherer(rays, options, nullptr);
+        const RecordGatherer gatherer(rays, options);
         const std::span<const std::uint32_t> own = std::span(pixels).last(fresh);
         const std::vector<float> noise =
             noise_around(gatherer.rays(), surfaces, view, options.error_tolerance, own, pool, records);
@@ -184,7 +184,7 @@ TEST(ExtraGathers, KeepsTheMeanUnbiasedWhereABrightSpotIsRarelyHit)
         std::vector<Record> self = before;
         std::vector<int> extra;
         for (const Record& r : self) extra.push_back(r.noise > options.noise_target ? 30 : 0);
-        RecordGatherer(field.rays, options, nullptr)
+        RecordGatherer(field.rays, options)
             .gather_more(field.gbuffer, field.pixels, extra, self, field.pool, field.stats, [](float) {});
         self_judged.insert(self_judged.end(), self.begin(), self.end());
     }
@@ -355,7 +355,7 @@ TEST(GatherMore, TellsHowFarItIsAndStopsWhenTheListenerThrows)
     std::vector<std::uint32_t> pixels;
     for (int copies = 0; copies < 12; ++copies) pixels.insert(pixels.end(), field.pixels.begin(), field.pixels.end());
     RecordStats stats;
-    const RecordGatherer gatherer(field.rays, options, nullptr);
+    const RecordGatherer gatherer(field.rays, options);
     records = gatherer.gather(field.gbuffer, pixels, field.pool, stats);
     const std::vector<int> extra(pixels.size(), 1);
     float last = -1.0f;

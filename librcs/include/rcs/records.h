@@ -73,13 +73,20 @@ struct RecordStats {
     std::uint64_t refining_rays = 0;  ///< those rays, also part of hemisphere_rays
 };
 
+/// What gather rays see: the scene, and on its surfaces the light of later bounces.
+struct LitScene {
+    const RayScene& rays;
+    const LightCache* cache;  ///< of RecordSettings::bounces - 1 bounces, where that is more than 0; else unused
+
+    LitScene(const RayScene& r, const LightCache* c = nullptr) : rays(r), cache(c) {}
+};
+
 /// Gathers one record at each of the given visible points.
 /// @param pixels  indices into the G-buffer, each covered
-/// @param cache  of options.bounces - 1 bounces, where that is more than 0; else unused
 /// @return one record for each, in the same order
-std::vector<Record> gather_records(const RayScene& rays, const GBuffer& gbuffer,
+std::vector<Record> gather_records(const LitScene& scene, const GBuffer& gbuffer,
                                    const std::vector<std::uint32_t>& pixels, const RecordSettings& options,
-                                   ThreadPool& pool, RecordStats& stats, const LightCache* cache = nullptr);
+                                   ThreadPool& pool, RecordStats& stats);
 
 /// Sets every record's spacing radius: a R_k, limited by the relative gradient, by neighbours (no
 /// record may claim more than a neighbour's radius plus the distance to it; Krivanek et al. 2006,
@@ -90,11 +97,10 @@ void limit_spacing(std::vector<Record>& records, const RecordSettings& options, 
 /// hierarchy of pixel grids, coarse to fine. Which pixels a wave takes follows from the image and the seed
 /// alone, so the records do not depend on timing, threads or the GL.
 /// @param view  the view that `gbuffer` was made for
-/// @param cache  as for gather_records()
 /// @param records  those there are already; the new ones are appended, all spacing radii brought up to date
-void place_records(const RayScene& rays, const GBuffer& gbuffer, const View& view, const RecordSettings& options,
+void place_records(const LitScene& scene, const GBuffer& gbuffer, const View& view, const RecordSettings& options,
                    ThreadPool& pool, std::vector<Record>& records, RecordStats& stats,
-                   const ProgressFunction& progress = {}, const LightCache* cache = nullptr);
+                   const ProgressFunction& progress = {});
 
 /// @throws Error bad_argument: the field, its value and its range
 void validate(const RecordSettings& options);

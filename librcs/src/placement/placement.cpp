@@ -92,8 +92,8 @@ void validate(const RecordSettings& o)
     require(o.gradient_limit > 0.0f, "gradient_limit", o.gradient_limit, "a positive value");
 }
 
-Placement::Placement(const RayScene& rays, const GBuffer& gbuffer, const View& view, const RecordSettings& options,
-                     ThreadPool& pool, std::vector<Record>& records, RecordStats& stats, const LightCache* cache,
+Placement::Placement(const LitScene& scene, const GBuffer& gbuffer, const View& view, const RecordSettings& options,
+                     ThreadPool& pool, std::vector<Record>& records, RecordStats& stats,
                      std::function<void(float)> report)
     : gbuffer_(gbuffer),
       view_(view),
@@ -102,7 +102,7 @@ Placement::Placement(const RayScene& rays, const GBuffer& gbuffer, const View& v
       records_(records),
       stats_(stats),
       report_(std::move(report)),
-      gatherer_(rays, options, cache),
+      gatherer_(scene, options),
       surfaces_(make_tiled_surfaces(gbuffer, pool)),
       closeness_(gbuffer.size(), 1.0f)
 {
@@ -174,12 +174,11 @@ void Placement::refine(std::span<const int> extra)
     gatherer_.gather_more(gbuffer_, pixels_, extra, records(), pool_, stats_, report_);
 }
 
-void place_records(const RayScene& rays, const GBuffer& gbuffer, const View& view, const RecordSettings& options,
-                   ThreadPool& pool, std::vector<Record>& records, RecordStats& stats, const ProgressFunction& progress,
-                   const LightCache* cache)
+void place_records(const LitScene& scene, const GBuffer& gbuffer, const View& view, const RecordSettings& options,
+                   ThreadPool& pool, std::vector<Record>& records, RecordStats& stats, const ProgressFunction& progress)
 {
     float done = 0.0f;
-    Placement placement(rays, gbuffer, view, options, pool, records, stats, cache, [&](float fraction) {
+    Placement placement(scene, gbuffer, view, options, pool, records, stats, [&](float fraction) {
         if (progress && !progress("records", done + 0.5f * fraction))
             throw Error(ErrorCode::cancelled, "cancelled while gathering records");
     });

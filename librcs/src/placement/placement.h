@@ -15,9 +15,8 @@ namespace rcs {
 class Placement {
 public:
     /// @param report  told the fraction done of each step, on this thread; may throw
-    Placement(const RayScene& rays, const GBuffer& gbuffer, const View& view, const RecordSettings& options,
-              ThreadPool& pool, std::vector<Record>& records, RecordStats& stats, const LightCache* cache,
-              std::function<void(float)> report);
+    Placement(const LitScene& scene, const GBuffer& gbuffer, const View& view, const RecordSettings& options,
+              ThreadPool& pool, std::vector<Record>& records, RecordStats& stats, std::function<void(float)> report);
 
     /// Adds records in waves until every visible point is within the spacing radius of one.
     void fill();

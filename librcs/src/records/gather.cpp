@@ -62,11 +62,11 @@ struct RecordGatherer::Impl {
     std::uint64_t seed;
 };
 
-RecordGatherer::RecordGatherer(const RayScene& rays, const RecordSettings& options, const LightCache* cache)
-    : impl_(new Impl{Gatherer(rays, options, options.bounces > 1 ? cache : nullptr), make_hemisphere_grid(options.rays),
-                     options.seed})
+RecordGatherer::RecordGatherer(const LitScene& scene, const RecordSettings& options)
+    : impl_(new Impl{Gatherer(scene.rays, options, options.bounces > 1 ? scene.cache : nullptr),
+                     make_hemisphere_grid(options.rays), options.seed})
 {
-    if (options.bounces > 1 && !cache)
+    if (options.bounces > 1 && !scene.cache)
         throw Error(ErrorCode::bad_argument, "bounces is " + std::to_string(options.bounces) +
                                                  ", which takes a light cache; expected 0 or 1 without one");
 }
@@ -141,11 +141,11 @@ void RecordGatherer::gather_more(const GBuffer& gbuffer, std::span<const std::ui
     stats.refined += wanted.size();
 }
 
-std::vector<Record> gather_records(const RayScene& rays, const GBuffer& gbuffer,
+std::vector<Record> gather_records(const LitScene& scene, const GBuffer& gbuffer,
                                    const std::vector<std::uint32_t>& pixels, const RecordSettings& options,
-                                   ThreadPool& pool, RecordStats& stats, const LightCache* cache)
+                                   ThreadPool& pool, RecordStats& stats)
 {
-    return RecordGatherer(rays, options, cache).gather(gbuffer, pixels, pool, stats);
+    return RecordGatherer(scene, options).gather(gbuffer, pixels, pool, stats);
 }
 
 }  // namespace rcs

@@ -11,10 +11,10 @@
 namespace rcs {
 
 /// gather_records() for many batches on one scene: what depends on the scene and options alone is
-/// prepared once. @param cache  as for gather_records()
+/// prepared once.
 class RecordGatherer {
 public:
-    RecordGatherer(const RayScene& rays, const RecordSettings& options, const LightCache* cache);
+    RecordGatherer(const LitScene& scene, const RecordSettings& options);
     ~RecordGatherer();
 
     std::vector<Record> gather(const GBuffer& gbuffer, const std::vector<std::uint32_t>& pixels, ThreadPool& pool,

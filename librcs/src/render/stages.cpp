@@ -111,8 +111,8 @@ void place_records(Frame& f)
         if (f.is_first_view()) fit_to_view(f.gbuffer, f.view(), f.records);
         if (f.is_first_view() && has_goal(f.asked)) return steer_records(f, true);
         // Records of earlier passes are shared; this one adds where it sees what they did not.
-        place_records(f.rays, f.gbuffer, f.view(), f.course.records, f.session.pool(), f.records, f.stats().records,
-                      f.hooks.progress, f.light_cache);
+        place_records({f.rays, f.light_cache}, f.gbuffer, f.view(), f.course.records, f.session.pool(), f.records,
+                      f.stats().records, f.hooks.progress);
     });
 }
 
