@@ -25,7 +25,7 @@ rcs::RenderOptions plain_ward(int size, float accuracy, int rays, float overlap)
     options.overlap = overlap;
     settings_of(options).error_tolerance = accuracy;
     settings_of(options).rays = rays;
-    settings_of(options).noise_target = 1.0f;
+    settings_of(options).refinement = 1;
     options.min_reach = 1.0f / accuracy;
     options.max_reach = kNoLimit;
     options.gradient_limit = kNoLimit;

@@ -221,6 +221,7 @@ TEST(RecordKey, ChangesWithAllThatRecordsDependOnAndWithNothingElse)
         [](RenderOptions& o) { settings_of(o).error_tolerance = 0.19f; },
         [](RenderOptions& o) { settings_of(o).rays = 256; },
         [](RenderOptions& o) { settings_of(o).noise_target = 0.01f; },
+        [](RenderOptions& o) { settings_of(o).refinement = 4; },
         [](RenderOptions& o) { o.min_reach = 10.0f; },
         [](RenderOptions& o) { o.max_reach = 50.0f; },
         [](RenderOptions& o) { o.gradient_limit = 2.0f; },

@@ -269,7 +269,7 @@ TEST(OptionTable, EveryMemberOfTheOptionsIsInIt)
                  penumbra_samples, lamp_picks, lobe_rays, overlap, splat, effects, layers, motion, seed] =
         RenderOptions{};
     static_cast<void>(layers), static_cast<void>(motion);  // what is made, not how
-    const std::size_t in_quality = 3 + 1 + 1, in_effects = 2, plain = 14;
+    const std::size_t in_quality = 4 + 1 + 1, in_effects = 2, plain = 14;
     EXPECT_EQ(option_table().size(), plain + in_quality + in_effects);
     for (const OptionInfo& option : option_table()) {
         EXPECT_EQ(&find_option(option.key), &option) << option.key << " is there twice";

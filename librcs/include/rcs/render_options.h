@@ -19,7 +19,8 @@ struct QualitySettings {
     int rays = 128;                ///< hemisphere rays per record at first; rounded to M x N strata
     float noise_target = 0.02f;    ///< standard error wanted at a pixel relative to its irradiance, where records lie
                                    ///< as far apart as they may; ones f times as close may have f^(2/3) times as much.
-                                   ///< Where there is more, a record gets more, up to 16 times `rays`
+                                   ///< Where there is more, a record gets more rays
+    int refinement = 16;           ///< so many times `rays` at the most
 };
 
 /// Records are placed and rays chosen by the estimated error until that is small enough.

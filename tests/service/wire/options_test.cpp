@@ -91,7 +91,7 @@ RenderOptions unusual_options()
 {
     RenderOptions o;
     o.width = 321, o.height = 123, o.aa = 7, o.bounces = 3, o.lobe_rays = 5, o.overlap = 2.5f;
-    o.quality = QualitySettings{.error_tolerance = 0.15f, .rays = 77, .noise_target = 0.07f};
+    o.quality = QualitySettings{.error_tolerance = 0.15f, .rays = 77, .noise_target = 0.07f, .refinement = 5};
     o.min_reach = 9.0f, o.max_reach = 44.0f, o.gradient_limit = 2.0f;
     o.area_samples = 11, o.penumbra_samples = 22, o.lamp_picks = 33;
     o.splat = SplatMethod::quads;
