@@ -273,6 +273,22 @@ TEST(Render, StopsWhenAskedAtAnyStage)
     EXPECT_EQ(render_first(scene, small(32)).stats.unserved_pixels, 0u) << "and works again";
 }
 
+TEST(Render, RecordsTakeNoMoreRaysThanRefinementAllows)
+{
+    const Scene scene = load_scene("demo:cornell");
+    for (const int refinement : {1, 4, 16}) {
+        RenderOptions options = small(64);
+        settings_of(options) = {.rays = 32, .noise_target = 1e-3f, .refinement = refinement};
+        const RenderResult result = render_first(scene, options);
+        const auto rays = [](const Record& a, const Record& b) { return a.rays < b.rays; };
+        const int most = std::max_element(result.records.begin(), result.records.end(), rays)->rays;
+        // M x N strata come near the number asked for, and more are as many again.
+        EXPECT_LE(most, 1.1 * refinement * 32);
+        EXPECT_GE(most, 0.7 * refinement * 32);
+        EXPECT_EQ(result.stats.records.refined > 0, refinement > 1);
+    }
+}
+
 TEST(Render, TakesPicturesOfOnePixelAndOfOneRow)
 {
     for (const auto& [width, height] : {std::pair{1, 1}, {200, 1}, {1, 77}}) {

@@ -53,7 +53,8 @@ struct RecordSettings {
     int rays = 128;                ///< hemisphere rays per record at first, in [16, 65536]; rounded to M x N strata
     float noise_target = 0.02f;    ///< standard error wanted at a pixel relative to its irradiance, > 0, where records
                                    ///< lie as far apart as they may; ones f times as close may have f^(2/3) times as
-                                   ///< much. Where there is more, a record gets more, up to 16 times `rays`
+                                   ///< much. Where there is more, a record gets more
+    int refinement = 16;           ///< rays, so many times `rays` at the most, >= 1
     float min_reach = 15.0f;       ///< least R_k [px], in (0, max_reach]: a times it is the closest spacing
     float max_reach = 60.0f;       ///< largest R_k [px]: a times it is the widest spacing
     float gradient_limit = 3.0f;   ///< R_k is at most so many times E/|grad E|, > 0

@@ -19,7 +19,6 @@ namespace {
 
 // The coarsest grid of candidates [px]: about the widest spacing of default options.
 constexpr int kCoarsestStride = 32;
-constexpr int kMostRays = 16;  // per record, in times RecordSettings::rays
 
 /// One wave: in each cell of a grid, one pixel by rule.
 struct Wave {
@@ -186,7 +185,7 @@ void place_records(const LitScene& scene, const GBuffer& gbuffer, const View& vi
     done = 0.5f;  // refining takes about as long
     const float widest = options.error_tolerance * options.max_reach;
     placement.refine(extra_gathers(placement.records(), placement.noise(), placement.rays(), options.noise_target,
-                                   widest, kMostRays * options.rays));
+                                   widest, options.refinement * options.rays));
 }
 
 }  // namespace rcs

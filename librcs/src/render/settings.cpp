@@ -13,6 +13,7 @@ RecordSettings record_settings(const RenderOptions& o)
     return {.error_tolerance = quality.error_tolerance,
             .rays = quality.rays,
             .noise_target = quality.noise_target,
+            .refinement = quality.refinement,
             .min_reach = o.min_reach,
             .max_reach = o.max_reach,
             .gradient_limit = o.gradient_limit,
