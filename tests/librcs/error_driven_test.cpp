@@ -94,7 +94,7 @@ TEST(TargetError, MetadataTellsWhatItChose)
     Stage stage("demo:cornell");
     const RenderOptions options = small(TargetError{0.1});
     const RenderResult result = stage.render(options);
-    EXPECT_NE(result.image.metadata.at("rcs:accuracy"), std::to_string(QualitySettings{}.error_tolerance));
+    EXPECT_NE(result.image.metadata.at("rcs:accuracy"), number_text(QualitySettings{}.error_tolerance));
     EXPECT_EQ(result.image.metadata.at("rcs:target-error"), std::to_string(0.1));
 }
 

@@ -66,6 +66,8 @@ TEST_P(RenderDemo, GivesEveryLayerFiniteAndNotNegative)
     EXPECT_EQ(result.stats.unserved_pixels, 0u);
     EXPECT_EQ(result.image.metadata.at("rcs:aa"), "2");
     EXPECT_EQ(result.image.metadata.at("rcs:seed"), "1");
+    EXPECT_EQ(result.image.metadata.at("rcs:accuracy"), "0.2") << "as the command line takes it";
+    EXPECT_EQ(result.image.metadata.at("rcs:size"), "96x96");
 }
 
 TEST_P(RenderDemo, BeautyIsEmissionPlusDirectPlusIndirect)

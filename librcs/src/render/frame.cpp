@@ -9,6 +9,7 @@
 #include "gbuffer/views.h"
 #include "plan/plan_words.h"
 #include "rcs/effect_plan.h"
+#include "rcs/option_table.h"
 #include "rcs/version.h"
 #include "render/stage_clock.h"
 
@@ -35,25 +36,33 @@ std::string percent(double part)
     return text;
 }
 
+/// The options as they were asked for, or as the plan and a goal made them.
+void describe_options(const Frame& f, LayeredImage& image)
+{
+    RenderOptions options = f.asked;
+    const auto list = [&] {
+        for (const auto& [name, text] : list_options(options)) image.metadata["rcs:" + name] = text;
+    };
+    options.bounces = f.result.stats.plan.bounces;
+    options.aa = f.course.passes;
+    list();
+    const RecordSettings& used = f.course.records;  // with a goal, as it left them
+    options.quality = QualitySettings{.error_tolerance = used.error_tolerance,
+                                      .rays = used.rays,
+                                      .noise_target = used.noise_target,
+                                      .refinement = used.refinement};
+    list();
+}
+
 void describe(const Frame& f, LayeredImage& image)
 {
     const auto number = [](auto value) { return std::to_string(value); };
     const RenderStats& stats = f.result.stats;
-    const RecordSettings& records = f.course.records;  // with a goal, as it left them
     image.metadata["rcs:effects"] = list_effects(stats.plan, true);
     image.metadata["rcs:effects-left-out"] = list_effects(stats.plan, false);
     image.metadata["rcs:version"] = kVersion;
     image.metadata["rcs:camera"] = f.camera.name;
-    image.metadata["rcs:accuracy"] = number(records.error_tolerance);
-    image.metadata["rcs:rays"] = number(records.rays);
-    image.metadata["rcs:noise"] = number(records.noise_target);
-    image.metadata["rcs:bounces"] = number(stats.plan.bounces);
-    image.metadata["rcs:aa"] = number(f.course.passes);
-    if (target_error(f.asked) > 0.0) image.metadata["rcs:target-error"] = number(target_error(f.asked));
-    if (budget_seconds(f.asked) > 0.0) image.metadata["rcs:budget"] = number(budget_seconds(f.asked));
-    image.metadata["rcs:lobe-rays"] = number(f.asked.lobe_rays);
-    image.metadata["rcs:overlap"] = number(f.asked.overlap);
-    image.metadata["rcs:seed"] = number(f.asked.seed);
+    describe_options(f, image);
     image.metadata["rcs:splat"] = stats.splat_method;
     image.metadata["rcs:error-mean"] = number(stats.error.mean_relative);
     image.metadata["rcs:error-median"] = number(stats.error.median_relative);
