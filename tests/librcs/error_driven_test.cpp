@@ -95,7 +95,7 @@ TEST(TargetError, MetadataTellsWhatItChose)
     const RenderOptions options = small(TargetError{0.1});
     const RenderResult result = stage.render(options);
     EXPECT_NE(result.image.metadata.at("rcs:accuracy"), number_text(QualitySettings{}.error_tolerance));
-    EXPECT_EQ(result.image.metadata.at("rcs:target-error"), std::to_string(0.1));
+    EXPECT_EQ(result.image.metadata.at("rcs:target-error"), "0.1");
 }
 
 TEST(Forecast, IsToldOnceAndGrowsTowardsSmallErrors)
