@@ -36,8 +36,7 @@ HitLobes::HitLobes(const Bsdf& bsdf, glm::vec3 outgoing, float width)
         part.left = glm::vec3(1.0f);
         part.width = std::sqrt(width * width + bsdf.lobe[i].alpha * bsdf.lobe[i].alpha);
         part.share = share_of_rays(part.width);
-        if (!with_kind(bsdf.lobe[i].kind, [](auto kind) { return kind.covers; })) continue;
-        const glm::vec3 left = 1.0f - rcs::albedo(part.exact, cosine_, kAllLobes);
+        const glm::vec3 left = left_below(bsdf, i, cosine_);
         for (int below = 0; below + 1 < count_; ++below) part_[below].left *= left;
     }
 }

@@ -13,6 +13,19 @@ constexpr bool has(LobeSet set, std::uint32_t i) { return (set >> i & 1u) != 0u;
 
 float mean(glm::vec3 c) { return (c.r + c.g + c.b) * (1.0f / 3.0f); }
 
+/// A lobe as if nothing lay above it.
+template <typename Kind>
+LobeView look_at(Kind kind, const Bsdf& b, std::uint32_t lobe, float cosine_o)
+{
+    LobeView v;
+    v.lobe = b.lobe[lobe];
+    v.normal = b.normal;
+    v.cosine = std::clamp(cosine_o, kLeastCosine, 1.0f);
+    v.gain = glm::vec3(1.0f);
+    kind.see(v);
+    return v;
+}
+
 /// The lobes of a set as one viewer sees them, the layers' shares multiplied in.
 struct Layers {
     LobeView view[kMostLobes];
@@ -25,15 +38,10 @@ struct Layers {
             // Layers count even if they are not in the set, unless nothing of it lies below them.
             if (lobes >> i == 0u) continue;
             LobeView& v = view[i];
-            v.lobe = b.lobe[i];
-            v.normal = b.normal;
-            v.cosine = std::clamp(cosine_o, kLeastCosine, 1.0f);
-            v.slant = ggx_slant(v.cosine, v.lobe.alpha);
-            v.gain = glm::vec3(1.0f);
-            with_kind(v.lobe.kind, [&](auto kind) {
-                kind.see(v);
+            with_kind(b.lobe[i].kind, [&](auto kind) {
+                v = look_at(kind, b, i, cosine_o);
                 if (!kind.covers) return;
-                const glm::vec3 left = 1.0f - v.albedo;
+                const glm::vec3 left = kind.leaves(v);
                 for (std::uint32_t below = i + 1; below < b.count; ++below)
                     if (lobes >> below != 0u) view[below].lies_below(left);
             });
@@ -100,6 +108,13 @@ float narrowest(const Bsdf& bsdf, LobeSet set)
     for (std::uint32_t i = 0; i < bsdf.count; ++i)
         if (has(set, i)) alpha = std::min(alpha, bsdf.lobe[i].alpha);
     return alpha;
+}
+
+glm::vec3 left_below(const Bsdf& bsdf, std::uint32_t lobe, float cosine)
+{
+    return with_kind(bsdf.lobe[lobe].kind, [&](auto kind) {
+        return kind.covers ? kind.leaves(look_at(kind, bsdf, lobe, cosine)) : glm::vec3(1.0f);
+    });
 }
 
 glm::vec3 albedo(const Bsdf& bsdf, float cosine, LobeSet lobes)

@@ -15,11 +15,15 @@ namespace rcs {
 
 inline void see_ggx(glm::vec3 f0, float f90, LobeView& v)
 {
+    v.slant = ggx_slant(v.cosine, v.lobe.alpha);
     const GgxAlbedo e = ggx_albedo(v.cosine, v.lobe.alpha);
     v.inverse_total = 1.0f / (e.scale + e.bias);
     v.gain = 1.0f + f0 * (v.inverse_total - 1.0f);
     v.albedo = glm::min(v.gain * (f0 * e.scale + f90 * e.bias), glm::vec3(1.0f));
 }
+
+/// What a GGX layer leaves to those below it.
+inline glm::vec3 left_by_ggx(const LobeView& v) { return 1.0f - v.albedo; }
 
 /// D V without Fresnel, and the density of sampling it.
 struct GgxValue {

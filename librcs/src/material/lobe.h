@@ -52,7 +52,7 @@ struct ScatterPair {
 struct LobeView {
     Lobe lobe;
     glm::vec3 normal;     ///< shading
-    float cosine, slant;  ///< of the viewer; slant as in ggx.h
+    float cosine, slant;  ///< of the viewer; slant as in ggx.h, of GGX lobes
     glm::vec3 gain;       ///< what multiplies the lobe's own formula
     float inverse_total;  ///< 1 / the directional albedo of a white lobe
     glm::vec3 albedo;     ///< directional

@@ -13,9 +13,9 @@
 
 namespace rcs {
 
-/// All kinds of lobes, in the order of the layers from the top: what lies below a kind that `covers` gets 1 less its
-/// directional albedo at the viewer's angle. Each says in its own file how it is made from a material (may_be, width,
-/// make), what a viewer sees of it (see: directional albedo), how it scatters (add, sample), and
+/// All kinds of lobes, in the order of the layers from the top: a kind that `covers` says what it leaves at the
+/// viewer's angle to those below. Each says in its own file how it is made from a material (may_be, width, make), what
+/// a viewer sees of it (see: directional albedo; leaves), how it scatters (add, sample), and
 ///   transmits      scatters to the other side
 ///   passes_rays    rays of light go straight on through it, as one of their chances
 ///   is_diffuse     is lit by irradiance

@@ -36,6 +36,7 @@ struct Specular {
 
     static glm::vec3 reflectance(const Lobe& lobe) { return lobe.color; }
     static void see(LobeView& v) { see_ggx(v.lobe.color, v.lobe.level, v); }
+    static glm::vec3 leaves(const LobeView& v) { return left_by_ggx(v); }
     static void add(const LobeView& v, const ScatterPair& pair, Scattering& s)
     {
         add_ggx(v.lobe.color, v.lobe.level, v, pair, s);
