@@ -50,6 +50,15 @@ void add_material_files(Corpus& c)
               extension("KHR_materials_pbrSpecularGlossiness", {{"diffuseFactor", {0.5, 0.4, 0.3, 1}},
                                                                 {"specularFactor", {0.1, 0.2, 0.3}},
                                                                 {"glossinessFactor", 0.5}}));
+    c.renders("sheen", [](Draft& d) {
+        d.extension("KHR_materials_sheen") = {{"sheenColorFactor", {1, 0.5, 0.2}}, {"sheenRoughnessFactor", 0.3}};
+        d.root()["extensionsUsed"] = {"KHR_materials_sheen"};
+        d.root()["extensionsRequired"] = {"KHR_materials_sheen"};
+    });
+    c.notes("sheen_color_above_1", "sheenColorFactor is 3, expected a value in [0, 1]",
+            extension("KHR_materials_sheen", {{"sheenColorFactor", {1, 3, 1}}}));
+    c.notes("sheen_roughness_negative", "sheenRoughnessFactor is -1, expected a value in [0, 1]",
+            extension("KHR_materials_sheen", {{"sheenRoughnessFactor", -1}}));
     c.notes("glossiness_above_1", "glossinessFactor is 2, expected a value in [0, 1]",
             extension("KHR_materials_pbrSpecularGlossiness", {{"glossinessFactor", 2}}));
     c.notes("base_color_too_bright", "base colour outside", pbr("baseColorFactor", {2, 1, 1, 1}));
@@ -59,9 +68,9 @@ void add_material_files(Corpus& c)
     c.notes("transmission_above_1", "values outside their range",
             extension("KHR_materials_transmission", {{"transmissionFactor", 2}}));
     c.notes("alpha_mode_unknown", "alpha mode", member("alphaMode", "SOMETIMES"));
-    c.notes("extension_of_material_unknown", "KHR_materials_sheen", [](Draft& d) {
-        d.extension("KHR_materials_sheen") = {{"sheenRoughnessFactor", 1}};
-        d.root()["extensionsUsed"] = {"KHR_materials_sheen"};
+    c.notes("extension_of_material_unknown", "KHR_materials_iridescence", [](Draft& d) {
+        d.extension("KHR_materials_iridescence") = {{"iridescenceFactor", 1}};
+        d.root()["extensionsUsed"] = {"KHR_materials_iridescence"};
     });
 
     c.fails("emission_negative", "emits", member("emissiveFactor", {-1, 0, 0}));
@@ -86,6 +95,7 @@ void add_material_files(Corpus& c)
             extension("KHR_materials_pbrSpecularGlossiness", {{"diffuseFactor", {1, 1, 1}}}));
     c.fails("specular_glossiness_is_number", "KHR_materials_pbrSpecularGlossiness",
             extension("KHR_materials_pbrSpecularGlossiness", 1));
+    c.fails("sheen_color_is_number", "'sheenColorFactor'", extension("KHR_materials_sheen", {{"sheenColorFactor", 1}}));
     c.fails("extensions_is_array", "'extensions'", member("extensions", Json::array()));
 }
 

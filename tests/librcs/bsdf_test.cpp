@@ -49,6 +49,14 @@ Bsdf pane(float roughness, glm::vec3 transmission = {0.6f, 0.7f, 0.5f})
                        make_lobe<Transmission>(transmission, 1.0f, alpha), make_lobe<Diffuse>(glm::vec3(0.2f))});
 }
 
+Bsdf sheen(float roughness, glm::vec3 color = glm::vec3(1.0f), Bsdf below = {})
+{
+    roughness = std::max(roughness, kLeastCharlieRoughness);
+    Bsdf b = surface_of({make_lobe<Sheen>(color, roughness * roughness, roughness)});
+    for (const Lobe& lobe : below) b.add(lobe);
+    return b;
+}
+
 /// Integral of f cos over both sides by a plain grid in the half vector's slope and azimuth, for lobes of any
 /// width; the grid knows nothing of the sampling code.
 glm::dvec3 albedo_by_quadrature(const Bsdf& b, glm::vec3 outgoing)
@@ -167,6 +175,89 @@ TEST(Bsdf, ReflectionAndTransmissionTogetherStayWithinOne)
     }
 }
 
+/// KHR_materials_sheen's own formulas, in double precision: D V of the sheen lobe.
+double charlie(double roughness, glm::dvec3 o, glm::dvec3 i)
+{
+    const double alpha = roughness * roughness, inverse = 1.0 / alpha;
+    const auto l = [&](double x) {
+        const double t = (1.0 - alpha) * (1.0 - alpha);
+        return std::lerp(21.5473, 25.3245, t) /
+                   (1.0 + std::lerp(3.82987, 3.32435, t) * std::pow(x, std::lerp(0.19823, 0.16801, t))) +
+               std::lerp(-1.97760, -1.27393, t) * x + std::lerp(-4.32054, -4.85967, t);
+    };
+    const auto lambda = [&](double x) { return x < 0.5 ? std::exp(l(x)) : std::exp(2.0 * l(0.5) - l(1.0 - x)); };
+    const glm::dvec3 h = glm::normalize(o + i);
+    const double d = (2.0 + inverse) * std::pow(std::sqrt(h.x * h.x + h.y * h.y), inverse) / (2.0 * kPi);
+    return d / ((1.0 + lambda(o.z) + lambda(i.z)) * 4.0 * o.z * i.z);
+}
+
+/// Calls visit(unit direction, its solid angle) over the upper hemisphere, denser near the horizon.
+template <typename Visit>
+void over_hemisphere(const Visit& visit)
+{
+    constexpr int kRows = 600, kColumns = 360;
+    for (int row = 0; row < kRows; ++row) {
+        const double t = (row + 0.5) / kRows, z = t * t * t, r = std::sqrt(1.0 - z * z);
+        for (int column = 0; column < kColumns; ++column) {
+            const double phi = 2.0 * kPi * (column + 0.5) / kColumns;
+            visit(glm::dvec3(r * std::cos(phi), r * std::sin(phi), z), 3.0 * t * t / kRows * 2.0 * kPi / kColumns);
+        }
+    }
+}
+
+const std::vector<float> kSheens{0.07f, 0.1f, 0.17f, 0.3f, 0.5f, 0.75f, 1.0f};
+
+TEST(Sheen, IsTheExtensionsLobeAsFarAsThatKeepsEnergy)
+{
+    for (const float roughness : kSheens) {
+        for (const float cosine : kCosines) {
+            const glm::vec3 o = direction(cosine, 0.0f);
+            double total = 0.0;
+            over_hemisphere([&](glm::dvec3 i, double solid_angle) {
+                total += charlie(static_cast<double>(roughness), glm::dvec3(o), i) * i.z * solid_angle;
+            });
+            const std::string where = "roughness " + std::to_string(roughness) + " cosine " + std::to_string(cosine);
+            const Bsdf b = sheen(roughness, {1.0f, 0.5f, 0.25f});
+            EXPECT_NEAR(specular_albedo(b, cosine).r, std::min(total, 1.0), 0.005 + 0.01 * total) << where;
+            for (const glm::vec3 i : {direction(0.2f, 3.0f), direction(0.05f, 1.0f), direction(0.7f, 2.0f)}) {
+                const double expected =
+                    charlie(static_cast<double>(roughness), glm::dvec3(o), glm::dvec3(i)) / std::max(1.0, total);
+                EXPECT_NEAR(evaluate(b, o, i).g, 0.5 * expected, 0.01 * expected + 1e-6) << where;
+            }
+        }
+    }
+}
+
+TEST(Sheen, AWhiteFurnaceStaysWhite)
+{
+    for (const float roughness : kSheens) {
+        for (const float cosine : kCosines) {
+            const Bsdf b = sheen(roughness, glm::vec3(1.0f), surface_of({make_lobe<Diffuse>(glm::vec3(1.0f))}));
+            const glm::vec3 o = direction(cosine, 0.0f);
+            double reflected = 0.0;
+            over_hemisphere([&](glm::dvec3 i, double solid_angle) {
+                reflected += static_cast<double>(evaluate(b, o, glm::vec3(i)).g) * i.z * solid_angle;
+            });
+            EXPECT_NEAR(reflected, 1.0, 0.02) << "roughness " << roughness << " cosine " << cosine;
+        }
+    }
+}
+
+TEST(Sheen, IsReciprocalWhereItsAlbedoIsNotCut)
+{
+    const Bsdf b = sheen(0.5f);
+    const glm::vec3 there = evaluate(b, direction(0.2f), direction(0.7f, 2.0f));
+    EXPECT_NEAR(there.r, evaluate(b, direction(0.7f, 2.0f), direction(0.2f)).r, 1e-5f * there.r);
+}
+
+TEST(Sheen, LeavesWhatItsLargestChannelDoesNotReflect)
+{
+    const Bsdf b = sheen(0.4f, {0.8f, 0.2f, 0.0f}, surface_of({make_lobe<Diffuse>({1.0f, 0.5f, 1.0f})}));
+    const float left = 1.0f - 0.8f * charlie_albedo(0.3f, 0.16f);
+    EXPECT_NEAR(diffuse_albedo(b, 0.3f).g, 0.5f * left, 1e-6f);
+    EXPECT_NEAR(diffuse_albedo(b, 0.3f).b, left, 1e-6f);
+}
+
 struct Case {
     std::string name;
     Bsdf bsdf;
@@ -176,7 +267,8 @@ std::vector<Case> cases()
     return {{"mirror", metal(0.0f)},        {"narrow metal", metal(0.15f, {0.9f, 0.6f, 0.3f})},
             {"rough metal", metal(1.0f)},   {"plastic", plastic(0.4f, {0.8f, 0.5f, 0.2f})},
             {"coated", coated(0.6f, 0.1f)}, {"sharp coat", coated(0.3f, 0.0f)},
-            {"pane", pane(0.0f)},           {"frosted pane", pane(0.5f)}};
+            {"pane", pane(0.0f)},           {"frosted pane", pane(0.5f)},
+            {"velvet", sheen(0.3f)},        {"cloth", sheen(0.8f, {0.9f, 0.5f, 0.1f}, plastic(0.6f))}};
 }
 
 TEST(Bsdf, MeanWeightIsTheAlbedo)
@@ -248,7 +340,9 @@ TEST(Bsdf, SamplesFollowTheDensity)
                           {"rough", metal(1.0f)},
                           {"plastic", plastic(0.7f)},
                           {"coated", coated(0.9f, 0.5f)},
-                          {"frosted pane", pane(0.6f)}}) {
+                          {"frosted pane", pane(0.6f)},
+                          {"narrow sheen", sheen(0.1f)},
+                          {"velvet", sheen(0.5f, {0.9f, 0.5f, 0.1f}, plastic(0.7f))}}) {
         for (const float cosine : {0.1f, 0.7f}) {
             expect_density(c, cosine, true);
             expect_density(c, cosine, false);

@@ -65,7 +65,10 @@ TEST(GltfMaterial, EveryFactorArrives)
         "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 4}, "KHR_materials_ior": {"ior": 1.75},
             "KHR_materials_specular": {"specularFactor": 0.8, "specularColorFactor": [0.5, 1, 2]},
             "KHR_materials_transmission": {"transmissionFactor": 0.25},
-            "KHR_materials_clearcoat": {"clearcoatFactor": 0.75, "clearcoatRoughnessFactor": 0.125}}})"));
+            "KHR_materials_clearcoat": {"clearcoatFactor": 0.75, "clearcoatRoughnessFactor": 0.125},
+            "KHR_materials_sheen": {"sheenColorFactor": [0.5, 0.25, 1], "sheenRoughnessFactor": 0.375}}})"));
+    EXPECT_EQ(m.sheen_color, glm::vec3(0.5f, 0.25f, 1.0f));
+    EXPECT_EQ(m.sheen_roughness, 0.375f);
     EXPECT_EQ(m.base_color, glm::vec3(0.1f, 0.2f, 0.3f));
     EXPECT_EQ(m.alpha, 0.4f);
     EXPECT_EQ(m.metallic, 0.5f);
@@ -105,6 +108,8 @@ TEST(GltfMaterial, EverySlotHasItsTexture)
     material["extensions"]["KHR_materials_transmission"] = {{"transmissionFactor", 1}, {"transmissionTexture", t}};
     material["extensions"]["KHR_materials_clearcoat"] = {
         {"clearcoatFactor", 1}, {"clearcoatTexture", t}, {"clearcoatRoughnessTexture", t}};
+    material["extensions"]["KHR_materials_sheen"] = {
+        {"sheenColorFactor", {1, 1, 1}}, {"sheenColorTexture", t}, {"sheenRoughnessTexture", t}};
     GltfBuilder b = file_with(material);
     add_picture(b);
     const Scene scene = load(b);
@@ -114,12 +119,14 @@ TEST(GltfMaterial, EverySlotHasItsTexture)
         return scene.textures.at(static_cast<std::size_t>(slot.texture)).levels[0].texels[2][0];  // 10 of 255
     };
     const double linear_red = 10.0 / 255.0 / 12.92 * 65535.0;
-    for (const TextureSlot* color : {&m.base_color_texture, &m.emission_texture, &m.specular_color_texture}) {
+    for (const TextureSlot* color :
+         {&m.base_color_texture, &m.emission_texture, &m.specular_color_texture, &m.sheen_color_texture}) {
         ASSERT_TRUE(color->used());
         EXPECT_NEAR(red(*color), linear_red, 0.5);
     }
-    for (const TextureSlot* number : {&m.metallic_roughness_texture, &m.normal_texture, &m.specular_texture,
-                                      &m.transmission_texture, &m.clearcoat_texture, &m.clearcoat_roughness_texture}) {
+    for (const TextureSlot* number :
+         {&m.metallic_roughness_texture, &m.normal_texture, &m.specular_texture, &m.transmission_texture,
+          &m.clearcoat_texture, &m.clearcoat_roughness_texture, &m.sheen_roughness_texture}) {
         ASSERT_TRUE(number->used());
         EXPECT_EQ(red(*number), 10 * 257);
     }

@@ -267,11 +267,11 @@ TEST(GltfMaterials, WhatTheRenderIgnoresIsSaidInOneLineAKind)
         b.add_node({{"mesh", b.add_mesh("mesh", {{"attributes", {{"POSITION", positions}}}, {"material", i}})}});
     }
     b.add("textures", Json::object());
-    b.root["extensionsUsed"] = {"KHR_materials_sheen", "KHR_lights_punctual"};
+    b.root["extensionsUsed"] = {"KHR_materials_iridescence", "KHR_lights_punctual"};
     Log log;
     load(b, &log);
     for (const char* part :
-         {"an alpha mode that glTF does not have", "clearcoat normal textures", "KHR_materials_sheen",
+         {"an alpha mode that glTF does not have", "clearcoat normal textures", "KHR_materials_iridescence",
           "textures without an image", "no texture coordinates for its textures"}) {
         EXPECT_EQ(log.count(part), 1) << part;
     }

@@ -66,6 +66,10 @@ struct Material {
     float clearcoat_roughness = 0.0f;         ///< [0, 1]
     TextureSlot clearcoat_texture;            ///< R
     TextureSlot clearcoat_roughness_texture;  ///< G
+    glm::vec3 sheen_color{0.0f};              ///< [0, 1] (KHR_materials_sheen)
+    float sheen_roughness = 0.0f;             ///< perceptual, [0, 1]
+    TextureSlot sheen_color_texture;          ///< RGB
+    TextureSlot sheen_roughness_texture;      ///< A
     AlphaMode alpha_mode = AlphaMode::opaque;
     float alpha_cutoff = 0.5f;  ///< mask: seen where alpha >= cutoff
     bool unlit = false;  ///< shows its base colour as radiance to the camera, reflects nothing (KHR_materials_unlit)

@@ -38,6 +38,7 @@ inline constexpr MaterialFactor kMaterialFactors[] = {
     {"a clearcoat", "KHR_materials_clearcoat", "clearcoatFactor", &Material::clearcoat, 0.0, 0.0, 1.0},
     {"a clearcoat roughness", "KHR_materials_clearcoat", "clearcoatRoughnessFactor", &Material::clearcoat_roughness,
      0.0, 0.0, 1.0},
+    {"a sheen roughness", "KHR_materials_sheen", "sheenRoughnessFactor", &Material::sheen_roughness, 0.0, 0.0, 1.0},
 };
 
 /// A colour.
@@ -54,6 +55,7 @@ inline constexpr MaterialColor kMaterialColors[] = {
     {"an emission", nullptr, "emissiveFactor", &Material::emission, 0.0, kAnyFactor},
     {"a specular colour", "KHR_materials_specular", "specularColorFactor", &Material::specular_color, 1.0,
      kLargeFactor},
+    {"a sheen colour", "KHR_materials_sheen", "sheenColorFactor", &Material::sheen_color, 0.0, 1.0},
 };
 
 /// A texture.
@@ -79,6 +81,8 @@ inline constexpr MaterialTexture kMaterialTextures[] = {
      &Material::clearcoat},
     {"KHR_materials_clearcoat", "clearcoatRoughnessTexture", &Material::clearcoat_roughness_texture, ColorSpace::linear,
      &Material::clearcoat},
+    {"KHR_materials_sheen", "sheenColorTexture", &Material::sheen_color_texture, ColorSpace::srgb},
+    {"KHR_materials_sheen", "sheenRoughnessTexture", &Material::sheen_roughness_texture, ColorSpace::linear},
 };
 
 /// What else material extensions may hold that is read or named. A key that is null: the extension has none.

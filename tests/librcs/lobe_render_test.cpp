@@ -1,0 +1,137 @@
+// Every kind of lobe beyond metal and dielectric: the renderer against the reference, which shares the surface and none
+// of the techniques.
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "rcs/render.h"
+#include "support/scenes.h"
+#include "support/session.h"
+#include "support/tracing.h"
+
+namespace rcs {
+namespace {
+
+struct Case {
+    std::string name;
+    Material material;
+};
+
+Material cloth(float roughness, glm::vec3 color)
+{
+    Material m = test::glossy(0.0f, 0.8f, {0.5f, 0.3f, 0.2f});
+    m.sheen_color = color;
+    m.sheen_roughness = roughness;
+    return m;
+}
+
+std::vector<Case> cases()
+{
+    std::vector<Case> all;
+    for (const float roughness : {0.1f, 0.35f, 0.7f, 1.0f})
+        all.push_back({"sheen " + std::to_string(roughness), cloth(roughness, {0.9f, 0.8f, 1.0f})});
+    return all;
+}
+
+LayeredImage rendered(const Scene& scene, int size, int bounces)
+{
+    RenderOptions options;
+    options.width = options.height = size;
+    options.aa = 1;
+    options.bounces = bounces;
+    options.quality = QualitySettings{.error_tolerance = 0.1f, .rays = 1024};
+    options.lobe_rays = 64;
+    return test::render_first(scene, options, 2).image;
+}
+
+/// A ball on a floor of the material before a white wall, in the light of a lamp and a lamp behind the ball.
+Scene ball_on_a_floor(const Material& material)
+{
+    Scene scene;
+    const int own = test::add_material(scene, material);
+    scene.materials.back().double_sided = true;
+    const int wall = test::add_material(scene, {0.7f, 0.6f, 0.5f}, glm::vec3(0.0f), true);
+    const int lamp = test::add_material(scene, glm::vec3(0.0f), glm::vec3(12.0f), true);
+    test::add_mesh(scene, test::icosphere({0.0f, 0.6f, 0.0f}, 0.6f, 5, own));
+    test::add_mesh(scene, test::quad({-2, 0, 2}, {4, 0, 0}, {0, 0, -4}, own));
+    test::add_mesh(scene, test::quad({-2, 0, -2}, {4, 0, 0}, {0, 3, 0}, wall));
+    test::add_mesh(scene, test::quad({-2, 0, 2}, {0, 0, -4}, {0, 3, 0}, wall));
+    test::add_mesh(scene, test::quad({-0.4f, 2.6f, -0.2f}, {0.8f, 0, 0}, {0, 0, 0.8f}, lamp));
+    PunctualLight point;
+    point.position = {1.4, 1.0, -1.2};
+    point.intensity = glm::vec3(2.0f);
+    scene.lights.push_back(point);
+    scene.cameras = {look_at_camera("camera", {1.6, 1.3, 3.0}, {0.0, 0.5, 0.0}, 0.7)};
+    return scene;
+}
+
+struct Difference {
+    double ratio;  ///< of the means
+    double mean;   ///< of the absolute differences of blocks of 4 x 4 pixels, over the mean
+};
+Difference compare(const Image& found, const Image& expected)
+{
+    constexpr int kBlock = 4;
+    double sum = 0.0, truth = 0.0, difference = 0.0;
+    for (int y = 0; y < found.height; y += kBlock) {
+        for (int x = 0; x < found.width; x += kBlock) {
+            glm::dvec3 a(0.0), b(0.0);
+            for (int j = 0; j < kBlock; ++j)
+                for (int i = 0; i < kBlock; ++i)
+                    for (int c = 0; c < 3; ++c) {
+                        a[c] += static_cast<double>(found.at(x + i, y + j)[c]);
+                        b[c] += static_cast<double>(expected.at(x + i, y + j)[c]);
+                    }
+            for (int c = 0; c < 3; ++c) {
+                sum += a[c];
+                truth += b[c];
+                difference += std::abs(a[c] - b[c]);
+            }
+        }
+    }
+    return {sum / truth, difference / truth};
+}
+
+TEST(LobeRender, AgreesWithTheReferenceForEachLobe)
+{
+    for (const auto& [name, material] : cases()) {
+        const Scene scene = ball_on_a_floor(material);
+        const int size = 32;
+        const LayeredImage image = rendered(scene, size, 2);
+        const LayeredImage truth = test::trace(scene, size, {.samples = 512, .bounces = 2});
+        for (const char* layer : {"direct", "indirect"}) {
+            const Difference d = compare(image.layers.at(layer), truth.layers.at(layer));
+            EXPECT_NEAR(d.ratio, 1.0, 0.02) << name << ", " << layer;
+            EXPECT_LT(d.mean, 0.04) << name << ", " << layer;
+        }
+    }
+}
+
+// As in glossy_render_test: a white body under a white sky cannot be told from the sky.
+TEST(LobeRender, AWhiteFurnaceHidesEachLobe)
+{
+    for (auto [name, material] : cases()) {
+        material.base_color = glm::vec3(1.0f);
+        material.sheen_color = glm::vec3(material.sheen_color != glm::vec3(0.0f) ? 1.0f : 0.0f);
+        Scene scene;
+        scene.sky_radiance = glm::vec3(1.0f);
+        test::add_mesh(scene, test::icosphere({0, 0, 0}, 1.0f, 4, test::add_material(scene, material)));
+        scene.cameras.push_back(look_at_camera("front", {0, 0, 4}, {0, 0, 0}, 0.6));
+        const LayeredImage image = rendered(scene, 48, 1);
+        double mean = 0.0, worst = 0.0;
+        for (int y = 0; y < 48; ++y)
+            for (int x = 0; x < 48; ++x) {
+                const double value = static_cast<double>(image.layers.at("beauty").at(x, y)[1]);
+                mean += value / (48.0 * 48.0);
+                if ((x - 23.5) * (x - 23.5) + (y - 23.5) * (y - 23.5) < 15.0 * 15.0)
+                    worst = std::max(worst, std::abs(value - 1.0));
+            }
+        EXPECT_NEAR(mean, 1.0, 0.01) << name;
+        EXPECT_LT(worst, 0.02) << name;
+    }
+}
+
+}  // namespace
+}  // namespace rcs
