@@ -33,8 +33,34 @@ def box_room(low, high):
     return np.concatenate(positions), np.concatenate(normals), np.array(triangles)
 
 
-def write_glossy(path):
-    """Metal and dielectric spheres, roughness 0.1 to 1, on a glossy floor in a room with a lamp and a spot."""
+# What is anisotropic is wider along the cross product of this and the normal.
+AXIS = (0.3, 1.0, 0.2)
+
+ROUGHNESSES = (0.1, 0.3, 0.6, 1.0)
+
+
+def panel(width=0.34, height=0.7):
+    """Upright, towards +z."""
+    points = np.array([[-width, 0, 0], [width, 0, 0], [width, height, 0], [-width, height, 0]])
+    return points, np.tile([0.0, 0.0, 1.0], (4, 1)), np.array([[0, 1, 2], [0, 2, 3]])
+
+
+def lobe_extension(lobe, roughness, row):
+    """A glTF extension over roughness, the second row weaker. @return (extensions, roughness of the base)"""
+    if lobe == "sheen":
+        color = [0.9, 0.7, 1.0] if row == 0 else [0.2, 0.4, 0.3]
+        return {"KHR_materials_sheen": {"sheenColorFactor": color, "sheenRoughnessFactor": roughness}}, 0.7
+    if lobe == "anisotropy":
+        return {"KHR_materials_anisotropy": {"anisotropyStrength": 0.9 - 0.4 * row}}, roughness
+    if lobe == "diffuse-transmission":
+        return {"KHR_materials_diffuse_transmission": {"diffuseTransmissionFactor": 0.8 - 0.4 * row,
+                                                       "diffuseTransmissionColorFactor": [0.9, 0.8, 0.3]}}, roughness
+    return {}, roughness
+
+
+def write_glossy(path, lobe="glossy"):
+    """Metal and dielectric spheres, roughness 0.1 to 1, on a glossy floor in a room with a lamp and a spot. With the
+    name of a lobe the spheres, or panels where light goes through, have that one."""
     buffer, views, accessors, meshes, nodes, materials = b"", [], [], [], [], []
 
     def accessor(values, kind, component):
@@ -50,9 +76,13 @@ def write_glossy(path):
     def add(shape, material, **node):
         positions, normals, triangles = shape
         materials.append(material)
+        tangents = np.cross(AXIS, normals)
+        tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
+        tangents = np.concatenate([tangents, np.ones((len(normals), 1))], 1)
         meshes.append({"primitives": [{
             "attributes": {"POSITION": accessor(positions.astype(np.float32), "VEC3", 5126),
-                           "NORMAL": accessor(normals.astype(np.float32), "VEC3", 5126)},
+                           "NORMAL": accessor(normals.astype(np.float32), "VEC3", 5126),
+                           "TANGENT": accessor(tangents.astype(np.float32), "VEC4", 5126)},
             "indices": accessor(triangles.reshape(-1, 1), "SCALAR", 5125), "material": len(materials) - 1}]})
         nodes.append({"mesh": len(meshes) - 1, **node})
 
@@ -68,12 +98,17 @@ def write_glossy(path):
     lamp = surface((0.0, 0.0, 0.0), 1.0, emissiveFactor=[1.0, 0.9, 0.8])
     lamp.update(doubleSided=False, extensions={"KHR_materials_emissive_strength": {"emissiveStrength": 12.0}})
     add(quad(2.45, 0.4, -1), lamp)
-    for i, roughness in enumerate((0.1, 0.3, 0.6, 1.0)):
-        for metallic in (0.0, 1.0):
+    for i, roughness in enumerate(ROUGHNESSES):
+        for row in (0, 1):
+            extensions, own = lobe_extension(lobe, roughness, row)
+            metallic = float(row) if lobe in ("glossy", "anisotropy") else 0.0
             color = (0.9, 0.7, 0.4) if metallic else (0.2, 0.4, 0.6)
-            add(sphere(), surface(color, roughness, metallic),
-                translation=[-1.2 + 0.8 * i, 0.36 + 0.8 * metallic, -0.6 * metallic],
-                scale=[0.35, 0.35, 0.35])
+            material = surface(color, own, metallic, **({"extensions": extensions} if extensions else {}))
+            x = -1.2 + 0.8 * i
+            if lobe == "diffuse-transmission":
+                add(panel(), material, translation=[x, 0.05 + 0.85 * row, 0.3 - 0.4 * row])
+            else:
+                add(sphere(), material, translation=[x, 0.36 + 0.8 * row, -0.6 * row], scale=[0.35, 0.35, 0.35])
     nodes.append({"camera": 0, "translation": [0, 1.2, 2.4], "rotation": [-0.05, 0, 0, 0.99875]})
     nodes.append({"extensions": {"KHR_lights_punctual": {"light": 0}}, "translation": [1.5, 2.2, 1.5],
                   "rotation": [-0.5, 0.3, 0.15, 0.798]})
@@ -82,7 +117,7 @@ def write_glossy(path):
                 "meshes": meshes, "materials": materials, "accessors": accessors, "bufferViews": views,
                 "buffers": [{"byteLength": len(buffer)}],
                 "cameras": [{"type": "perspective", "perspective": {"yfov": 1.1, "znear": 0.01}}],
-                "extensionsUsed": ["KHR_lights_punctual", "KHR_materials_emissive_strength"],
+                "extensionsUsed": sorted({"KHR_lights_punctual"}.union(*(m.get("extensions", {}) for m in materials))),
                 "extensions": {"KHR_lights_punctual": {"lights": [{"type": "spot", "intensity": 6.0, "spot": {
                     "innerConeAngle": 0.3, "outerConeAngle": 0.6}}]}}}
     gltf.write_glb(path, document, buffer)

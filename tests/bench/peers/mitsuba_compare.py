@@ -3,9 +3,9 @@
 
     mitsuba_compare.py --rcsplat build/release/bin/rcsplat ../shared/scenes/cornell-box.glb sponza.glb:atrium glossy
 
-Each scene is a .glb file, with :CAMERA where it has several; `glossy` is made here. For each, both render the same
-view with box-filtered pixels. Passes (exit 0) if the means agree within 1 % and the relative mean square error is no
-more than the two standard errors explain.
+Each scene is a .glb file, with :CAMERA where it has several; `glossy`, `sheen`, `anisotropy` and `diffuse-transmission`
+are made here. For each, both render the same view with box-filtered pixels. Passes (exit 0) if the means agree within
+1 % and the relative mean square error is no more than the two standard errors explain.
 
 Mitsuba compiles by LLVM, from version 17 on (older ones abort, "Cannot select: fminimum"): DRJIT_LIBLLVM_PATH names
 the library where it is not the system's.
@@ -28,6 +28,10 @@ mi.set_variant("llvm_ad_rgb")  # before the modules that derive from its classes
 import glossy_scene
 import gltf
 import mitsuba_scene
+
+
+# Scenes that are made here.
+MADE = ("glossy", "sheen", "anisotropy", "diffuse-transmission")
 
 
 def load_scene(path, camera, size, sky, folder):
@@ -55,9 +59,9 @@ def read_reference(path):
 
 def compare(scene, options, folder):
     path, _, camera = scene.partition(":")
-    if path == "glossy":
-        path = os.path.join(folder, "glossy.glb")
-        glossy_scene.write_glossy(path)
+    if path in MADE:
+        path = os.path.join(folder, path + ".glb")
+        glossy_scene.write_glossy(path, scene)
     exr = os.path.join(folder, "reference.exr")
     command = [options.rcsplat, "reference", path, "--size", f"{options.size}x{options.size}", "--spp",
                str(options.spp),

@@ -16,11 +16,12 @@ def material_values(glb, index):
     """Of a glTF material: what the scene needs, or sys.exit."""
     m = glb["materials"][index] if index is not None else {}
     name, pbr, ext = m.get("name", "?"), m.get("pbrMetallicRoughness", {}), m.get("extensions", {})
-    known = {"KHR_materials_emissive_strength", "KHR_materials_ior", "KHR_materials_specular"}
+    known = {"KHR_materials_emissive_strength", "KHR_materials_ior", "KHR_materials_specular", "KHR_materials_sheen",
+             "KHR_materials_anisotropy", "KHR_materials_diffuse_transmission"}
     unread = [k for k in ("normalTexture", "emissiveTexture") if k in m] + sorted(set(ext) - known)
     unread += ["metallicRoughnessTexture"] if "metallicRoughnessTexture" in pbr else []
     unread += ["alphaMode"] if m.get("alphaMode", "OPAQUE") != "OPAQUE" else []
-    unread += [k for k in ext.get("KHR_materials_specular", {}) if k.endswith("Texture")]
+    unread += [k for name in known for k in ext.get(name, {}) if k.endswith(("Texture", "Rotation"))]
     if unread:
         sys.exit(f"material '{name}' has {', '.join(unread)}, which this converter does not read")
     ior = ext.get("KHR_materials_ior", {}).get("ior", 1.5)
@@ -32,9 +33,25 @@ def material_values(glb, index):
         "roughness": pbr.get("roughnessFactor", 1.0),
         "specular": specular.get("specularFactor", 1.0),
         "f0": min(((ior - 1) / (ior + 1)) ** 2, 1.0) * np.array(specular.get("specularColorFactor", (1, 1, 1))),
+        "sheen": sheen_of(ext.get("KHR_materials_sheen", {})),
+        "anisotropy": float(ext.get("KHR_materials_anisotropy", {}).get("anisotropyStrength", 0.0)),
+        "through": through_of(ext.get("KHR_materials_diffuse_transmission", {})),
         "emission": gltf.emission(m),
         "double_sided": m.get("doubleSided", False),
     }
+
+
+def sheen_of(extension):
+    """As the properties of rcs_bsdf."""
+    color = extension.get("sheenColorFactor", (0, 0, 0))
+    roughness = {"sheen_roughness": float(extension.get("sheenRoughnessFactor", 0.0))}
+    return {**roughness, **{f"sheen_{c}": float(color[i]) for i, c in enumerate("rgb")}}
+
+
+def through_of(extension):
+    color = extension.get("diffuseTransmissionColorFactor", (1, 1, 1))
+    part = {"through": float(extension.get("diffuseTransmissionFactor", 0.0))}
+    return {**part, **{f"through_{c}": float(color[i]) for i, c in enumerate("rgb")}}
 
 
 def bsdf_of(values, flat, textures):
@@ -42,11 +59,14 @@ def bsdf_of(values, flat, textures):
     color = [float(c) for c in values["color"]]
     if texture and color != [1, 1, 1]:
         sys.exit("a base colour factor besides a texture is not read")
-    if values["metallic"] == 0 and values["specular"] == 0 and flat:
+    is_lambertian = not any((values["metallic"], values["specular"], values["through"]["through"],
+                             *(values["sheen"][f"sheen_{c}"] for c in "rgb")))
+    if is_lambertian and flat:
         return {"type": "twosided", "bsdf": {"type": "diffuse",
                                              "reflectance": texture or {"type": "rgb", "value": color}}}
     bsdf = {"type": "rcs_bsdf", "metallic": float(values["metallic"]), "specular": float(values["specular"]),
-            "roughness": float(values["roughness"])}
+            "roughness": float(values["roughness"]), "anisotropy": values["anisotropy"], **values["sheen"],
+            **values["through"]}
     for i, channel in enumerate("rgb"):
         bsdf[f"color_{channel}"], bsdf[f"f0_{channel}"] = color[i], float(values["f0"][i])
     return {**bsdf, "texture": texture} if texture else bsdf
