@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <initializer_list>
 
 #include <glm/glm.hpp>
@@ -26,8 +28,17 @@ Lobe lobe_of(const Bsdf& bsdf)
     return {glm::vec3(0.0f), 0.0f, 1.0f, Lobe::kNone};
 }
 
-inline glm::vec3 diffuse_albedo(const Bsdf& b, float cosine) { return albedo(b, cosine, diffuse_lobes(b)); }
-inline glm::vec3 specular_albedo(const Bsdf& b, float cosine) { return albedo(b, cosine, reflecting_lobes(b)); }
+/// Directional albedos for a viewer at some azimuth. @param cosine  to the shading normal
+inline glm::vec3 seen_at(const Bsdf& b, float cosine)
+{
+    const Basis basis(b.normal);
+    return std::sqrt(std::max(0.0f, 1.0f - cosine * cosine)) * basis.x + cosine * b.normal;
+}
+inline glm::vec3 diffuse_albedo(const Bsdf& b, float cosine) { return albedo(b, seen_at(b, cosine), diffuse_lobes(b)); }
+inline glm::vec3 specular_albedo(const Bsdf& b, float cosine)
+{
+    return albedo(b, seen_at(b, cosine), reflecting_lobes(b));
+}
 inline glm::vec3 evaluate_glossy(const Bsdf& b, glm::vec3 o, glm::vec3 i) { return evaluate(b, o, i, glossy_lobes(b)); }
 inline BsdfSample sample_glossy(const Bsdf& b, glm::vec3 o, float choice, glm::vec2 u)
 {

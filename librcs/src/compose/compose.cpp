@@ -19,7 +19,7 @@ glm::vec3 glossy_radiance(const GBuffer& g, const Shading& shading, const SplatB
 {
     if (sums.glossy_r.empty() || !shading.recorded(i)) return glm::vec3(0.0f);
     const Bsdf bsdf = shading.bsdf(g, i);
-    return albedo(bsdf, glm::dot(bsdf.normal, outgoing), bsdf.those(lit_by_records)) *
+    return albedo(bsdf, outgoing, bsdf.those(lit_by_records)) *
            (glm::vec3(sums.glossy_r[i], sums.glossy_g[i], sums.glossy_b[i]) / sums.weight[i]);
 }
 

@@ -60,8 +60,7 @@ DirectLight::Lobes DirectLight::make_lobes(const Viewer& viewer) const
     lobes.reflecting = reflecting_lobes(lobes.bsdf);
     lobes.transmitting = transmitting_lobes(lobes.bsdf);
     lobes.outgoing = viewer.outgoing;
-    lobes.diffuse = kInversePi * luminance(albedo(lobes.bsdf, glm::dot(lobes.bsdf.normal, lobes.outgoing),
-                                                  diffuse_lobes(lobes.bsdf)));
+    lobes.diffuse = kInversePi * luminance(albedo(lobes.bsdf, lobes.outgoing, diffuse_lobes(lobes.bsdf)));
     return lobes;
 }
 

@@ -55,7 +55,7 @@ void store(Shading& s, std::size_t i, const VisiblePoint& point, glm::vec3 outgo
         s.coverage[i] = coverage;
         s.through[i] = glm::vec3(1.0f - coverage);
         if (const LobeSet straight = bsdf.those(shows_straight)) {
-            s.through[i] += coverage * albedo(bsdf, glm::dot(bsdf.normal, outgoing), straight);
+            s.through[i] += coverage * albedo(bsdf, outgoing, straight);
             bsdf = bsdf.only(~straight);
         }
     }

@@ -128,7 +128,7 @@ LobeLight LobeSharing::share(std::size_t pixel, const RayRing& ring) const
         const float count = static_cast<float>(ring.count());
         return {light.sum / count, light.error_of_mean(count)};
     }
-    const glm::vec3 whole = albedo(bsdf, glm::dot(bsdf.normal, outgoing), traced);
+    const glm::vec3 whole = albedo(bsdf, outgoing, traced);
     LobeLight reflected{glm::vec3(0.0f), luminance(whole) * light.error_of_ratio()};
     for (int c = 0; c < 3; ++c)
         reflected.radiance[c] = light.total[c] > 0.0f ? whole[c] * light.sum[c] / light.total[c] : 0.0f;

@@ -22,9 +22,7 @@ float share_of_rays(float width)
 }  // namespace
 
 HitLobes::HitLobes(const Bsdf& bsdf, glm::vec3 outgoing, float width)
-    : outgoing_(outgoing),
-      cosine_(glm::dot(bsdf.normal, outgoing)),
-      diffuse_(rcs::albedo(bsdf, cosine_, diffuse_lobes(bsdf)))
+    : outgoing_(outgoing), diffuse_(rcs::albedo(bsdf, outgoing, diffuse_lobes(bsdf)))
 {
     const LobeSet reflecting = reflecting_lobes(bsdf);
     const float wide = std::clamp(kHitWidening * width, kLeastEvaluatedAlpha, kLeastHitAlpha);
@@ -36,7 +34,7 @@ HitLobes::HitLobes(const Bsdf& bsdf, glm::vec3 outgoing, float width)
         part.left = glm::vec3(1.0f);
         part.width = std::sqrt(width * width + bsdf.lobe[i].alpha * bsdf.lobe[i].alpha);
         part.share = share_of_rays(part.width);
-        const glm::vec3 left = left_below(bsdf, i, cosine_);
+        const glm::vec3 left = left_below(bsdf, i, outgoing);
         for (int below = 0; below + 1 < count_; ++below) part_[below].left *= left;
     }
 }
@@ -58,14 +56,14 @@ glm::vec3 HitLobes::albedo() const
 {
     glm::vec3 sum = diffuse_;
     for (const Part& part : parts())
-        if (part.share < 1.0f) sum += (1.0f - part.share) * part.left * rcs::albedo(part.wide, cosine_, kAllLobes);
+        if (part.share < 1.0f) sum += (1.0f - part.share) * part.left * rcs::albedo(part.wide, outgoing_, kAllLobes);
     return sum;
 }
 
 /// What its rays bring of a light that is the same from everywhere.
 glm::vec3 HitLobes::ray_albedo(const Part& part) const
 {
-    return part.share > 0.0f ? part.share * part.left * rcs::albedo(part.exact, cosine_, kAllLobes) : glm::vec3(0.0f);
+    return part.share > 0.0f ? part.share * part.left * rcs::albedo(part.exact, outgoing_, kAllLobes) : glm::vec3(0.0f);
 }
 
 HitLobes::Onward HitLobes::sample(glm::vec3 throughput, RandomStream& random) const

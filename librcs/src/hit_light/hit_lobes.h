@@ -49,7 +49,6 @@ private:
     glm::vec3 ray_albedo(const Part& part) const;
 
     glm::vec3 outgoing_;
-    float cosine_;
     glm::vec3 diffuse_;  // albedo
     int count_ = 0;
     Part part_[kMostLobes];  // from the bottom

@@ -26,10 +26,15 @@ namespace {
 /// The lobes of a white surface of this material; `textured` becomes true where they depend on a texture.
 Bsdf lobes_of_white(const Material& m, bool& textured)
 {
-    const auto look_up = [&](const TextureSlot& slot) {
-        textured = textured || slot.used();
-        return glm::vec4(1.0f);
-    };
+    struct {
+        bool& textured;
+        glm::vec4 operator()(const TextureSlot& slot) const
+        {
+            textured = textured || slot.used();
+            return glm::vec4(1.0f);
+        }
+        float turn_of(const TextureSlot&, glm::vec2) const { return 0.0f; }
+    } look_up{textured};
     Bsdf bsdf;
     make_lobes(m, glm::vec3(1.0f), look_up, true, bsdf);
     return bsdf;
@@ -139,7 +144,8 @@ glm::vec3 HitRadiance::albedo(const PlainHit& hit, float cosine) const
     const Bsdf& layer = layer_[static_cast<std::size_t>(hit.material)];
     const glm::vec3 color = base_color(hit);
     if (layer.count == 0) return color;
-    const glm::vec3 specular = rcs::albedo(layer, cosine, kAllLobes);
+    const glm::vec3 specular =
+        rcs::albedo(layer, {std::sqrt(std::max(0.0f, 1.0f - cosine * cosine)), 0.0f, cosine}, kAllLobes);
     return color * (1.0f - specular) + specular;
 }
 
@@ -149,7 +155,7 @@ glm::vec3 HitRadiance::reflectance(const PlainHit& hit, glm::vec3 normal, glm::v
     const glm::vec3 color = base_color(hit);
     if (layer.count == 0) return color;
     layer.normal = layer.geometric_normal = normal;
-    return color * (1.0f - rcs::albedo(layer, glm::dot(normal, outgoing), kAllLobes)) +
+    return color * (1.0f - rcs::albedo(layer, outgoing, kAllLobes)) +
            std::numbers::pi_v<float> * evaluate(layer, outgoing, incoming);
 }
 

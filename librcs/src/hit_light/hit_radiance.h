@@ -116,8 +116,7 @@ private:
 /// Directional albedo of all that reflects: radiance towards `outgoing` times pi, per irradiance, if that is uniform.
 inline glm::vec3 total_albedo(const Bsdf& bsdf, glm::vec3 outgoing)
 {
-    const float cosine = glm::dot(bsdf.normal, outgoing);
-    return albedo(bsdf, cosine, ~transmitting_lobes(bsdf));
+    return albedo(bsdf, outgoing, ~transmitting_lobes(bsdf));
 }
 
 inline glm::vec3 ray_direction(const RayPacket& ray, int lane)

@@ -15,12 +15,13 @@ float mean(glm::vec3 c) { return (c.r + c.g + c.b) * (1.0f / 3.0f); }
 
 /// A lobe as if nothing lay above it.
 template <typename Kind>
-LobeView look_at(Kind kind, const Bsdf& b, std::uint32_t lobe, float cosine_o)
+LobeView look_at(Kind kind, const Bsdf& b, std::uint32_t lobe, glm::vec3 outgoing)
 {
     LobeView v;
     v.lobe = b.lobe[lobe];
     v.normal = b.normal;
-    v.cosine = std::clamp(cosine_o, kLeastCosine, 1.0f);
+    v.outgoing = outgoing;
+    v.cosine = std::clamp(glm::dot(b.normal, outgoing), kLeastCosine, 1.0f);
     v.gain = glm::vec3(1.0f);
     kind.see(v);
     return v;
@@ -31,7 +32,7 @@ struct Layers {
     LobeView view[kMostLobes];
     float total = 0.0f;  ///< of the shares
 
-    Layers(const Bsdf& b, float cosine_o, LobeSet set)
+    Layers(const Bsdf& b, glm::vec3 outgoing, LobeSet set)
     {
         const LobeSet lobes = set & ((1u << b.count) - 1u);
         for (std::uint32_t i = b.count; i-- > 0;) {
@@ -39,7 +40,7 @@ struct Layers {
             if (lobes >> i == 0u) continue;
             LobeView& v = view[i];
             with_kind(b.lobe[i].kind, [&](auto kind) {
-                v = look_at(kind, b, i, cosine_o);
+                v = look_at(kind, b, i, outgoing);
                 if (!kind.covers) return;
                 const glm::vec3 left = kind.leaves(v);
                 for (std::uint32_t below = i + 1; below < b.count; ++below)
@@ -73,7 +74,7 @@ Scattering scattering(const Bsdf& b, LobeSet set, glm::vec3 outgoing, glm::vec3 
 {
     const ScatterPair pair(b.normal, b.geometric_normal, outgoing, incoming);
     if (!pair.valid) return {};
-    return scattering(b, Layers(b, glm::dot(b.normal, outgoing), set), set, pair);
+    return scattering(b, Layers(b, outgoing, set), set, pair);
 }
 
 /// The lobe that a number in [0, total) falls to: what reflects from the bottom, then what transmits.
@@ -110,16 +111,16 @@ float narrowest(const Bsdf& bsdf, LobeSet set)
     return alpha;
 }
 
-glm::vec3 left_below(const Bsdf& bsdf, std::uint32_t lobe, float cosine)
+glm::vec3 left_below(const Bsdf& bsdf, std::uint32_t lobe, glm::vec3 outgoing)
 {
     return with_kind(bsdf.lobe[lobe].kind, [&](auto kind) {
-        return kind.covers ? kind.leaves(look_at(kind, bsdf, lobe, cosine)) : glm::vec3(1.0f);
+        return kind.covers ? kind.leaves(look_at(kind, bsdf, lobe, outgoing)) : glm::vec3(1.0f);
     });
 }
 
-glm::vec3 albedo(const Bsdf& bsdf, float cosine, LobeSet lobes)
+glm::vec3 albedo(const Bsdf& bsdf, glm::vec3 outgoing, LobeSet lobes)
 {
-    const Layers layers(bsdf, cosine, lobes);
+    const Layers layers(bsdf, outgoing, lobes);
     glm::vec3 sum(0.0f);
     for (std::uint32_t i = bsdf.count; i-- > 0;)
         if (has(lobes, i)) sum += layers.view[i].albedo;
@@ -139,7 +140,7 @@ float density(const Bsdf& bsdf, glm::vec3 outgoing, glm::vec3 incoming, LobeSet 
 BsdfSample sample(const Bsdf& bsdf, glm::vec3 outgoing, float choice, glm::vec2 u, LobeSet lobes)
 {
     const float cosine_o = glm::dot(bsdf.normal, outgoing);
-    const Layers layers(bsdf, cosine_o, lobes);
+    const Layers layers(bsdf, outgoing, lobes);
     BsdfSample result;
     if (!(layers.total > 0.0f)) return result;
     const LobeView& view = layers.view[pick(bsdf, layers, lobes, choice * layers.total)];

@@ -56,14 +56,13 @@ inline LobeSet transmitting_lobes(const Bsdf& bsdf) { return bsdf.those(transmit
 /// Width of the narrowest lobe of a set; 1 if it is empty.
 float narrowest(const Bsdf& bsdf, LobeSet set);
 
-/// What a lobe leaves of the light to those below it. @param cosine  of the viewer to the shading normal
-glm::vec3 left_below(const Bsdf& bsdf, std::uint32_t lobe, float cosine);
+/// What a lobe leaves of the light to those below it.
+glm::vec3 left_below(const Bsdf& bsdf, std::uint32_t lobe, glm::vec3 outgoing);
 
 // All below take the lobes of a set as the layers above leave them, whether those are in the set or not.
 
 /// Directional albedo: what a uniform light of radiance 1 from all directions is scattered to the viewer.
-/// @param cosine  of the viewer to the shading normal
-glm::vec3 albedo(const Bsdf& bsdf, float cosine, LobeSet lobes);
+glm::vec3 albedo(const Bsdf& bsdf, glm::vec3 outgoing, LobeSet lobes);
 
 /// f(outgoing, incoming) [1/sr] without the cosine; 0 where a direction is on the wrong side of the shading or the
 /// geometric normal (the diffuse part is also seen from below the shading normal: smooth silhouettes stay lit).

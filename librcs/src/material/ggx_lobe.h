@@ -13,13 +13,18 @@ namespace rcs {
 // Schlick's Fresnel between f0 and f90; what it loses is given back by the factor 1 + f0 (1 - E) / E (Turquin 2019; E:
 // the lobe's directional albedo for Fresnel = 1): a white metal reflects everything at every roughness.
 
-inline void see_ggx(glm::vec3 f0, float f90, LobeView& v)
+/// @param e  of the lobe
+inline void see_ggx(glm::vec3 f0, float f90, GgxAlbedo e, LobeView& v)
 {
-    v.slant = ggx_slant(v.cosine, v.lobe.alpha);
-    const GgxAlbedo e = ggx_albedo(v.cosine, v.lobe.alpha);
     v.inverse_total = 1.0f / (e.scale + e.bias);
     v.gain = 1.0f + f0 * (v.inverse_total - 1.0f);
     v.albedo = glm::min(v.gain * (f0 * e.scale + f90 * e.bias), glm::vec3(1.0f));
+}
+
+inline void see_ggx(glm::vec3 f0, float f90, LobeView& v)
+{
+    v.slant = ggx_slant(v.cosine, v.lobe.alpha);
+    see_ggx(f0, f90, ggx_albedo(v.cosine, v.lobe.alpha), v);
 }
 
 /// What a GGX layer leaves to those below it.

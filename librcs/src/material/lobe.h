@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
@@ -14,12 +15,29 @@ namespace rcs {
 struct Lobe {
     static constexpr std::uint8_t kNone = 255;
 
-    glm::vec3 color{0.0f};      ///< reflectance at normal incidence, or albedo
-    float level = 1.0f;         ///< reflectance at grazing incidence, or strength
-    float alpha = 1.0f;         ///< width as that of a GGX lobe, in [kLeastAlpha, 1]; 1: diffuse
-    std::uint8_t kind = kNone;  ///< place in LobeKinds
+    glm::vec3 color{0.0f};           ///< reflectance at normal incidence, or albedo
+    float level = 1.0f;              ///< reflectance at grazing incidence, or strength
+    float alpha = 1.0f;              ///< width as that of a GGX lobe, in [kLeastAlpha, 1]; 1: diffuse
+    std::uint32_t kind : 8 = kNone;  ///< place in LobeKinds
+    std::uint32_t stretch_code : 12 = 0, turn_code : 12 = 0;
+
+    /// In [0, 1]: how much wider it is along its direction; 0: it has none.
+    float stretch() const { return static_cast<float>(stretch_code) * (1.0f / 4095.0f); }
+    /// Of its direction from the x axis of Basis(shading normal) [rad]; half a turn changes nothing.
+    float turn() const { return static_cast<float>(turn_code) * (std::numbers::pi_v<float> / 4096.0f); }
+    void set_direction(float stretch, float turn)
+    {
+        const float half_turns = turn * std::numbers::inv_pi_v<float>;
+        stretch_code = static_cast<std::uint32_t>(std::lround(4095.0f * std::clamp(stretch, 0.0f, 1.0f)));
+        turn_code = static_cast<std::uint32_t>(4096.0f * (half_turns - std::floor(half_turns))) & 4095u;
+    }
 };
 static_assert(sizeof(Lobe) == 24);
+
+/// As of Lobe.
+struct LobeDirection {
+    float stretch = 0.0f, turn = 0.0f;
+};
 
 /// A pair of directions, as all lobes need it.
 struct ScatterPair {
@@ -52,6 +70,7 @@ struct ScatterPair {
 struct LobeView {
     Lobe lobe;
     glm::vec3 normal;     ///< shading
+    glm::vec3 outgoing;   ///< unit, towards the viewer
     float cosine, slant;  ///< of the viewer; slant as in ggx.h, of GGX lobes
     glm::vec3 gain;       ///< what multiplies the lobe's own formula
     float inverse_total;  ///< 1 / the directional albedo of a white lobe

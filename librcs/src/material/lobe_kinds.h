@@ -27,7 +27,7 @@ inline constexpr std::size_t kMostLobes = std::tuple_size_v<LobeKinds>;
 
 /// Calls visit(Kind{}) for the kind with a number.
 template <std::size_t Number = 0, typename Visit>
-decltype(auto) with_kind(std::uint8_t number, Visit&& visit)
+decltype(auto) with_kind(std::uint32_t number, Visit&& visit)
 {
     if constexpr (Number + 1 == kMostLobes)
         return visit(std::tuple_element_t<Number, LobeKinds>{});

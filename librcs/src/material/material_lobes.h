@@ -31,7 +31,11 @@ void make_lobes(const Material& m, glm::vec3 base_color, const Lookup& look_up, 
     }
     MaterialPoint<Lookup> point(m, look_up, base_color, lets_rays_pass);
     for_each_kind([&](auto kind, std::uint8_t number) {
-        kind.make(point, [&](glm::vec3 color, float level, float alpha) { bsdf.add({color, level, alpha, number}); });
+        kind.make(point, [&](glm::vec3 color, float level, float alpha, LobeDirection direction = {}) {
+            Lobe lobe{color, level, alpha, number};
+            lobe.set_direction(direction.stretch, direction.turn);
+            bsdf.add(lobe);
+        });
     });
 }
 

@@ -15,7 +15,8 @@ float base_width(const Material& m, const Channel& channel)
 }
 
 /// A material at one point, from which lobes are made in the order of their layers.
-/// @tparam Lookup  (slot) to a texture's value, 1 where the slot is empty
+/// @tparam Lookup  (slot) to a texture's value, 1 where the slot is empty; turn_of(slot, direction) to the angle of a
+/// direction of the slot's tangent space, as Lobe::turn()
 template <typename Lookup>
 struct MaterialPoint {
     const Material& material;
@@ -23,8 +24,9 @@ struct MaterialPoint {
     glm::vec3 base_color;  ///< [0, 1]
     bool lets_rays_pass;   ///< whether lobes are made through which rays go straight on
     float metallic;
-    float alpha;  ///< width of the base's lobes
-    float rest;   ///< what lobes have left for those below them to scatter of the base colour
+    float alpha;                ///< width of the base's lobes
+    bool is_stretched = false;  ///< the specular reflection is another lobe's
+    float rest;                 ///< what lobes have left for those below them to scatter of the base colour
 
     MaterialPoint(const Material& m, const Lookup& lookup, glm::vec3 color, bool passable)
         : material(m), look_up(lookup), base_color(color), lets_rays_pass(passable)

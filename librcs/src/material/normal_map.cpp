@@ -16,16 +16,33 @@ TangentPair tangents_from_uvs(const std::array<glm::vec3, 3>& corners, const std
     return {glm::vec3(sign * (d2.y * e1 - d1.y * e2)), glm::vec3(-sign * (d1.x * e2 - d2.x * e1))};
 }
 
-glm::vec3 mapped_normal(glm::vec3 normal, TangentPair frame, glm::vec3 texel, float scale)
+namespace {
+
+/// Makes the frame orthonormal to `normal`. @return whether it can be
+bool make_orthonormal(glm::vec3 normal, TangentPair& frame)
 {
     const glm::vec3 along = frame.tangent - glm::dot(frame.tangent, normal) * normal;
     const float length = glm::length(along);
-    if (!(length > 1e-6f * glm::length(frame.tangent))) return normal;
-    const glm::vec3 tangent = along / length;
-    const glm::vec3 upwards = glm::cross(normal, tangent);
-    const glm::vec3 bitangent = glm::dot(upwards, frame.bitangent) < 0.0f ? -upwards : upwards;
+    if (!(length > 1e-6f * glm::length(frame.tangent))) return false;
+    frame.tangent = along / length;
+    const glm::vec3 upwards = glm::cross(normal, frame.tangent);
+    frame.bitangent = glm::dot(upwards, frame.bitangent) < 0.0f ? -upwards : upwards;
+    return true;
+}
+
+}  // namespace
+
+glm::vec3 mapped_direction(glm::vec3 normal, TangentPair frame, glm::vec2 direction)
+{
+    return make_orthonormal(normal, frame) ? direction.x * frame.tangent + direction.y * frame.bitangent
+                                           : glm::vec3(0.0f);
+}
+
+glm::vec3 mapped_normal(glm::vec3 normal, TangentPair frame, glm::vec3 texel, float scale)
+{
+    if (!make_orthonormal(normal, frame)) return normal;
     const glm::vec3 n = 2.0f * texel - 1.0f;
-    const glm::vec3 bent = scale * n.x * tangent + scale * n.y * bitangent + std::max(n.z, 0.0f) * normal;
+    const glm::vec3 bent = scale * n.x * frame.tangent + scale * n.y * frame.bitangent + std::max(n.z, 0.0f) * normal;
     const float bent_length = glm::length(bent);
     return bent_length > 1e-6f ? bent / bent_length : normal;
 }

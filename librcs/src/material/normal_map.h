@@ -13,6 +13,9 @@ struct TangentPair {
 };
 TangentPair tangents_from_uvs(const std::array<glm::vec3, 3>& corners, const std::array<glm::vec2, 3>& uvs);
 
+/// A direction of tangent space on the surface; 0 where the frame is degenerate. @param normal  unit, of the front side
+glm::vec3 mapped_direction(glm::vec3 normal, TangentPair frame, glm::vec2 direction);
+
 /// @param texel  of the normal texture, in [0, 1]   @param normal  unit, of the front side
 /// @param frame  made orthonormal to `normal` here; `normal` is returned where it is degenerate
 glm::vec3 mapped_normal(glm::vec3 normal, TangentPair frame, glm::vec3 texel, float scale);

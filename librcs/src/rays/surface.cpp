@@ -259,8 +259,7 @@ VisiblePoint visible_point(const RayScene& rays, std::uint32_t instance, std::ui
     const glm::vec3 outgoing = -glm::vec3(glm::normalize(ray.direction));
     const Hit at{static_cast<float>(hit.t), static_cast<float>(u), static_cast<float>(v), instance, primitive};
     point.material = material_at(rays, at, point.surface, outgoing, {moved(pixel.dx), moved(pixel.dy)});
-    point.albedo =
-        albedo(point.material.bsdf, glm::dot(point.material.bsdf.normal, outgoing), diffuse_lobes(point.material.bsdf));
+    point.albedo = albedo(point.material.bsdf, outgoing, diffuse_lobes(point.material.bsdf));
     point.emission = point.material.emission;
     return point;
 }

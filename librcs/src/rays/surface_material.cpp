@@ -9,6 +9,7 @@
 #include "rays/ray_scene_impl.h"
 #include "rays/surface.h"
 #include "scene/texture.h"
+#include "util/basis.h"
 #include "util/counters.h"
 
 namespace rcs {
@@ -106,6 +107,23 @@ glm::vec3 normal_at(const RayScene& rays, const Hit& hit, const Mesh& mesh, cons
                                 look_up(material.normal_texture), material.normal_scale);
 }
 
+/// What lobes are made from: texels, and directions on the surface.
+struct LobeLookup {
+    const Lookup& texel;
+    const RayScene& rays;
+    const Hit& hit;
+    const Mesh& mesh;
+    glm::vec3 front_normal, normal;  // the latter on the viewer's side
+
+    glm::vec4 operator()(const TextureSlot& slot) const { return texel(slot); }
+    float turn_of(const TextureSlot& slot, glm::vec2 direction) const
+    {
+        const glm::vec3 towards = mapped_direction(front_normal, tangent_frame(rays, hit, mesh, slot), direction);
+        const Basis basis(normal);
+        return std::atan2(glm::dot(towards, basis.y), glm::dot(towards, basis.x));
+    }
+};
+
 }  // namespace
 
 MaterialValues material_at(const RayScene& rays, const Hit& hit, const SurfacePoint& point, glm::vec3 direction,
@@ -129,11 +147,14 @@ MaterialValues material_at(const RayScene& rays, const Hit& hit, const SurfacePo
     }
     values.emission = emitted_radiance(material, point.front);
     if (values.emission != glm::vec3(0.0f)) values.emission *= glm::vec3(look_up(material.emission_texture));
-    make_lobes(material, glm::clamp(glm::vec3(base), 0.0f, 1.0f), look_up, (simulated & kTransmits) != 0u, values.bsdf);
     if (!is_lambertian(material) || (simulated & kBumpy) != 0u) {
         const glm::vec3 normal = normal_at(rays, hit, mesh, material, point, look_up);
         values.bsdf.normal = keep_mirror_above(normal, point.geometric_normal, direction);
     }
+    const LobeLookup lobe_lookup{
+        look_up, rays, hit, mesh, point.front ? values.bsdf.normal : -values.bsdf.normal, values.bsdf.normal};
+    make_lobes(material, glm::clamp(glm::vec3(base), 0.0f, 1.0f), lobe_lookup, (simulated & kTransmits) != 0u,
+               values.bsdf);
     return values;
 }
 

@@ -65,8 +65,7 @@ Veil veil_at(const RayScene& rays, const Hit& hit, glm::vec3 direction)
     const SurfacePoint point = surface_at(rays, hit.instance, hit.primitive, hit.u, hit.v, direction);
     const glm::vec3 to_viewer = -glm::normalize(direction);
     const MaterialValues values = material_at(rays, hit, point, to_viewer, {});
-    const glm::vec3 through = glm::clamp(
-        albedo(values.bsdf, glm::dot(to_viewer, values.bsdf.normal), values.bsdf.those(passes_rays)), 0.0f, 1.0f);
+    const glm::vec3 through = glm::clamp(albedo(values.bsdf, to_viewer, values.bsdf.those(passes_rays)), 0.0f, 1.0f);
     veil.coverage = values.alpha;
     veil.transmittance = (1.0f - values.alpha) + values.alpha * through;
     return veil;

@@ -16,8 +16,7 @@ Layer layer_at(const RayScene& rays, const Hit& hit, glm::vec3 direction)
     if (material.alpha_mode == AlphaMode::opaque && material.transmission == 0.0f) return {};
     const glm::vec3 outgoing = -glm::normalize(direction);
     const MaterialValues values = material_at(rays, hit, point, outgoing, {});
-    const glm::vec3 through =
-        albedo(values.bsdf, glm::dot(values.bsdf.normal, outgoing), values.bsdf.those(passes_rays));
+    const glm::vec3 through = albedo(values.bsdf, outgoing, values.bsdf.those(passes_rays));
     return {values.alpha, (1.0f - values.alpha) + values.alpha * through};
 }
 

@@ -125,7 +125,7 @@ void PathTracer::look(double x, double y, Lamps which, Seen& seen) const
         add_layer(*hit, camera, which, weight, seen);
         const VisiblePoint& point = seen.layers[seen.count - 1].point;
         const Bsdf& bsdf = point.material.bsdf;
-        const glm::vec3 through = albedo(bsdf, glm::dot(bsdf.normal, seen.outgoing), bsdf.those(shows_straight));
+        const glm::vec3 through = albedo(bsdf, seen.outgoing, bsdf.those(shows_straight));
         weight *= (1.0f - point.material.alpha) + point.material.alpha * through;
         if (weight == glm::vec3(0.0f)) break;
         hit = find_visible(rays_, camera, hit->t);
@@ -205,7 +205,7 @@ bool PathTracer::extend(Vertex& v, LampsAtPoint& lamps, const PathPoints& points
     const glm::vec2 choice = glossy || rays_.has_transparency() ? points.pair(choice_pair(v.bounce)) : glm::vec2(0.0f);
     const glm::vec2 u = points.pair(direction_pair(v.bounce));
     const BsdfSample s = glossy ? sample(v.bsdf, v.outgoing, choice.x, u)
-                                : sample_lambertian(v.point, albedo(v.bsdf, 1.0f, kAllLobes), u);
+                                : sample_lambertian(v.point, albedo(v.bsdf, v.outgoing, kAllLobes), u);
     if (s.weight == glm::vec3(0.0f)) return false;
     const glm::vec3 arriving = v.throughput * s.weight;
     const Ray ray = ray_from(v.point, s.incoming);
@@ -256,7 +256,7 @@ bool PathTracer::arrive(Vertex& v, const Hit& hit, glm::vec3 direction, LampsAtP
             lamp = sample_lamp(rays_, lamps_, v.point, lamps, points.pair(lamp_pair(v.bounce)));
         if (v.bounce == bounces_ && !has_sky_ && lamp.light == glm::vec3(0.0f)) return false;
         v.bsdf = material_at(rays_, hit, v.point, v.outgoing, {}).bsdf;
-        result.indirect += v.throughput * albedo(v.bsdf, 1.0f, kAllLobes) * kInversePi * lamp.light *
+        result.indirect += v.throughput * albedo(v.bsdf, v.outgoing, kAllLobes) * kInversePi * lamp.light *
                            receiving_cosine(v.point, lamp.direction);
     } else {
         v.bsdf = scattering_part(material_at(rays_, hit, v.point, v.outgoing, {}).bsdf);

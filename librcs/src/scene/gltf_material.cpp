@@ -263,9 +263,11 @@ bool uses_uv_set(const tinygltf::Material& material, int uv_set)
                        [&](const TextureUse& use) { return use.texture >= 0 && use.uv_set == uv_set; });
 }
 
-TextureUse normal_texture_use(const tinygltf::Material& material)
+std::optional<TextureUse> tangent_texture_use(const tinygltf::Material& material)
 {
-    return core_texture_use(material, "normalTexture");
+    const TextureUse normal = core_texture_use(material, "normalTexture");
+    if (normal.texture >= 0) return normal;
+    return std::nullopt;
 }
 
 }  // namespace rcs

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "rcs/scene.h"
@@ -24,6 +25,7 @@ UvSets uv_sets_of(const tinygltf::Material& material);
 /// Whether a texture of the material uses that set, one of uv_sets_of().
 bool uses_uv_set(const tinygltf::Material& material, int uv_set);
 
-TextureUse normal_texture_use(const tinygltf::Material& material);
+/// The texture whose coordinates tangents follow; none: the material needs no tangents.
+std::optional<TextureUse> tangent_texture_use(const tinygltf::Material& material);
 
 }  // namespace rcs

@@ -236,7 +236,7 @@ const tinygltf::Material& material_of(const Context& context)
     return known ? context.model.materials[static_cast<std::size_t>(material)] : none;
 }
 
-/// Texture coordinates, and tangents where there is a normal texture: the file's own, unless it has none or
+/// Texture coordinates, and tangents where something is mapped along them: the file's own, unless it has none or
 /// they belong to normals that are missing.
 void read_mapping(const Context& context, const Deformer& deformer, Mesh& mesh)
 {
@@ -248,14 +248,14 @@ void read_mapping(const Context& context, const Deformer& deformer, Mesh& mesh)
                            (mesh.uvs1.empty() && sets[1] >= 0 && uses_uv_set(material, sets[1]));
     if (lacks_uvs) context.file.notes->add(kNoUvs, context.name);
 
-    const TextureUse normal = normal_texture_use(material);
-    if (normal.texture < 0) return;
+    const std::optional<TextureUse> mapping = tangent_texture_use(material);
+    if (!mapping) return;
     const int tangents = attribute(context.primitive, "TANGENT");
-    const auto set = std::find(sets.begin(), sets.end(), normal.uv_set);
+    const auto set = std::find(sets.begin(), sets.end(), mapping->uv_set);
     if (tangents >= 0 && !mesh.normals.empty()) {
         read_tangents(context, deformer, mesh, tangents);
     } else if (set != sets.end() && !(set == sets.begin() ? mesh.uvs : mesh.uvs1).empty()) {
-        make_tangents(mesh, static_cast<int>(set - sets.begin()), normal.texture_from_uv);
+        make_tangents(mesh, static_cast<int>(set - sets.begin()), mapping->texture_from_uv);
     }
 }
 

@@ -25,13 +25,19 @@ struct Specular {
     template <typename Lookup, typename Add>
     static void make(MaterialPoint<Lookup>& p, const Add& add)
     {
+        if (!p.is_stretched) make_any(p, add);
+    }
+    /// @param direction  of the lobe
+    template <typename Lookup, typename Add>
+    static void make_any(MaterialPoint<Lookup>& p, const Add& add, LobeDirection direction = {})
+    {
         const Material& m = p.material;
         const float specular = m.specular * p.look_up(m.specular_texture).a;
         const float root = (m.ior - 1.0f) / (m.ior + 1.0f);
         const glm::vec3 tint = m.specular_color * glm::vec3(p.look_up(m.specular_color_texture));
         const glm::vec3 dielectric = glm::min(root * root * tint, glm::vec3(1.0f)) * specular;
         const float f90 = glm::mix(specular, 1.0f, p.metallic);
-        if (f90 > 0.0f) add(glm::mix(dielectric, p.base_color, p.metallic), f90, p.alpha);
+        if (f90 > 0.0f) add(glm::mix(dielectric, p.base_color, p.metallic), f90, p.alpha, direction);
     }
 
     static glm::vec3 reflectance(const Lobe& lobe) { return lobe.color; }
