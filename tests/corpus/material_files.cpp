@@ -55,6 +55,12 @@ void add_material_files(Corpus& c)
         d.root()["extensionsUsed"] = {"KHR_materials_sheen"};
         d.root()["extensionsRequired"] = {"KHR_materials_sheen"};
     });
+    c.renders("anisotropy", [](Draft& d) {
+        d.pbr() = {{"metallicFactor", 1}, {"roughnessFactor", 0.4}};
+        d.extension("KHR_materials_anisotropy") = {{"anisotropyStrength", 0.8}, {"anisotropyRotation", 1}};
+    });
+    c.notes("anisotropy_above_1", "anisotropyStrength is 2, expected a value in [0, 1]",
+            extension("KHR_materials_anisotropy", {{"anisotropyStrength", 2}}));
     c.notes("sheen_color_above_1", "sheenColorFactor is 3, expected a value in [0, 1]",
             extension("KHR_materials_sheen", {{"sheenColorFactor", {1, 3, 1}}}));
     c.notes("sheen_roughness_negative", "sheenRoughnessFactor is -1, expected a value in [0, 1]",
@@ -95,6 +101,8 @@ void add_material_files(Corpus& c)
             extension("KHR_materials_pbrSpecularGlossiness", {{"diffuseFactor", {1, 1, 1}}}));
     c.fails("specular_glossiness_is_number", "KHR_materials_pbrSpecularGlossiness",
             extension("KHR_materials_pbrSpecularGlossiness", 1));
+    c.fails("anisotropy_is_text", "'anisotropyStrength'",
+            extension("KHR_materials_anisotropy", {{"anisotropyStrength", "much"}}));
     c.fails("sheen_color_is_number", "'sheenColorFactor'", extension("KHR_materials_sheen", {{"sheenColorFactor", 1}}));
     c.fails("extensions_is_array", "'extensions'", member("extensions", Json::array()));
 }

@@ -57,6 +57,13 @@ Bsdf sheen(float roughness, glm::vec3 color = glm::vec3(1.0f), Bsdf below = {})
     return b;
 }
 
+Bsdf brushed(float roughness, float strength, glm::vec3 f0 = glm::vec3(1.0f), float turn = 0.4f)
+{
+    Lobe lobe = make_lobe<Anisotropic>(f0, 1.0f, ggx_width(roughness));
+    lobe.set_direction(strength * strength, turn);
+    return surface_of({lobe});
+}
+
 /// Integral of f cos over both sides by a plain grid in the half vector's slope and azimuth, for lobes of any
 /// width; the grid knows nothing of the sampling code.
 glm::dvec3 albedo_by_quadrature(const Bsdf& b, glm::vec3 outgoing)
@@ -205,6 +212,62 @@ void over_hemisphere(const Visit& visit)
     }
 }
 
+TEST(Anisotropic, AWhiteMetalReflectsEverythingFromAllSides)
+{
+    for (const float roughness : {0.1f, 0.25f, 0.45f, 0.7f, 0.9f, 1.0f}) {
+        for (const float strength : {0.15f, 0.4f, 0.6f, 0.8f, 1.0f}) {
+            const Bsdf b = brushed(roughness, strength);
+            const double at = static_cast<double>(stretched_widths(b.lobe[0].alpha, b.lobe[0].stretch()).x),
+                         ab = static_cast<double>(b.lobe[0].alpha);
+            for (const float cosine : {0.05f, 0.2f, 0.5f, 0.9f}) {
+                for (const float azimuth : {0.4f, 0.9f, 1.4f, 1.97f}) {
+                    const glm::dvec3 o(direction(cosine, azimuth));
+                    // Half vectors at slopes (at t cos, ab t sin), t = r / (1 - r): the Jacobian of i is 4 (o.h).
+                    double sum = 0.0;
+                    constexpr int kRadii = 200, kAngles = 180;
+                    for (int i = 0; i < kRadii; ++i) {
+                        const double r = (i + 0.5) / kRadii, t = r / (1.0 - r), rate = 1.0 / ((1.0 - r) * (1.0 - r));
+                        for (int j = 0; j < kAngles; ++j) {
+                            const double phi = 2.0 * kPi * (j + 0.5) / kAngles;
+                            const double x = at * t * std::cos(phi), y = ab * t * std::sin(phi);
+                            const double hz = 1.0 / std::sqrt(1.0 + x * x + y * y);
+                            const double c = std::cos(static_cast<double>(b.lobe[0].turn())),
+                                         s = std::sin(static_cast<double>(b.lobe[0].turn()));
+                            const glm::dvec3 h = hz * glm::dvec3(c * x - s * y, s * x + c * y, 1.0);
+                            const double oh = glm::dot(h, o);
+                            const glm::dvec3 in = 2.0 * oh * h - o;
+                            if (oh <= 0.0 || in.z <= 0.0) continue;
+                            sum += static_cast<double>(evaluate(b, glm::vec3(o), glm::vec3(in)).g) * in.z * 4.0 * oh *
+                                   hz * hz * hz * at * ab * t * rate / kRadii * 2.0 * kPi / kAngles;
+                        }
+                    }
+                    EXPECT_NEAR(sum, 1.0, 0.02) << "roughness " << roughness << " strength " << strength << " cosine "
+                                                << cosine << " azimuth " << azimuth;
+                }
+            }
+        }
+    }
+}
+
+TEST(Anisotropic, IsTheIsotropicLobeWhereItsWidthsAreTheSame)
+{
+    const Bsdf round = metal(1.0f, {0.9f, 0.5f, 0.1f}), stretched = brushed(1.0f, 0.7f, {0.9f, 0.5f, 0.1f});
+    const glm::vec3 o = direction(0.4f), i = direction(0.7f, 2.0f);
+    EXPECT_NEAR(evaluate(round, o, i).g, evaluate(stretched, o, i).g, 0.01f * evaluate(round, o, i).g);
+    EXPECT_NEAR(density(round, o, i), density(stretched, o, i), 1e-4f * density(round, o, i));
+}
+
+TEST(Anisotropic, IsWiderAlongItsDirection)
+{
+    const Bsdf b = brushed(0.2f, 0.7f, glm::vec3(1.0f), 0.4f);
+    const glm::vec3 o(0.0f, 0.0f, 1.0f);
+    EXPECT_GT(evaluate(b, o, direction(0.9f, 0.4f)).g, 10.0f * evaluate(b, o, direction(0.9f, 0.4f + 1.5708f)).g);
+    // Turning all of it changes nothing.
+    const Bsdf other = brushed(0.2f, 0.7f, glm::vec3(1.0f), 1.4f);
+    EXPECT_NEAR(evaluate(b, direction(0.6f, 0.1f), direction(0.7f, 2.9f)).g,
+                evaluate(other, direction(0.6f, 1.1f), direction(0.7f, 3.9f)).g, 1e-2f);
+}
+
 const std::vector<float> kSheens{0.07f, 0.1f, 0.17f, 0.3f, 0.5f, 0.75f, 1.0f};
 
 TEST(Sheen, IsTheExtensionsLobeAsFarAsThatKeepsEnergy)
@@ -264,11 +327,17 @@ struct Case {
 };
 std::vector<Case> cases()
 {
-    return {{"mirror", metal(0.0f)},        {"narrow metal", metal(0.15f, {0.9f, 0.6f, 0.3f})},
-            {"rough metal", metal(1.0f)},   {"plastic", plastic(0.4f, {0.8f, 0.5f, 0.2f})},
-            {"coated", coated(0.6f, 0.1f)}, {"sharp coat", coated(0.3f, 0.0f)},
-            {"pane", pane(0.0f)},           {"frosted pane", pane(0.5f)},
-            {"velvet", sheen(0.3f)},        {"cloth", sheen(0.8f, {0.9f, 0.5f, 0.1f}, plastic(0.6f))}};
+    return {{"mirror", metal(0.0f)},
+            {"narrow metal", metal(0.15f, {0.9f, 0.6f, 0.3f})},
+            {"rough metal", metal(1.0f)},
+            {"plastic", plastic(0.4f, {0.8f, 0.5f, 0.2f})},
+            {"coated", coated(0.6f, 0.1f)},
+            {"sharp coat", coated(0.3f, 0.0f)},
+            {"pane", pane(0.0f)},
+            {"frosted pane", pane(0.5f)},
+            {"brushed", brushed(0.3f, 0.7f)},
+            {"velvet", sheen(0.3f)},
+            {"cloth", sheen(0.8f, {0.9f, 0.5f, 0.1f}, plastic(0.6f))}};
 }
 
 TEST(Bsdf, MeanWeightIsTheAlbedo)
@@ -341,6 +410,7 @@ TEST(Bsdf, SamplesFollowTheDensity)
                           {"plastic", plastic(0.7f)},
                           {"coated", coated(0.9f, 0.5f)},
                           {"frosted pane", pane(0.6f)},
+                          {"brushed", brushed(0.5f, 0.8f)},
                           {"narrow sheen", sheen(0.1f)},
                           {"velvet", sheen(0.5f, {0.9f, 0.5f, 0.1f}, plastic(0.7f))}}) {
         for (const float cosine : {0.1f, 0.7f}) {

@@ -66,9 +66,12 @@ TEST(GltfMaterial, EveryFactorArrives)
             "KHR_materials_specular": {"specularFactor": 0.8, "specularColorFactor": [0.5, 1, 2]},
             "KHR_materials_transmission": {"transmissionFactor": 0.25},
             "KHR_materials_clearcoat": {"clearcoatFactor": 0.75, "clearcoatRoughnessFactor": 0.125},
+            "KHR_materials_anisotropy": {"anisotropyStrength": 0.625, "anisotropyRotation": -2.5},
             "KHR_materials_sheen": {"sheenColorFactor": [0.5, 0.25, 1], "sheenRoughnessFactor": 0.375}}})"));
     EXPECT_EQ(m.sheen_color, glm::vec3(0.5f, 0.25f, 1.0f));
     EXPECT_EQ(m.sheen_roughness, 0.375f);
+    EXPECT_EQ(m.anisotropy, 0.625f);
+    EXPECT_EQ(m.anisotropy_rotation, -2.5f);
     EXPECT_EQ(m.base_color, glm::vec3(0.1f, 0.2f, 0.3f));
     EXPECT_EQ(m.alpha, 0.4f);
     EXPECT_EQ(m.metallic, 0.5f);
@@ -110,6 +113,7 @@ TEST(GltfMaterial, EverySlotHasItsTexture)
         {"clearcoatFactor", 1}, {"clearcoatTexture", t}, {"clearcoatRoughnessTexture", t}};
     material["extensions"]["KHR_materials_sheen"] = {
         {"sheenColorFactor", {1, 1, 1}}, {"sheenColorTexture", t}, {"sheenRoughnessTexture", t}};
+    material["extensions"]["KHR_materials_anisotropy"] = {{"anisotropyStrength", 1}, {"anisotropyTexture", t}};
     GltfBuilder b = file_with(material);
     add_picture(b);
     const Scene scene = load(b);
@@ -126,7 +130,7 @@ TEST(GltfMaterial, EverySlotHasItsTexture)
     }
     for (const TextureSlot* number :
          {&m.metallic_roughness_texture, &m.normal_texture, &m.specular_texture, &m.transmission_texture,
-          &m.clearcoat_texture, &m.clearcoat_roughness_texture, &m.sheen_roughness_texture}) {
+          &m.clearcoat_texture, &m.clearcoat_roughness_texture, &m.sheen_roughness_texture, &m.anisotropy_texture}) {
         ASSERT_TRUE(number->used());
         EXPECT_EQ(red(*number), 10 * 257);
     }

@@ -27,11 +27,21 @@ Material cloth(float roughness, glm::vec3 color)
     return m;
 }
 
+Material brushed(float roughness, float strength)
+{
+    Material m = test::glossy(1.0f, roughness, {0.9f, 0.7f, 0.5f});
+    m.anisotropy = strength;
+    m.anisotropy_rotation = 0.5f;
+    return m;
+}
+
 std::vector<Case> cases()
 {
     std::vector<Case> all;
     for (const float roughness : {0.1f, 0.35f, 0.7f, 1.0f})
         all.push_back({"sheen " + std::to_string(roughness), cloth(roughness, {0.9f, 0.8f, 1.0f})});
+    for (const float roughness : {0.15f, 0.4f, 0.7f})
+        all.push_back({"brushed metal " + std::to_string(roughness), brushed(roughness, 0.8f)});
     return all;
 }
 

@@ -70,8 +70,11 @@ struct Material {
     float sheen_roughness = 0.0f;             ///< perceptual, [0, 1]
     TextureSlot sheen_color_texture;          ///< RGB
     TextureSlot sheen_roughness_texture;      ///< A
+    float anisotropy = 0.0f;                  ///< strength, [0, 1] (KHR_materials_anisotropy)
+    float anisotropy_rotation = 0.0f;         ///< from the tangent, counter-clockwise [rad]
+    TextureSlot anisotropy_texture;           ///< RG direction, B strength
+    float alpha_cutoff = 0.5f;                ///< mask: seen where alpha >= cutoff
     AlphaMode alpha_mode = AlphaMode::opaque;
-    float alpha_cutoff = 0.5f;  ///< mask: seen where alpha >= cutoff
     bool unlit = false;  ///< shows its base colour as radiance to the camera, reflects nothing (KHR_materials_unlit)
     bool double_sided = false;  ///< if not, the camera does not see back faces; light still stops there
 };

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "material/lobe.h"
+#include "material/lobes/anisotropic.h"
 #include "material/lobes/coat.h"
 #include "material/lobes/diffuse.h"
 #include "material/lobes/sheen.h"
@@ -22,7 +23,7 @@ namespace rcs {
 ///   is_diffuse     is lit by irradiance
 ///   is_recordable  is symmetric about the mirror direction and like any other of its width: radiance records can light
 ///   it
-using LobeKinds = std::tuple<Coat, Sheen, Specular, Transmission, Diffuse>;
+using LobeKinds = std::tuple<Coat, Sheen, Anisotropic, Specular, Transmission, Diffuse>;
 inline constexpr std::size_t kMostLobes = std::tuple_size_v<LobeKinds>;
 
 /// Calls visit(Kind{}) for the kind with a number.

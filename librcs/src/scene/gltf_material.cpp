@@ -267,7 +267,10 @@ std::optional<TextureUse> tangent_texture_use(const tinygltf::Material& material
 {
     const TextureUse normal = core_texture_use(material, "normalTexture");
     if (normal.texture >= 0) return normal;
-    return std::nullopt;
+    const auto anisotropy = material.extensions.find("KHR_materials_anisotropy");
+    if (anisotropy == material.extensions.end()) return std::nullopt;
+    const TextureUse direction = texture_use(anisotropy->second, "anisotropyTexture");
+    return direction.texture >= 0 ? direction : TextureUse{};
 }
 
 }  // namespace rcs

@@ -39,6 +39,9 @@ inline constexpr MaterialFactor kMaterialFactors[] = {
     {"a clearcoat roughness", "KHR_materials_clearcoat", "clearcoatRoughnessFactor", &Material::clearcoat_roughness,
      0.0, 0.0, 1.0},
     {"a sheen roughness", "KHR_materials_sheen", "sheenRoughnessFactor", &Material::sheen_roughness, 0.0, 0.0, 1.0},
+    {"an anisotropy", "KHR_materials_anisotropy", "anisotropyStrength", &Material::anisotropy, 0.0, 0.0, 1.0},
+    {"an anisotropy rotation", "KHR_materials_anisotropy", "anisotropyRotation", &Material::anisotropy_rotation, 0.0,
+     -kAnyFactor, kAnyFactor},
 };
 
 /// A colour.
@@ -83,6 +86,8 @@ inline constexpr MaterialTexture kMaterialTextures[] = {
      &Material::clearcoat},
     {"KHR_materials_sheen", "sheenColorTexture", &Material::sheen_color_texture, ColorSpace::srgb},
     {"KHR_materials_sheen", "sheenRoughnessTexture", &Material::sheen_roughness_texture, ColorSpace::linear},
+    {"KHR_materials_anisotropy", "anisotropyTexture", &Material::anisotropy_texture, ColorSpace::linear,
+     &Material::anisotropy},
 };
 
 /// What else material extensions may hold that is read or named. A key that is null: the extension has none.

@@ -14,6 +14,12 @@ struct Specular {
     template <typename Most>
     static bool may_be(const Material& m, const Most& most)
     {
+        const bool always_stretched = m.anisotropy > 0.0f && !m.anisotropy_texture.used();
+        return !always_stretched && reflects(m, most);
+    }
+    template <typename Most>
+    static bool reflects(const Material& m, const Most& most)
+    {
         return (m.metallic > 0.0f && m.metallic * most(m.metallic_roughness_texture, 2) > 0.0f) ||
                (m.specular > 0.0f && m.specular * most(m.specular_texture, 3) > 0.0f);
     }
