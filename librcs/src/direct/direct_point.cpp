@@ -58,7 +58,8 @@ DirectLight::Lobes DirectLight::make_lobes(const Viewer& viewer) const
     // What comes through from behind is found by rays, straight ones or those along the lobe; but punctual lamps by
     // none.
     lobes.reflecting = reflecting_lobes(lobes.bsdf);
-    lobes.transmitting = transmitting_lobes(lobes.bsdf);
+    lobes.lit_behind = lobes_lit_behind(lobes.bsdf);
+    lobes.transmitting = transmitting_lobes(lobes.bsdf) & ~lobes.lit_behind;
     lobes.outgoing = viewer.outgoing;
     lobes.diffuse = kInversePi * luminance(albedo(lobes.bsdf, lobes.outgoing, diffuse_lobes(lobes.bsdf)));
     return lobes;
@@ -74,8 +75,22 @@ glm::vec3 DirectLight::glossy(const Lobes& lobes, glm::vec3 to_light) const
 Lit DirectLight::at(const SurfacePoint& point, const Viewer& viewer, std::uint64_t key, Workspace& w,
                     std::uint64_t mixed) const
 {
-    Lit lit;
     Lobes lobes = make_lobes(viewer);
+    Lit lit = on_this_side(point, lobes, key, w, mixed);
+    if (lobes.lit_behind == 0u) return lit;
+    const LampSight sight = w.sight;
+    Lobes none;
+    const Lit behind = on_this_side(other_side(point), none, mix64(key + 1), w, mixed);
+    lit.glossy += kInversePi * albedo(lobes.bsdf, lobes.outgoing, lobes.lit_behind) * behind.irradiance;
+    w.sight.free |= sight.free;
+    w.sight.hidden |= sight.hidden;
+    return lit;
+}
+
+Lit DirectLight::on_this_side(const SurfacePoint& point, Lobes& lobes, std::uint64_t key, Workspace& w,
+                              std::uint64_t mixed) const
+{
+    Lit lit;
     w.sight = {};
     add_punctual(point, lobes, w, lit);
     if (lights_.triangles.empty() && !sky_.has_peaks()) return lit;

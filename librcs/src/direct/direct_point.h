@@ -96,7 +96,7 @@ private:
     /// The lobes that reflect, and how they share the work with the lamps.
     struct Lobes {
         Bsdf bsdf;
-        LobeSet reflecting = 0, transmitting = 0;
+        LobeSet reflecting = 0, transmitting = 0, lit_behind = 0;
         glm::vec3 outgoing{0.0f};
         float diffuse = 0.0f;         // luminance of the diffuse albedo over pi
         int samples = 0;              // rays along the lobes
@@ -105,6 +105,8 @@ private:
         bool any = false;
     };
 
+    Lit on_this_side(const SurfacePoint& point, Lobes& lobes, std::uint64_t key, Workspace& w,
+                     std::uint64_t mixed) const;
     Lobes make_lobes(const Viewer& viewer) const;
     glm::vec3 glossy(const Lobes& lobes, glm::vec3 to_light) const;  // f x cosine
     void choose_samples(const SurfacePoint& point, const Workspace& w, Lobes& lobes) const;

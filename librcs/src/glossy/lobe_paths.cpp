@@ -47,7 +47,8 @@ void LobePaths::begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) cons
         path.ray.direction = sample.incoming;
         path.first = &own[n];
         path.pixel = pixel;
-        if (glm::dot(bsdf.normal, sample.incoming) < 0.0f)  // the direct light knows only what is reflected
+        // The direct light knows what is reflected, and what comes through evenly.
+        if (glm::dot(bsdf.normal, sample.incoming) < 0.0f && lobes_lit_behind(bsdf) == 0u)
             path.density = std::numeric_limits<float>::infinity();
         path.width = sample.alpha;
         if (sample.alpha > 2.0f * kLeastAlpha)
@@ -90,9 +91,9 @@ void LobePaths::shade(const LobePath& path, int lane, const HitSurface& hit, glm
         w.shadow.add(shadow_ray);
         w.lights.push_back({path.first, throughput * radiance});
     };
-    const auto add_cached = [&](glm::vec3 albedo) {
-        path.first->radiance += throughput * albedo * std::numbers::inv_pi_v<float> *
-                                light_.indirect_irradiance(hit.point, random, path.met);
+    const auto add_cached = [&](glm::vec3 albedo, const SurfacePoint& point) {
+        path.first->radiance +=
+            throughput * albedo * std::numbers::inv_pi_v<float> * light_.indirect_irradiance(point, random, path.met);
     };
     if (light_.is_plain(w.packet.instance(lane))) {
         const HitRadiance::PlainHit plain{hit.point.material, hit.point.uv, hit.uv_per_length, cone_width};
@@ -100,7 +101,7 @@ void LobePaths::shade(const LobePath& path, int lane, const HitSurface& hit, glm
             add(shadow_ray,
                 white * light_.reflectance(plain, hit.point.shading_normal, outgoing, shadow_ray.direction));
         });
-        add_cached(light_.albedo(plain, glm::dot(hit.point.shading_normal, outgoing)));
+        add_cached(light_.albedo(plain, glm::dot(hit.point.shading_normal, outgoing)), hit.point);
         return;
     }
     const Bsdf bsdf = light_.exact_bsdf(w.packet, lane, hit, cone_width);
@@ -110,7 +111,13 @@ void LobePaths::shade(const LobePath& path, int lane, const HitSurface& hit, glm
     light_.each_light(bent, random, [&](const Ray& shadow_ray, glm::vec3 white, const auto& density) {
         add(shadow_ray, std::numbers::pi_v<float> * lobes.evaluate(shadow_ray.direction, density()) * white);
     });
-    add_cached(lobes.albedo());
+    add_cached(lobes.albedo(), hit.point);
+    if (const LobeSet behind = bsdf.those(is_diffuse_behind)) {
+        const glm::vec3 through = albedo(bsdf, outgoing, behind);
+        const SurfacePoint back = other_side(bent);
+        light_.direct(back, random, [&](const Ray& shadow_ray, glm::vec3 white) { add(shadow_ray, through * white); });
+        add_cached(through, back);
+    }
     go_on(path, bent, lobes, throughput, length, random, w);
 }
 

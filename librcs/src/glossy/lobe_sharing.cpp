@@ -81,7 +81,7 @@ LobeLight LobeSharing::share(std::size_t pixel, const RayRing& ring) const
 {
     const Bsdf bsdf = shading_.bsdf(g_, pixel);
     const LobeSet traced = bsdf.those(lit_by_rays);
-    const bool looks_through = (traced & transmitting_lobes(bsdf)) != 0u;
+    const bool looks_through = (traced & transmitting_lobes(bsdf) & ~lobes_lit_behind(bsdf)) != 0u;
     const glm::vec3 outgoing = outgoing_at(g_, camera_, pixel);
     const glm::vec3 position = g_.position(pixel);
     WeightedLight light;

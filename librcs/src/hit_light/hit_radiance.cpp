@@ -75,6 +75,11 @@ HitRadiance::HitRadiance(const RayScene& rays, const LightCache* cache, const Ef
     for (const RayInstance& instance : rays.impl().instances)
         plain_.push_back(rcs::is_plain(scene_.materials[static_cast<std::size_t>(instance.material)], *instance.mesh,
                                        instance.simulated));
+    for (const RayInstance& instance : rays.impl().instances) {
+        bool textured = false;
+        const Bsdf white = lobes_of_white(scene_.materials[static_cast<std::size_t>(instance.material)], textured);
+        lit_behind_.push_back(std::any_of(white.begin(), white.end(), is_diffuse_behind));
+    }
     for (const Material& material : scene_.materials) {
         layer_.push_back(plain_layer(material));
         glm::vec3& color = mean_color_.emplace_back(material.base_color);
@@ -126,6 +131,17 @@ Bsdf HitRadiance::bsdf(const HitPacket& packet, int lane, const HitSurface& hit,
     Bsdf result = exact_bsdf(packet, lane, hit, cone_width);
     for (std::uint32_t i = 0; i < result.count; ++i) result.lobe[i] = widened_at_hit(result.lobe[i]);
     return result;
+}
+
+glm::vec3 HitRadiance::indirect(const SurfacePoint& point, const Bsdf& bsdf, glm::vec3 outgoing,
+                                RandomStream& random) const
+{
+    constexpr float kInversePi = std::numbers::inv_pi_v<float>;
+    const glm::vec3 reflected = kInversePi * total_albedo(bsdf, outgoing) * indirect_irradiance(point, random);
+    const LobeSet behind = bsdf.those(is_diffuse_behind);
+    if (behind == 0u) return reflected;
+    return reflected +
+           kInversePi * rcs::albedo(bsdf, outgoing, behind) * indirect_irradiance(other_side(point), random);
 }
 
 glm::vec3 HitRadiance::base_color(const PlainHit& hit) const

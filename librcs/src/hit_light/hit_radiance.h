@@ -37,8 +37,13 @@ public:
     glm::vec3 sky_radiance() const { return sky_; }
     const Environment& environment() const { return environment_; }
 
-    /// False only if neither lamps nor sky reach the side of a surface that this unit normal looks to: quick.
-    bool may_be_lit(glm::vec3 geometric_normal) const { return has_sky_ || lights_.may_reach(geometric_normal); }
+    /// False only if neither lamps nor sky reach the side of a surface that this unit normal looks to, nor the other
+    /// one where light from there counts: quick.
+    bool may_be_lit(std::uint32_t instance, glm::vec3 geometric_normal) const
+    {
+        return has_sky_ || lights_.may_reach(geometric_normal) ||
+               (lit_behind_[instance] != 0 && lights_.may_reach(-geometric_normal));
+    }
 
     /// The direct part for a white Lambertian surface: calls add(shadow ray, radiance if it is free) for each term.
     template <typename Add>
@@ -92,6 +97,8 @@ public:
     /// widened_at_hit(). @param hit  complete
     Bsdf exact_bsdf(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;
     Bsdf bsdf(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;
+    /// Light that has been reflected before, for it. @param outgoing  unit, towards the ray's origin
+    glm::vec3 indirect(const SurfacePoint& point, const Bsdf& bsdf, glm::vec3 outgoing, RandomStream& random) const;
     /// The direct part for it. @param outgoing  unit, towards the ray's origin
     template <typename Add>
     void direct(const SurfacePoint& point, const Bsdf& bsdf, glm::vec3 outgoing, RandomStream& random,
@@ -108,9 +115,9 @@ private:
     glm::vec3 sky_;
     const Environment& environment_;
     bool has_sky_, has_textures_;
-    std::vector<std::uint8_t> plain_;    // per instance, 0 or 1
-    std::vector<Bsdf> layer_;            // per material: above the diffuse base of plain surfaces
-    std::vector<glm::vec3> mean_color_;  // per material: of its base
+    std::vector<std::uint8_t> plain_, lit_behind_;  // per instance, 0 or 1
+    std::vector<Bsdf> layer_;                       // per material: above the diffuse base of plain surfaces
+    std::vector<glm::vec3> mean_color_;             // per material: of its base
 };
 
 /// Directional albedo of all that reflects: radiance towards `outgoing` times pi, per irradiance, if that is uniform.
@@ -162,6 +169,10 @@ void HitRadiance::direct(const SurfacePoint& point, const Bsdf& bsdf, glm::vec3 
     direct(bent, random, [&](const Ray& ray, glm::vec3 white) {
         add(ray, std::numbers::pi_v<float> * evaluate(bsdf, outgoing, ray.direction) * white);
     });
+    const LobeSet behind = bsdf.those(is_diffuse_behind);
+    if (behind == 0u) return;
+    const glm::vec3 through = rcs::albedo(bsdf, outgoing, behind);
+    direct(other_side(bent), random, [&](const Ray& ray, glm::vec3 white) { add(ray, through * white); });
 }
 
 }  // namespace rcs

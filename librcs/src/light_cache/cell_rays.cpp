@@ -1,10 +1,12 @@
 #include "light_cache/cell_rays.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <numbers>
 
 #include "util/basis.h"
+#include "util/color.h"
 
 namespace rcs {
 namespace {
@@ -67,6 +69,14 @@ void CellRays::shade(const HitSurface& hit, int lane, std::uint64_t key, CellHit
     const Bsdf bsdf = radiance_.bsdf(packet_, lane, hit, cone_width);
     const glm::vec3 outgoing = -ray_direction(packet_.ray, lane);
     result.reflectance = weight * total_albedo(bsdf, outgoing);
+    if (const LobeSet behind = bsdf.those(is_diffuse_behind)) {
+        // One link is all that a ray has: to one side or the other, by chance.
+        const glm::vec3 through = weight * albedo(bsdf, outgoing, behind);
+        const float chance = luminance(through) / std::max(luminance(through + result.reflectance), 1e-30f);
+        const bool passes = random.next() < chance;
+        result.reflectance = passes ? through / chance : result.reflectance / (1.0f - chance);
+        if (passes) result.surface = sample_of(other_side(hit.point));
+    }
     radiance_.direct(hit.point, bsdf, outgoing, random,
                      [&](const Ray& ray, glm::vec3 radiance) { add(ray, weight * radiance); });
 }

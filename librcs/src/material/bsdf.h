@@ -52,6 +52,13 @@ inline LobeSet reflecting_lobes(const Bsdf& bsdf)
     return bsdf.those([](const Lobe& lobe) { return !is_diffuse(lobe) && !transmits(lobe); });
 }
 inline LobeSet transmitting_lobes(const Bsdf& bsdf) { return bsdf.those(transmits); }
+/// At visible points the lobes that are lit by irradiance on the other side; none where rays bring what comes from
+/// there, since another lobe lets light through as well.
+inline LobeSet lobes_lit_behind(const Bsdf& bsdf)
+{
+    const LobeSet behind = bsdf.those(is_diffuse_behind);
+    return behind == transmitting_lobes(bsdf) ? behind : 0u;
+}
 
 /// Width of the narrowest lobe of a set; 1 if it is empty.
 float narrowest(const Bsdf& bsdf, LobeSet set);

@@ -21,6 +21,7 @@ namespace rcs {
 ///   transmits      scatters to the other side
 ///   passes_rays    rays of light go straight on through it, as one of their chances
 ///   is_diffuse     is lit by irradiance
+///   is_diffuse_behind  is lit by irradiance on the other side
 ///   is_recordable  is symmetric about the mirror direction and like any other of its width: radiance records can light
 ///   it
 using LobeKinds = std::tuple<Coat, Sheen, Anisotropic, Specular, Transmission, Diffuse>;
@@ -74,6 +75,11 @@ inline bool passes_rays(const Lobe& lobe)
 inline bool is_diffuse(const Lobe& lobe)
 {
     return with_kind(lobe.kind, [](auto kind) { return kind.is_diffuse; });
+}
+
+inline bool is_diffuse_behind(const Lobe& lobe)
+{
+    return with_kind(lobe.kind, [](auto kind) { return kind.is_diffuse_behind; });
 }
 
 /// Whether a lobe of a visible point is lit by radiance records.

@@ -25,6 +25,15 @@ struct SurfacePoint {
     bool front;  ///< seen from the front (counter-clockwise) side
 };
 
+/// The same point for light from the other side.
+inline SurfacePoint other_side(SurfacePoint point)
+{
+    point.geometric_normal = -point.geometric_normal;
+    point.shading_normal = -point.shading_normal;
+    point.front = !point.front;
+    return point;
+}
+
 /// The triangle's corners in scene space, as the rays see them.
 std::array<glm::vec3, 3> triangle_corners(const RayScene& rays, std::uint32_t instance, std::uint32_t primitive);
 

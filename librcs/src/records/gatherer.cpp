@@ -150,9 +150,7 @@ void Gatherer::shade_hit(const HitPacket& packet, int lane, const HitSurface& hi
             light.material = ShadowedLight::kReflected;
             light.radiance = radiance;
         });
-        if (radiance_.has_cache())
-            add(w.samples, cell,
-                kInversePi * total_albedo(bsdf, outgoing) * radiance_.indirect_irradiance(hit.point, random));
+        if (radiance_.has_cache()) add(w.samples, cell, radiance_.indirect(hit.point, bsdf, outgoing, random));
         return;
     }
     radiance_.direct(hit.point, random, [&](const Ray& ray, glm::vec3 white) {
@@ -188,7 +186,8 @@ void Gatherer::shade(const Basis& frame, const PacketCells& cells, std::uint64_t
     int count = 0;
     for (int i = 0; i < cells.count; ++i) {
         if (!cells.is_active(i) || packet.geometry[i] == RayPacket::kMiss) continue;
-        if (!radiance_.has_cache() && !radiance_.may_be_lit({faces.normal_x[i], faces.normal_y[i], faces.normal_z[i]}))
+        if (!radiance_.has_cache() &&
+            !radiance_.may_be_lit(packet.instance(i), {faces.normal_x[i], faces.normal_y[i], faces.normal_z[i]}))
             continue;
         prefetch_hit(rays_, packet, i);
         hits[count] = begin_hit(rays_, packet, faces, i);

@@ -26,6 +26,9 @@ constexpr int sky_pair(int bounce) { return lamp_pair(bounce) + 3; }
 // stack of half-transparent ones.
 constexpr std::size_t kMostLayers = 32;
 
+// Of a vertex's lamp samples, where both sides have some.
+constexpr float kShareOfSide = 0.5f;
+
 float largest(glm::vec3 v) { return std::max({v.r, v.g, v.b}); }
 
 bool is_glossy(const Bsdf& bsdf) { return glossy_lobes(bsdf) != 0u; }
@@ -69,7 +72,9 @@ struct PathTracer::Vertex {
     glm::vec3 outgoing;
     glm::vec3 throughput{1.0f};
     int bounce = 0;
+    LampsAtPoint behind;  ///< lamps of the other side, where light from there counts; else empty
 
+    bool is_lit_behind() const { return !behind.cumulative.empty(); }
     bool is_first() const { return bounce == 0; }
 };
 
@@ -108,6 +113,7 @@ void PathTracer::add_layer(const Hit& hit, const CameraRay& camera, Lamps which,
     layer.weight = weight * layer.point.material.alpha;
     seen.emission += layer.weight * layer.point.emission;
     weigh_lamps(lamps_, layer.point.surface, which, layer.lamps);
+    weigh_behind(layer.point.surface, layer.point.material.bsdf, Lamps::with_area, layer.behind);
     const bool needs_exact =
         which == Lamps::with_area || transmitting_lobes(seen_by_camera(layer.point.material.bsdf)) != 0u;
     layer.exact_direct = needs_exact ? exact_direct(layer.point, seen.outgoing, which) : glm::vec3(0.0f);
@@ -158,7 +164,8 @@ PathResult PathTracer::trace(const Seen& seen, const PathPoints& points, LampsAt
     Vertex vertex{.point = layer.point.surface,
                   .bsdf = seen_by_camera(layer.point.material.bsdf),
                   .outgoing = seen.outgoing,
-                  .throughput = layer.weight / chance};
+                  .throughput = layer.weight / chance,
+                  .behind = layer.behind};
     result.direct = vertex.throughput * (layer.exact_direct + lamp_light(vertex, layer.lamps, points));
     add_sky(vertex, points, result);
     if (is_glossy(vertex.bsdf)) scratch = layer.lamps;  // asked again where the path finds a lamp
@@ -167,15 +174,27 @@ PathResult PathTracer::trace(const Seen& seen, const PathPoints& points, LampsAt
     return result;
 }
 
-/// Light of one sampled lamp, reflected.
+/// The lamps that light the other side of a surface through which light comes evenly.
+void PathTracer::weigh_behind(const SurfacePoint& point, const Bsdf& bsdf, Lamps which, LampsAtPoint& lamps) const
+{
+    lamps.cumulative.clear();
+    if (bsdf.those(is_diffuse_behind) != 0u) weigh_lamps(lamps_, other_side(point), which, lamps);
+}
+
+/// Light of one sampled lamp, scattered. Where lamps of both sides count, each side has half of the samples.
 glm::vec3 PathTracer::lamp_light(const Vertex& v, const LampsAtPoint& lamps, const PathPoints& points) const
 {
-    if (lamps.cumulative.empty()) return glm::vec3(0.0f);
-    const LampSample lamp = sample_lamp(rays_, lamps_, v.point, lamps, points.pair(lamp_pair(v.bounce)));
+    glm::vec2 u = points.pair(lamp_pair(v.bounce));
+    const bool behind = v.is_lit_behind() && u.x >= 0.5f;
+    const float share = v.is_lit_behind() ? kShareOfSide : 1.0f;
+    if (v.is_lit_behind()) u.x = std::min(2.0f * u.x - (behind ? 1.0f : 0.0f), 0x1.fffffep-1f);
+    const LampsAtPoint& of_side = behind ? v.behind : lamps;
+    if (of_side.cumulative.empty()) return glm::vec3(0.0f);
+    const LampSample lamp = sample_lamp(rays_, lamps_, behind ? other_side(v.point) : v.point, of_side, u);
     if (lamp.light == glm::vec3(0.0f)) return glm::vec3(0.0f);
-    glm::vec3 light = lamp.light * reflectance(v.bsdf, v.outgoing, lamp.direction);
+    glm::vec3 light = lamp.light * reflectance(v.bsdf, v.outgoing, lamp.direction) / share;
     if (lamp.density > 0.0f && is_glossy(v.bsdf))
-        light *= power_heuristic(lamp.density, density(v.bsdf, v.outgoing, lamp.direction));
+        light *= power_heuristic(share * lamp.density, density(v.bsdf, v.outgoing, lamp.direction));
     return light;
 }
 
@@ -231,8 +250,12 @@ bool PathTracer::extend(Vertex& v, LampsAtPoint& lamps, const PathPoints& points
         const SurfacePoint lamp = surface_at(rays_, hit.instance, hit.primitive, hit.u, hit.v, s.incoming);
         const glm::vec3 emission = material_at(rays_, hit, lamp, -s.incoming, {}).emission;
         // Lamps behind a frosted pane are found in this way alone.
-        const bool is_sampled = receiving_cosine(v.point, s.incoming) > 0.0f;
-        const float other = is_sampled ? lamp_density(lamps_, lamps, v.point, hit, s.incoming) : 0.0f;
+        float other = 0.0f;
+        if (receiving_cosine(v.point, s.incoming) > 0.0f)
+            other = lamp_density(lamps_, lamps, v.point, hit, s.incoming);
+        else if (v.is_lit_behind())
+            other = lamp_density(lamps_, v.behind, other_side(v.point), hit, s.incoming);
+        if (v.is_lit_behind()) other *= kShareOfSide;
         const glm::vec3 light = v.throughput * emission * power_heuristic(s.density, other);
         (v.is_first() ? result.direct : result.indirect) += light;
     }
@@ -244,6 +267,7 @@ bool PathTracer::arrive(Vertex& v, const Hit& hit, glm::vec3 direction, LampsAtP
                         PathResult& result) const
 {
     ++v.bounce;
+    v.behind.cumulative.clear();
     v.outgoing = -direction;
     v.point = surface_at(rays_, hit.instance, hit.primitive, hit.u, hit.v, direction);
     const Material& material = rays_.scene().materials[static_cast<std::size_t>(v.point.material)];
@@ -262,6 +286,7 @@ bool PathTracer::arrive(Vertex& v, const Hit& hit, glm::vec3 direction, LampsAtP
         v.bsdf = scattering_part(material_at(rays_, hit, v.point, v.outgoing, {}).bsdf);
         v.point.shading_normal = v.bsdf.normal;
         weigh_lamps(lamps_, v.point, Lamps::all, lamps);
+        weigh_behind(v.point, v.bsdf, Lamps::all, v.behind);
         result.indirect += v.throughput * lamp_light(v, lamps, points);
     }
     add_sky(v, points, result);

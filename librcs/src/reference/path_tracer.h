@@ -38,6 +38,7 @@ struct SeenLayer {
     glm::vec3 weight{1.0f};        ///< of the light that it sends, in the pixel
     float chance_below = 0.0f;     ///< paths choose this layer with numbers from here up to the next one's
     LampsAtPoint lamps;            ///< those left to sample
+    LampsAtPoint behind;           ///< the same for the other side, if light from there counts
     glm::vec3 exact_direct{0.0f};  ///< reflected light of lamps that need no sampling
 };
 
@@ -73,6 +74,7 @@ private:
     struct Vertex;
     void add_layer(const Hit& hit, const CameraRay& camera, Lamps which, glm::vec3 weight, Seen& seen) const;
     glm::vec3 exact_direct(const VisiblePoint& point, glm::vec3 outgoing, Lamps which) const;
+    void weigh_behind(const SurfacePoint& point, const Bsdf& bsdf, Lamps which, LampsAtPoint& lamps) const;
     glm::vec3 lamp_light(const Vertex& vertex, const LampsAtPoint& lamps, const PathPoints& points) const;
     void add_sky(const Vertex& vertex, const PathPoints& points, PathResult& result) const;
     bool extend(Vertex& vertex, LampsAtPoint& lamps, const PathPoints& points, PathResult& result) const;

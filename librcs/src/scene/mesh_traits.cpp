@@ -128,6 +128,7 @@ void add_lobes(const Material& m, TextureRanges& ranges, MeshTraits& t)
             return;
         }
         t.bits |= kHasLobe;
+        if (kind.is_diffuse_behind) return;
         t.least_roughness = std::min(t.least_roughness, roughness_of(width.least));
         t.most_roughness = std::max(t.most_roughness, roughness_of(width.most));
     });

@@ -8,7 +8,8 @@ namespace rcs {
 /// The specular lobe where it is wider along one direction (KHR_materials_anisotropy): stands in its place. `alpha`:
 /// width across that direction; along it, `stretch` leads from there to 1.
 struct Anisotropic {
-    static constexpr bool transmits = false, passes_rays = false, is_diffuse = false, is_recordable = false;
+    static constexpr bool transmits = false, passes_rays = false, is_diffuse = false, is_recordable = false,
+                          is_diffuse_behind = false;
     static constexpr bool covers = true;
 
     template <typename Most>

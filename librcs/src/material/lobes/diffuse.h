@@ -9,7 +9,8 @@ namespace rcs {
 /// The Lambertian base. `color`: its albedo. Light that reaches it may also come from below the shading normal's
 /// horizon as the viewer sees it: smooth silhouettes stay lit.
 struct Diffuse {
-    static constexpr bool transmits = false, passes_rays = false, is_diffuse = true, is_recordable = false;
+    static constexpr bool transmits = false, passes_rays = false, is_diffuse = true, is_recordable = false,
+                          is_diffuse_behind = false;
     static constexpr bool covers = false;
 
     template <typename Most>

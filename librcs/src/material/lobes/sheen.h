@@ -13,7 +13,8 @@ namespace rcs {
 /// 1; what lies below gets 1 less the albedo of the colour's largest channel at the viewer's angle, as the extension
 /// has it for light from all sides.
 struct Sheen {
-    static constexpr bool transmits = false, passes_rays = false, is_diffuse = false, is_recordable = false;
+    static constexpr bool transmits = false, passes_rays = false, is_diffuse = false, is_recordable = false,
+                          is_diffuse_behind = false;
     static constexpr bool covers = true;
 
     template <typename Most>

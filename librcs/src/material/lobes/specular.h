@@ -8,7 +8,8 @@ namespace rcs {
 /// Specular reflection of glTF 2.0, appendix B (and KHR_materials_specular, KHR_materials_ior): metal and dielectric
 /// mixed in one GGX lobe. `color`: f0; `level`: f90.
 struct Specular {
-    static constexpr bool transmits = false, passes_rays = false, is_diffuse = false, is_recordable = true;
+    static constexpr bool transmits = false, passes_rays = false, is_diffuse = false, is_recordable = true,
+                          is_diffuse_behind = false;
     static constexpr bool covers = true;
 
     template <typename Most>

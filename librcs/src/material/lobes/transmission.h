@@ -8,7 +8,8 @@ namespace rcs {
 /// Transmission through a thin wall (KHR_materials_transmission): the specular lobe mirrored to the other side, times
 /// the colour. A narrow one shows what is straight behind. `color`: of what passes.
 struct Transmission {
-    static constexpr bool transmits = true, passes_rays = true, is_diffuse = false, is_recordable = false;
+    static constexpr bool transmits = true, passes_rays = true, is_diffuse = false, is_recordable = false,
+                          is_diffuse_behind = false;
     static constexpr bool covers = false;
 
     template <typename Most>
