@@ -61,6 +61,11 @@ void add_material_files(Corpus& c)
     });
     c.notes("anisotropy_above_1", "anisotropyStrength is 2, expected a value in [0, 1]",
             extension("KHR_materials_anisotropy", {{"anisotropyStrength", 2}}));
+    c.renders("diffuse_transmission",
+              extension("KHR_materials_diffuse_transmission",
+                        {{"diffuseTransmissionFactor", 0.5}, {"diffuseTransmissionColorFactor", {0.9, 0.8, 0.1}}}));
+    c.notes("diffuse_transmission_above_1", "diffuseTransmissionFactor is 2, expected a value in [0, 1]",
+            extension("KHR_materials_diffuse_transmission", {{"diffuseTransmissionFactor", 2}}));
     c.notes("sheen_color_above_1", "sheenColorFactor is 3, expected a value in [0, 1]",
             extension("KHR_materials_sheen", {{"sheenColorFactor", {1, 3, 1}}}));
     c.notes("sheen_roughness_negative", "sheenRoughnessFactor is -1, expected a value in [0, 1]",
@@ -103,6 +108,8 @@ void add_material_files(Corpus& c)
             extension("KHR_materials_pbrSpecularGlossiness", 1));
     c.fails("anisotropy_is_text", "'anisotropyStrength'",
             extension("KHR_materials_anisotropy", {{"anisotropyStrength", "much"}}));
+    c.fails("diffuse_transmission_is_array", "'diffuseTransmissionFactor'",
+            extension("KHR_materials_diffuse_transmission", {{"diffuseTransmissionFactor", {1}}}));
     c.fails("sheen_color_is_number", "'sheenColorFactor'", extension("KHR_materials_sheen", {{"sheenColorFactor", 1}}));
     c.fails("extensions_is_array", "'extensions'", member("extensions", Json::array()));
 }

@@ -212,6 +212,29 @@ void over_hemisphere(const Visit& visit)
     }
 }
 
+Bsdf leaf(glm::vec3 through, glm::vec3 diffuse)
+{
+    return surface_of({make_lobe<Specular>(glm::vec3(0.04f), 1.0f, 0.3f), make_lobe<DiffuseTransmission>(through),
+                       make_lobe<Diffuse>(diffuse)});
+}
+
+TEST(DiffuseTransmission, ScattersTheLightOfTheOtherSideEvenly)
+{
+    for (const float cosine : kCosines) {
+        const Bsdf b = leaf({0.6f, 0.4f, 0.2f}, {0.4f, 0.6f, 0.8f});
+        const glm::vec3 o = direction(cosine);
+        const float left = 1.0f - specular_albedo(b, cosine).r;
+        EXPECT_NEAR(evaluate(b, o, direction(-0.3f)).g, 0.4f * left / static_cast<float>(kPi), 1e-6f);
+        EXPECT_EQ(evaluate(b, o, direction(-0.3f)), evaluate(b, o, direction(-0.9f, 2.0f)));
+        glm::dvec3 sum(0.0);
+        constexpr int kCount = 128;
+        for_each_sample(kCount, [&](float choice, glm::vec2 u) {
+            sum += glm::dvec3(sample(b, o, choice, u).weight) / double(kCount * kCount);
+        });
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(sum[c], 1.0, 0.01) << "cosine " << cosine;
+    }
+}
+
 TEST(Anisotropic, AWhiteMetalReflectsEverythingFromAllSides)
 {
     for (const float roughness : {0.1f, 0.25f, 0.45f, 0.7f, 0.9f, 1.0f}) {
@@ -410,6 +433,7 @@ TEST(Bsdf, SamplesFollowTheDensity)
                           {"plastic", plastic(0.7f)},
                           {"coated", coated(0.9f, 0.5f)},
                           {"frosted pane", pane(0.6f)},
+                          {"leaf", leaf({0.6f, 0.4f, 0.2f}, {0.1f, 0.5f, 0.3f})},
                           {"brushed", brushed(0.5f, 0.8f)},
                           {"narrow sheen", sheen(0.1f)},
                           {"velvet", sheen(0.5f, {0.9f, 0.5f, 0.1f}, plastic(0.7f))}}) {

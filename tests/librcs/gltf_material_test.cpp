@@ -67,9 +67,13 @@ TEST(GltfMaterial, EveryFactorArrives)
             "KHR_materials_transmission": {"transmissionFactor": 0.25},
             "KHR_materials_clearcoat": {"clearcoatFactor": 0.75, "clearcoatRoughnessFactor": 0.125},
             "KHR_materials_anisotropy": {"anisotropyStrength": 0.625, "anisotropyRotation": -2.5},
+            "KHR_materials_diffuse_transmission": {"diffuseTransmissionFactor": 0.875,
+                "diffuseTransmissionColorFactor": [0.25, 0.5, 0.75]},
             "KHR_materials_sheen": {"sheenColorFactor": [0.5, 0.25, 1], "sheenRoughnessFactor": 0.375}}})"));
     EXPECT_EQ(m.sheen_color, glm::vec3(0.5f, 0.25f, 1.0f));
     EXPECT_EQ(m.sheen_roughness, 0.375f);
+    EXPECT_EQ(m.diffuse_transmission, 0.875f);
+    EXPECT_EQ(m.diffuse_transmission_color, glm::vec3(0.25f, 0.5f, 0.75f));
     EXPECT_EQ(m.anisotropy, 0.625f);
     EXPECT_EQ(m.anisotropy_rotation, -2.5f);
     EXPECT_EQ(m.base_color, glm::vec3(0.1f, 0.2f, 0.3f));
@@ -114,6 +118,8 @@ TEST(GltfMaterial, EverySlotHasItsTexture)
     material["extensions"]["KHR_materials_sheen"] = {
         {"sheenColorFactor", {1, 1, 1}}, {"sheenColorTexture", t}, {"sheenRoughnessTexture", t}};
     material["extensions"]["KHR_materials_anisotropy"] = {{"anisotropyStrength", 1}, {"anisotropyTexture", t}};
+    material["extensions"]["KHR_materials_diffuse_transmission"] = {
+        {"diffuseTransmissionFactor", 1}, {"diffuseTransmissionTexture", t}, {"diffuseTransmissionColorTexture", t}};
     GltfBuilder b = file_with(material);
     add_picture(b);
     const Scene scene = load(b);
@@ -123,14 +129,15 @@ TEST(GltfMaterial, EverySlotHasItsTexture)
         return scene.textures.at(static_cast<std::size_t>(slot.texture)).levels[0].texels[2][0];  // 10 of 255
     };
     const double linear_red = 10.0 / 255.0 / 12.92 * 65535.0;
-    for (const TextureSlot* color :
-         {&m.base_color_texture, &m.emission_texture, &m.specular_color_texture, &m.sheen_color_texture}) {
+    for (const TextureSlot* color : {&m.base_color_texture, &m.emission_texture, &m.specular_color_texture,
+                                     &m.sheen_color_texture, &m.diffuse_transmission_color_texture}) {
         ASSERT_TRUE(color->used());
         EXPECT_NEAR(red(*color), linear_red, 0.5);
     }
     for (const TextureSlot* number :
          {&m.metallic_roughness_texture, &m.normal_texture, &m.specular_texture, &m.transmission_texture,
-          &m.clearcoat_texture, &m.clearcoat_roughness_texture, &m.sheen_roughness_texture, &m.anisotropy_texture}) {
+          &m.clearcoat_texture, &m.clearcoat_roughness_texture, &m.sheen_roughness_texture, &m.anisotropy_texture,
+          &m.diffuse_transmission_texture}) {
         ASSERT_TRUE(number->used());
         EXPECT_EQ(red(*number), 10 * 257);
     }

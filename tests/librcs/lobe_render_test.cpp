@@ -35,6 +35,14 @@ Material brushed(float roughness, float strength)
     return m;
 }
 
+Material leaf(float roughness, float part)
+{
+    Material m = test::glossy(0.0f, roughness, {0.3f, 0.6f, 0.2f});
+    m.diffuse_transmission = part;
+    m.diffuse_transmission_color = {0.8f, 0.9f, 0.3f};
+    return m;
+}
+
 std::vector<Case> cases()
 {
     std::vector<Case> all;
@@ -42,6 +50,10 @@ std::vector<Case> cases()
         all.push_back({"sheen " + std::to_string(roughness), cloth(roughness, {0.9f, 0.8f, 1.0f})});
     for (const float roughness : {0.15f, 0.4f, 0.7f})
         all.push_back({"brushed metal " + std::to_string(roughness), brushed(roughness, 0.8f)});
+    for (const float roughness : {0.2f, 0.8f})
+        all.push_back({"leaf " + std::to_string(roughness), leaf(roughness, 0.6f)});
+    all.push_back({"paper", leaf(1.0f, 1.0f)});
+    all.back().material.specular = 0.0f;
     return all;
 }
 
@@ -56,7 +68,7 @@ LayeredImage rendered(const Scene& scene, int size, int bounces)
     return test::render_first(scene, options, 2).image;
 }
 
-/// A ball on a floor of the material before a white wall, in the light of a lamp and a lamp behind the ball.
+/// A ball and a leaf on a floor of the material before a wall, in the light of a lamp above and one behind them.
 Scene ball_on_a_floor(const Material& material)
 {
     Scene scene;
@@ -66,6 +78,7 @@ Scene ball_on_a_floor(const Material& material)
     const int lamp = test::add_material(scene, glm::vec3(0.0f), glm::vec3(12.0f), true);
     test::add_mesh(scene, test::icosphere({0.0f, 0.6f, 0.0f}, 0.6f, 5, own));
     test::add_mesh(scene, test::quad({-2, 0, 2}, {4, 0, 0}, {0, 0, -4}, own));
+    test::add_mesh(scene, test::quad({0.7f, 0.0f, 0.2f}, {0.7f, 0, -0.2f}, {0, 1.3f, 0}, own));
     test::add_mesh(scene, test::quad({-2, 0, -2}, {4, 0, 0}, {0, 3, 0}, wall));
     test::add_mesh(scene, test::quad({-2, 0, 2}, {0, 0, -4}, {0, 3, 0}, wall));
     test::add_mesh(scene, test::quad({-0.4f, 2.6f, -0.2f}, {0.8f, 0, 0}, {0, 0, 0.8f}, lamp));
@@ -124,6 +137,7 @@ TEST(LobeRender, AWhiteFurnaceHidesEachLobe)
 {
     for (auto [name, material] : cases()) {
         material.base_color = glm::vec3(1.0f);
+        material.diffuse_transmission_color = glm::vec3(1.0f);
         material.sheen_color = glm::vec3(material.sheen_color != glm::vec3(0.0f) ? 1.0f : 0.0f);
         Scene scene;
         scene.sky_radiance = glm::vec3(1.0f);

@@ -60,20 +60,24 @@ struct Material {
     TextureSlot specular_texture;    ///< A
     glm::vec3 specular_color{1.0f};  ///< of the dielectric's reflection at normal incidence, >= 0
     TextureSlot specular_color_texture;
-    float transmission = 0.0f;                ///< thin-walled, [0, 1] (KHR_materials_transmission)
-    TextureSlot transmission_texture;         ///< R
-    float clearcoat = 0.0f;                   ///< [0, 1] (KHR_materials_clearcoat)
-    float clearcoat_roughness = 0.0f;         ///< [0, 1]
-    TextureSlot clearcoat_texture;            ///< R
-    TextureSlot clearcoat_roughness_texture;  ///< G
-    glm::vec3 sheen_color{0.0f};              ///< [0, 1] (KHR_materials_sheen)
-    float sheen_roughness = 0.0f;             ///< perceptual, [0, 1]
-    TextureSlot sheen_color_texture;          ///< RGB
-    TextureSlot sheen_roughness_texture;      ///< A
-    float anisotropy = 0.0f;                  ///< strength, [0, 1] (KHR_materials_anisotropy)
-    float anisotropy_rotation = 0.0f;         ///< from the tangent, counter-clockwise [rad]
-    TextureSlot anisotropy_texture;           ///< RG direction, B strength
-    float alpha_cutoff = 0.5f;                ///< mask: seen where alpha >= cutoff
+    float transmission = 0.0f;                       ///< thin-walled, [0, 1] (KHR_materials_transmission)
+    TextureSlot transmission_texture;                ///< R
+    float clearcoat = 0.0f;                          ///< [0, 1] (KHR_materials_clearcoat)
+    float clearcoat_roughness = 0.0f;                ///< [0, 1]
+    TextureSlot clearcoat_texture;                   ///< R
+    TextureSlot clearcoat_roughness_texture;         ///< G
+    glm::vec3 sheen_color{0.0f};                     ///< [0, 1] (KHR_materials_sheen)
+    float sheen_roughness = 0.0f;                    ///< perceptual, [0, 1]
+    TextureSlot sheen_color_texture;                 ///< RGB
+    TextureSlot sheen_roughness_texture;             ///< A
+    float anisotropy = 0.0f;                         ///< strength, [0, 1] (KHR_materials_anisotropy)
+    float anisotropy_rotation = 0.0f;                ///< from the tangent, counter-clockwise [rad]
+    TextureSlot anisotropy_texture;                  ///< RG direction, B strength
+    float diffuse_transmission = 0.0f;               ///< [0, 1] (KHR_materials_diffuse_transmission)
+    TextureSlot diffuse_transmission_texture;        ///< A
+    glm::vec3 diffuse_transmission_color{1.0f};      ///< [0, 1]
+    TextureSlot diffuse_transmission_color_texture;  ///< RGB
+    float alpha_cutoff = 0.5f;                       ///< mask: seen where alpha >= cutoff
     AlphaMode alpha_mode = AlphaMode::opaque;
     bool unlit = false;  ///< shows its base colour as radiance to the camera, reflects nothing (KHR_materials_unlit)
     bool double_sided = false;  ///< if not, the camera does not see back faces; light still stops there

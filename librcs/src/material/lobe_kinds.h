@@ -9,6 +9,7 @@
 #include "material/lobes/anisotropic.h"
 #include "material/lobes/coat.h"
 #include "material/lobes/diffuse.h"
+#include "material/lobes/diffuse_transmission.h"
 #include "material/lobes/sheen.h"
 #include "material/lobes/specular.h"
 #include "material/lobes/transmission.h"
@@ -24,7 +25,7 @@ namespace rcs {
 ///   is_diffuse_behind  is lit by irradiance on the other side
 ///   is_recordable  is symmetric about the mirror direction and like any other of its width: radiance records can light
 ///   it
-using LobeKinds = std::tuple<Coat, Sheen, Anisotropic, Specular, Transmission, Diffuse>;
+using LobeKinds = std::tuple<Coat, Sheen, Anisotropic, Specular, Transmission, DiffuseTransmission, Diffuse>;
 inline constexpr std::size_t kMostLobes = std::tuple_size_v<LobeKinds>;
 
 /// Calls visit(Kind{}) for the kind with a number.

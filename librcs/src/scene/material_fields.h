@@ -42,6 +42,8 @@ inline constexpr MaterialFactor kMaterialFactors[] = {
     {"an anisotropy", "KHR_materials_anisotropy", "anisotropyStrength", &Material::anisotropy, 0.0, 0.0, 1.0},
     {"an anisotropy rotation", "KHR_materials_anisotropy", "anisotropyRotation", &Material::anisotropy_rotation, 0.0,
      -kAnyFactor, kAnyFactor},
+    {"a diffuse transmission", "KHR_materials_diffuse_transmission", "diffuseTransmissionFactor",
+     &Material::diffuse_transmission, 0.0, 0.0, 1.0},
 };
 
 /// A colour.
@@ -59,6 +61,8 @@ inline constexpr MaterialColor kMaterialColors[] = {
     {"a specular colour", "KHR_materials_specular", "specularColorFactor", &Material::specular_color, 1.0,
      kLargeFactor},
     {"a sheen colour", "KHR_materials_sheen", "sheenColorFactor", &Material::sheen_color, 0.0, 1.0},
+    {"a diffuse transmission colour", "KHR_materials_diffuse_transmission", "diffuseTransmissionColorFactor",
+     &Material::diffuse_transmission_color, 1.0, 1.0},
 };
 
 /// A texture.
@@ -88,6 +92,10 @@ inline constexpr MaterialTexture kMaterialTextures[] = {
     {"KHR_materials_sheen", "sheenRoughnessTexture", &Material::sheen_roughness_texture, ColorSpace::linear},
     {"KHR_materials_anisotropy", "anisotropyTexture", &Material::anisotropy_texture, ColorSpace::linear,
      &Material::anisotropy},
+    {"KHR_materials_diffuse_transmission", "diffuseTransmissionTexture", &Material::diffuse_transmission_texture,
+     ColorSpace::linear, &Material::diffuse_transmission},
+    {"KHR_materials_diffuse_transmission", "diffuseTransmissionColorTexture",
+     &Material::diffuse_transmission_color_texture, ColorSpace::srgb, &Material::diffuse_transmission},
 };
 
 /// What else material extensions may hold that is read or named. A key that is null: the extension has none.
