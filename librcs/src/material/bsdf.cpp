@@ -15,16 +15,14 @@ float mean(glm::vec3 c) { return (c.r + c.g + c.b) * (1.0f / 3.0f); }
 
 /// A lobe as if nothing lay above it.
 template <typename Kind>
-LobeView look_at(Kind kind, const Bsdf& b, std::uint32_t lobe, glm::vec3 outgoing)
+void look_at(Kind kind, const Bsdf& b, std::uint32_t lobe, glm::vec3 outgoing, LobeView& v)
 {
-    LobeView v;
-    v.lobe = b.lobe[lobe];
+    v.lobe = &b.lobe[lobe];
     v.normal = b.normal;
     v.outgoing = outgoing;
     v.cosine = std::clamp(glm::dot(b.normal, outgoing), kLeastCosine, 1.0f);
     v.gain = glm::vec3(1.0f);
     kind.see(v);
-    return v;
 }
 
 /// The lobes of a set as one viewer sees them, the layers' shares multiplied in.
@@ -40,7 +38,7 @@ struct Layers {
             if (lobes >> i == 0u) continue;
             LobeView& v = view[i];
             with_kind(b.lobe[i].kind, [&](auto kind) {
-                v = look_at(kind, b, i, outgoing);
+                look_at(kind, b, i, outgoing, v);
                 if (!kind.covers) return;
                 const glm::vec3 left = kind.leaves(v);
                 for (std::uint32_t below = i + 1; below < b.count; ++below)
@@ -114,7 +112,10 @@ float narrowest(const Bsdf& bsdf, LobeSet set)
 glm::vec3 left_below(const Bsdf& bsdf, std::uint32_t lobe, glm::vec3 outgoing)
 {
     return with_kind(bsdf.lobe[lobe].kind, [&](auto kind) {
-        return kind.covers ? kind.leaves(look_at(kind, bsdf, lobe, outgoing)) : glm::vec3(1.0f);
+        if (!kind.covers) return glm::vec3(1.0f);
+        LobeView view;
+        look_at(kind, bsdf, lobe, outgoing, view);
+        return glm::vec3(kind.leaves(view));
     });
 }
 
@@ -144,9 +145,9 @@ BsdfSample sample(const Bsdf& bsdf, glm::vec3 outgoing, float choice, glm::vec2 
     BsdfSample result;
     if (!(layers.total > 0.0f)) return result;
     const LobeView& view = layers.view[pick(bsdf, layers, lobes, choice * layers.total)];
-    const bool is_drawn = with_kind(view.lobe.kind, [&](auto kind) {
+    const bool is_drawn = with_kind(view.lobe->kind, [&](auto kind) {
         if (!kind.is_diffuse && !(cosine_o > 0.0f)) return false;
-        result.alpha = view.lobe.alpha;
+        result.alpha = view.lobe->alpha;
         result.incoming = kind.sample(view, outgoing, u);
         const float cosine_i = glm::dot(result.incoming, bsdf.normal);
         if (!kind.is_diffuse && !(cosine_i > 0.0f)) return false;

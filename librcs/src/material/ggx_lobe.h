@@ -23,8 +23,8 @@ inline void see_ggx(glm::vec3 f0, float f90, GgxAlbedo e, LobeView& v)
 
 inline void see_ggx(glm::vec3 f0, float f90, LobeView& v)
 {
-    v.slant = ggx_slant(v.cosine, v.lobe.alpha);
-    see_ggx(f0, f90, ggx_albedo(v.cosine, v.lobe.alpha), v);
+    v.slant = ggx_slant(v.cosine, v.lobe->alpha);
+    see_ggx(f0, f90, ggx_albedo(v.cosine, v.lobe->alpha), v);
 }
 
 /// What a GGX layer leaves to those below it.
@@ -36,8 +36,8 @@ struct GgxValue {
 };
 inline GgxValue ggx_value(const LobeView& v, const ScatterPair& pair)
 {
-    const float d = ggx_distribution(pair.sine2_h, v.lobe.alpha);
-    return {d * ggx_visibility(v.cosine, v.slant, pair.cosine_i, ggx_slant(pair.cosine_i, v.lobe.alpha)),
+    const float d = ggx_distribution(pair.sine2_h, v.lobe->alpha);
+    return {d * ggx_visibility(v.cosine, v.slant, pair.cosine_i, ggx_slant(pair.cosine_i, v.lobe->alpha)),
             d * ggx_density_factor(v.cosine, v.slant)};
 }
 
@@ -52,7 +52,7 @@ inline void add_ggx(glm::vec3 f0, float f90, const LobeView& v, const ScatterPai
 inline glm::vec3 sample_ggx(const LobeView& v, glm::vec3 outgoing, glm::vec2 u)
 {
     const Basis basis(v.normal);
-    const glm::vec3 h = basis.from_local(sample_visible_normal(basis.to_local(outgoing), v.lobe.alpha, u));
+    const glm::vec3 h = basis.from_local(sample_visible_normal(basis.to_local(outgoing), v.lobe->alpha, u));
     return glm::normalize(2.0f * glm::dot(outgoing, h) * h - outgoing);
 }
 

@@ -68,7 +68,7 @@ struct ScatterPair {
 
 /// A lobe as one viewer sees it, what the layers above it leave multiplied in.
 struct LobeView {
-    Lobe lobe;
+    const Lobe* lobe;
     glm::vec3 normal;     ///< shading
     glm::vec3 outgoing;   ///< unit, towards the viewer
     float cosine, slant;  ///< of the viewer; slant as in ggx.h, of GGX lobes

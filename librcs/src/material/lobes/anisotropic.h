@@ -44,7 +44,7 @@ struct Anisotropic {
         const Frame frame(v);
         const glm::vec3 outgoing = frame.to_local(v.outgoing);
         v.slant = ggx_slant(outgoing, frame.widths);
-        see_ggx(v.lobe.color, v.lobe.level, ggx_albedo(outgoing, v.lobe.alpha, v.lobe.stretch()), v);
+        see_ggx(v.lobe->color, v.lobe->level, ggx_albedo(outgoing, v.lobe->alpha, v.lobe->stretch()), v);
     }
     static glm::vec3 leaves(const LobeView& v) { return left_by_ggx(v); }
     static void add(const LobeView& v, const ScatterPair& pair, Scattering& s)
@@ -53,8 +53,8 @@ struct Anisotropic {
         const glm::vec3 o = frame.to_local(pair.outgoing), i = frame.to_local(pair.incoming);
         const float d = ggx_distribution(glm::normalize(o + i), frame.widths);
         const float visibility = ggx_visibility(v.cosine, v.slant, pair.cosine_i, ggx_slant(i, frame.widths));
-        s.value +=
-            v.gain * (v.lobe.color + (v.lobe.level - v.lobe.color) * schlick_weight(pair.cosine_h)) * (d * visibility);
+        s.value += v.gain * (v.lobe->color + (v.lobe->level - v.lobe->color) * schlick_weight(pair.cosine_h)) *
+                   (d * visibility);
         s.density += v.share * d * ggx_density_factor(v.cosine, v.slant);
     }
     static glm::vec3 sample(const LobeView& v, glm::vec3, glm::vec2 u)
@@ -73,10 +73,10 @@ private:
         glm::vec3 x, y, z;
         glm::vec2 widths;
 
-        explicit Frame(const LobeView& v) : z(v.normal), widths(stretched_widths(v.lobe.alpha, v.lobe.stretch()))
+        explicit Frame(const LobeView& v) : z(v.normal), widths(stretched_widths(v.lobe->alpha, v.lobe->stretch()))
         {
             const Basis basis(v.normal);
-            const float angle = v.lobe.turn(), c = std::cos(angle), s = std::sin(angle);
+            const float angle = v.lobe->turn(), c = std::cos(angle), s = std::sin(angle);
             x = c * basis.x + s * basis.y;
             y = c * basis.y - s * basis.x;
         }

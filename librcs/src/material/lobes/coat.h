@@ -34,8 +34,8 @@ struct Coat {
     static void see(LobeView& v)
     {
         see_ggx(glm::vec3(kF0), 1.0f, v);
-        v.gain *= v.lobe.level;
-        v.albedo *= v.lobe.level;
+        v.gain *= v.lobe->level;
+        v.albedo *= v.lobe->level;
     }
     static glm::vec3 leaves(const LobeView& v) { return left_by_ggx(v); }
     static void add(const LobeView& v, const ScatterPair& pair, Scattering& s)

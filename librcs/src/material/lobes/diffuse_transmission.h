@@ -37,7 +37,7 @@ struct DiffuseTransmission {
     }
 
     static glm::vec3 reflectance(const Lobe&) { return glm::vec3(0.0f); }
-    static void see(LobeView& v) { v.albedo = v.lobe.color; }
+    static void see(LobeView& v) { v.albedo = v.lobe->color; }
     static glm::vec3 leaves(const LobeView&) { return glm::vec3(1.0f); }
     static void add(const LobeView& v, const ScatterPair& pair, Scattering& s)
     {

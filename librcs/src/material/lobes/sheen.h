@@ -42,9 +42,9 @@ struct Sheen {
     static glm::vec3 reflectance(const Lobe&) { return glm::vec3(0.0f); }
     static void see(LobeView& v)
     {
-        const float total = charlie_albedo(v.cosine, v.lobe.level);
-        v.gain = v.lobe.color / std::max(total, 1.0f);
-        v.albedo = v.lobe.color * std::min(total, 1.0f);
+        const float total = charlie_albedo(v.cosine, v.lobe->level);
+        v.gain = v.lobe->color / std::max(total, 1.0f);
+        v.albedo = v.lobe->color * std::min(total, 1.0f);
     }
     static glm::vec3 leaves(const LobeView& v)
     {
@@ -52,7 +52,7 @@ struct Sheen {
     }
     static void add(const LobeView& v, const ScatterPair& pair, Scattering& s)
     {
-        const float alpha = v.lobe.level, d = charlie_distribution(pair.sine2_h, alpha);
+        const float alpha = v.lobe->level, d = charlie_distribution(pair.sine2_h, alpha);
         s.value += v.gain * (d * charlie_visibility(v.cosine, charlie_lambda(v.cosine, alpha), pair.cosine_i,
                                                     charlie_lambda(pair.cosine_i, alpha)));
         // A normal that the viewer sees from behind is turned about the surface's: it comes to where another lies.
@@ -70,7 +70,7 @@ struct Sheen {
             const float sine = std::sqrt(std::max(0.0f, 1.0f - z * z));
             return basis.from_local({sine * std::cos(phi), sine * std::sin(phi), z});
         }
-        glm::vec3 h = sample_charlie_normal(v.lobe.level, {(u.x - kEvenly) / (1.0f - kEvenly), u.y});
+        glm::vec3 h = sample_charlie_normal(v.lobe->level, {(u.x - kEvenly) / (1.0f - kEvenly), u.y});
         const glm::vec3 o = basis.to_local(outgoing);
         if (glm::dot(o, h) < 0.0f) h = {-h.x, -h.y, h.z};
         return glm::normalize(basis.from_local(2.0f * glm::dot(o, h) * h - o));

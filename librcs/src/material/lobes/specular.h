@@ -48,11 +48,11 @@ struct Specular {
     }
 
     static glm::vec3 reflectance(const Lobe& lobe) { return lobe.color; }
-    static void see(LobeView& v) { see_ggx(v.lobe.color, v.lobe.level, v); }
+    static void see(LobeView& v) { see_ggx(v.lobe->color, v.lobe->level, v); }
     static glm::vec3 leaves(const LobeView& v) { return left_by_ggx(v); }
     static void add(const LobeView& v, const ScatterPair& pair, Scattering& s)
     {
-        add_ggx(v.lobe.color, v.lobe.level, v, pair, s);
+        add_ggx(v.lobe->color, v.lobe->level, v, pair, s);
     }
     static glm::vec3 sample(const LobeView& v, glm::vec3 outgoing, glm::vec2 u) { return sample_ggx(v, outgoing, u); }
 };

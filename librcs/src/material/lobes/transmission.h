@@ -35,7 +35,7 @@ struct Transmission {
     static void see(LobeView& v)
     {
         see_ggx(glm::vec3(0.0f), 0.0f, v);
-        v.albedo = v.lobe.color;
+        v.albedo = v.lobe->color;
     }
     static glm::vec3 leaves(const LobeView&) { return glm::vec3(1.0f); }
     static void add(const LobeView& v, const ScatterPair& pair, Scattering& s)
