@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <random>
 
 #include <gtest/gtest.h>
 
@@ -153,6 +154,64 @@ TEST(CollectLights, LeavesOutTrianglesWithoutArea)
     const ThreadPool pool(1);
     const RayScene rays = build_ray_scene(scene, pool);
     EXPECT_EQ(collect_lights(rays).triangles.size(), 2u);
+}
+
+/// Shadow rays from points of the scene's first mesh to points of its second one, a lamp.
+struct Shots {
+    int blocked = 0, all = 0;
+};
+Shots shoot(const Scene& scene)
+{
+    ThreadPool pool(1);
+    const RayScene rays = build_ray_scene(scene, pool);
+    const Lights lights = collect_lights(rays);
+    std::mt19937 random(21);
+    std::uniform_real_distribution<float> unit(0.0f, 1.0f);
+    Shots shots;
+    for (int i = 0; i < 5000; ++i) {
+        const float r = std::sqrt(unit(random)), u = r * unit(random);
+        const SurfacePoint floor = surface_at(rays, 0, i % 2, u, r - u, {0.0f, -1.0f, 0.0f});
+        const EmissiveTriangle& lamp = lights.triangles[static_cast<std::size_t>(i / 2 % 2)];
+        // Kept off the lamp's edges, where a slanted ray passes beside a blocker.
+        const float a = 0.05f + 0.4f * unit(random), b = 0.05f + 0.4f * unit(random);
+        const glm::vec3 q =
+            lamp.corner[0] + a * (lamp.corner[1] - lamp.corner[0]) + b * (lamp.corner[2] - lamp.corner[0]);
+        shots.blocked += occluded(rays, shadow_ray_to(lamp, floor, q - floor.position)) ? 1 : 0;
+        ++shots.all;
+    }
+    return shots;
+}
+
+/// A floor at y = 1, and what lies above it.
+Scene above_floor(float scale, const Mesh& lamp)
+{
+    Scene scene;
+    const int grey = test::add_material(scene, glm::vec3(0.5f));
+    test::add_material(scene, glm::vec3(0.0f), glm::vec3(1.0f), true);
+    test::add_mesh(scene, test::quad(glm::vec3(2, 1, -4), glm::vec3(0, 0, 8), glm::vec3(8, 0, 0), grey));
+    test::add_mesh(scene, lamp);
+    for (Mesh& mesh : scene.meshes)
+        for (glm::vec3& p : mesh.positions) p *= scale;
+    return scene;
+}
+
+TEST(ShadowRayTo, EndsBeforeALampHoweverItIsGrazedButAfterABlockerBeforeIt)
+{
+    for (const float scale : {1e-3f, 1e-1f, 1.0f, 40.0f, 1e3f, 1e5f}) {
+        // One that leans, so that its points are rounded, and one that floats 2 mm above a floor 8 m wide.
+        const Mesh leaning = test::quad(glm::vec3(3, 4, -1), glm::vec3(2, 0.3f, 0), glm::vec3(0, 0.1f, 2), 1);
+        const Mesh close = test::quad(glm::vec3(3, 1.002f, -1), glm::vec3(2, 0, 0), glm::vec3(0, 0, 2), 1);
+        for (const Mesh* lamp : {&leaning, &close}) {
+            Scene scene = above_floor(scale, *lamp);
+            EXPECT_EQ(shoot(scene).blocked, 0) << scale;
+            Mesh blocker = lamp == &close ? scene.meshes[0] : scene.meshes[1];
+            blocker.material = 0;
+            for (glm::vec3& p : blocker.positions) p.y += (p.y < 2.0f * scale ? 0.001f : -0.01f) * scale;
+            test::add_mesh(scene, blocker);
+            const Shots shots = shoot(scene);
+            EXPECT_EQ(shots.blocked, shots.all) << scale;
+        }
+    }
 }
 
 }  // namespace

@@ -136,6 +136,18 @@ TEST(PolygonIrradiance, OfASmallFarPolygonIsAreaTimesCosinesOverDistanceSquared)
     }
 }
 
+TEST(PolygonIrradiance, OfASquareSeenNearlyEdgeOnEqualsTheClosedForm)
+{
+    // What the edges add up to is less than 1e-7 of each.
+    for (const float h : {0.002f, 0.01f, 0.05f}) {
+        for (const float x : {1.5f, 3.0f, 8.0f}) {
+            const std::vector<glm::vec3> square = {{-1 - x, -1, h}, {1 - x, -1, h}, {1 - x, 1, h}, {-1 - x, 1, h}};
+            const double expected = test::rectangle_irradiance(-1 - x, 1 - x, -1, 1, h);
+            EXPECT_NEAR(factor(square, {0, 0, 1}), expected, 1e-3 * expected) << x << ' ' << h;
+        }
+    }
+}
+
 TEST(PolygonIrradiance, IsZeroBelowTheHorizonAndForDegeneratePolygons)
 {
     const glm::vec3 up(0, 0, 1);

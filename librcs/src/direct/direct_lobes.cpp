@@ -93,8 +93,7 @@ glm::vec3 DirectLight::light_along(const SurfacePoint& point, const Lobes& lobes
     if (index == Lights::kNone) return glm::vec3(0.0f);
     const EmissiveTriangle& triangle = lights_.triangles[index];
     if (!triangle.double_sided && glm::dot(triangle.normal, direction) >= 0.0f) return glm::vec3(0.0f);
-    if (std::abs(glm::dot(triangle.normal, triangle.corner[0] - point.position)) <= 2.0f * point.position_error)
-        return glm::vec3(0.0f);
+    if (lies_on_plane(triangle, point)) return glm::vec3(0.0f);
     lamp_density = samples_towards(index, point, lobes);
     const glm::vec3 origin(ray.origin_x[lane], ray.origin_y[lane], ray.origin_z[lane]);
     return radiance_at(rays_, triangle, origin + ray.t_max[lane] * direction);

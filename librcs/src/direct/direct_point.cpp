@@ -136,8 +136,7 @@ void DirectLight::find_lamps(const SurfacePoint& point, const Lobes& lobes, Rand
         std::array<glm::vec3, 3> corner;
         for (std::size_t i = 0; i < 3; ++i) corner[i] = triangle.corner[i] - point.position;
         const float behind = glm::dot(triangle.normal, corner[0]);
-        // A point on the lamp, or on its plane: by rounding it would seem to lie just below all of it.
-        if (std::abs(behind) <= 2.0f * point.position_error || (behind > 0.0f && !triangle.double_sided)) continue;
+        if ((behind > 0.0f && !triangle.double_sided) || lies_on_plane(triangle, point)) continue;
         // Only the part above the horizon: sampling the rest would be in vain.
         glm::vec3 polygon[4];
         const int corners = clip_to_horizon(corner.data(), 3, point.shading_normal, polygon);
@@ -189,7 +188,7 @@ void DirectLight::shoot(const SurfacePoint& point, const Lobes& lobes, LampView&
         if (!(weight > 0.0f)) continue;
         lamp.possible += weight;
         if (glm::dot(point.geometric_normal, to_light) <= 0.0f) continue;
-        w.shadow.add(shadow_ray_from(point, to_light, distance));
+        w.shadow.add(shadow_ray_to(triangle, point, s.position));
         w.weight.push_back(weight);
         const glm::vec3 radiance =
             triangle.varied ? radiance_at(rays_, triangle, point.position + s.position) : triangle.radiance;

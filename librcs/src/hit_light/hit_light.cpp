@@ -144,8 +144,7 @@ HitLights::Sample HitLights::sample_triangle(const EmissiveTriangle& triangle, c
     for (int i = 0; i < 3; ++i) corners[i] = triangle.corner[i] - point.position;
     const float u1 = random.next();
     const float u2 = random.next();
-    if (std::abs(glm::dot(triangle.normal, corners[0])) <= 2.0f * point.position_error)
-        return {};  // on the lamp's own plane: by rounding it would seem to lie just below all of it
+    if (lies_on_plane(triangle, point)) return {};
     TriangleSample s;
     const glm::vec3 centre = (corners[0] + corners[1] + corners[2]) / 3.0f;
     if (glm::dot(centre, centre) > kFarInSizes2 * triangle.area) {
@@ -157,13 +156,14 @@ HitLights::Sample HitLights::sample_triangle(const EmissiveTriangle& triangle, c
         s = rcs::sample(make_spherical_triangle(corners), u1, u2);
     }
     Sample result;
-    result.distance = glm::length(s.position);
-    if (!(result.distance > 0.0f)) return result;
-    result.to_light = s.position / result.distance;
+    const float distance = glm::length(s.position);
+    if (!(distance > 0.0f)) return result;
+    result.to_light = s.position / distance;
     const bool front = glm::dot(triangle.normal, result.to_light) < 0.0f;
-    if (front || triangle.double_sided)
-        result.irradiance = s.inverse_density * cosine_if_lit(point, result.to_light) *
-                            radiance_at(*lights_.rays, triangle, point.position + s.position);
+    if (!front && !triangle.double_sided) return result;
+    result.irradiance = s.inverse_density * cosine_if_lit(point, result.to_light) *
+                        radiance_at(*lights_.rays, triangle, point.position + s.position);
+    result.shadow_ray = shadow_ray_to(triangle, point, s.position);
     return result;
 }
 
@@ -172,8 +172,8 @@ HitLights::Sample HitLights::sample_peaks(const SurfacePoint& point, RandomStrea
     const float u = random.next();
     const Environment::Sample s = lights_.sky->sample_peak({u, random.next()});
     if (!(s.density > 0.0f)) return {};
-    return {s.radiance * (cosine_if_lit(point, s.direction) / s.density), s.direction,
-            std::numeric_limits<float>::infinity(), peaks_lamp()};
+    return {s.radiance * (cosine_if_lit(point, s.direction) / s.density), s.direction, ray_from(point, s.direction),
+            peaks_lamp()};
 }
 
 HitLights::Sample HitLights::sample_lamp(std::uint32_t lamp, const SurfacePoint& point, RandomStream& random) const
@@ -184,7 +184,8 @@ HitLights::Sample HitLights::sample_lamp(std::uint32_t lamp, const SurfacePoint&
         return result;
     }
     const PunctualSample s = sample_punctual(lights_.punctual[lamp], point.position);
-    return {s.irradiance * cosine_if_lit(point, s.to_light), s.to_light, s.distance, lamp};
+    return {s.irradiance * cosine_if_lit(point, s.to_light), s.to_light, shadow_ray_from(point, s.to_light, s.distance),
+            lamp};
 }
 
 float HitLights::density(const SurfacePoint& point, std::uint32_t lamp, glm::vec3 direction) const

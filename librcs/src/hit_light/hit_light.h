@@ -25,7 +25,7 @@ public:
     struct Sample {
         glm::vec3 irradiance{0.0f};  ///< [W m^-2]; 0: nothing to shoot
         glm::vec3 to_light{0.0f};    ///< unit
-        float distance = 0.0f;       ///< [m], may be +inf
+        Ray shadow_ray;              ///< set if there is irradiance
         std::uint32_t lamp = 0;      ///< its number: punctual lamps first, then triangles, then the sky's peaks
     };
     Sample sample(const SurfacePoint& point, RandomStream& random) const;

@@ -137,7 +137,7 @@ void HitRadiance::each_light(const SurfacePoint& point, RandomStream& random, co
     const HitLights::Sample lamp = lights_.sample(point, random);
     if (lamp.irradiance != glm::vec3(0.0f)) {
         tally(Count::hit_lamp_rays);
-        add(shadow_ray_from(point, lamp.to_light, lamp.distance), std::numbers::inv_pi_v<float> * lamp.irradiance,
+        add(lamp.shadow_ray, std::numbers::inv_pi_v<float> * lamp.irradiance,
             [&] { return lights_.density(point, lamp.lamp, lamp.to_light); });
     }
     if (has_sky_) {
@@ -148,8 +148,8 @@ void HitRadiance::each_light(const SurfacePoint& point, RandomStream& random, co
         const glm::vec3 direction = cosine_direction(point.shading_normal, {sin2, turn});
         if (glm::dot(direction, point.geometric_normal) > 0.0f) {
             tally(Count::hit_sky_rays);
-            add(shadow_ray_from(point, direction, std::numeric_limits<float>::infinity()),
-                environment_.soft_blurred(direction), [&] { return density_of_sky(point, direction); });
+            add(ray_from(point, direction), environment_.soft_blurred(direction),
+                [&] { return density_of_sky(point, direction); });
         }
     }
 }

@@ -6,6 +6,7 @@
 
 #include <glm/glm.hpp>
 
+#include "rays/surface.h"
 #include "rcs/effect_plan.h"
 #include "rcs/ray_scene.h"
 #include "rcs/scene.h"
@@ -21,6 +22,7 @@ struct EmissiveTriangle {
     glm::vec3 normal;    ///< unit, of the front side
     glm::vec3 radiance;  ///< [W m^-2 sr^-1], emitted from the front, from both sides if double_sided; mean if varied
     float area = 0.0f;   ///< [m^2], > 0
+    float error = 0.0f;  ///< bound of how far a point of it lies off its plane by rounding, seen from nearby [m]
     bool double_sided = false;
     bool varied = false;  ///< by a texture or by alpha
     std::uint32_t instance = 0, primitive = 0;
@@ -62,6 +64,15 @@ Lights find_lights(const RayScene& rays);
 
 /// Radiance of an emissive triangle at a point on it: the mean where it does not vary. Scene space.
 glm::vec3 radiance_at(const RayScene& rays, const EmissiveTriangle& triangle, glm::vec3 position);
+
+/// Whether a point lies on a triangle's plane, as far as can be told: by rounding it would seem to lie just below all
+/// of it.
+bool lies_on_plane(const EmissiveTriangle& triangle, const SurfacePoint& point);
+
+/// A ray from a surface to a point on a triangle that does not meet the triangle itself. Both ends are moved off their
+/// own surface, and the ray goes from one to the other: along the old direction it would pass the plane of a lamp that
+/// it grazes. @param to_lamp  from `point` to there
+Ray shadow_ray_to(const EmissiveTriangle& triangle, const SurfacePoint& point, glm::vec3 to_lamp);
 
 /// What a punctual light does at a point: irradiance on a plane that faces it, the unit direction
 /// towards it, and how far it is (+inf for directional). Irradiance is 0 outside range or cone.

@@ -42,6 +42,14 @@ float edge_term(glm::vec3 a, glm::vec3 b, glm::vec3 normal)
     return angle_of(length, glm::dot(a, b)) * glm::dot(normal, c) / length;
 }
 
+/// The same in double precision.
+double precise_edge_term(glm::dvec3 a, glm::dvec3 b, glm::dvec3 normal)
+{
+    const glm::dvec3 c = glm::cross(a, b - a);
+    const double length = glm::length(c);
+    return length > 0.0 ? std::atan2(length, glm::dot(a, b)) * glm::dot(normal, c) / length : 0.0;
+}
+
 }  // namespace
 
 int clip_to_horizon(const glm::vec3* corners, int count, glm::vec3 normal, glm::vec3* clipped)
@@ -69,8 +77,20 @@ float polygon_irradiance_factor(const glm::vec3* corners, int count, glm::vec3 n
 {
     glm::vec3 clipped[2 * kMaxCorners];
     count = clip_to_horizon(corners, count, normal, clipped);
-    float sum = 0.0f;
-    for (int i = 0; i < count; ++i) sum += edge_term(clipped[i], clipped[i + 1 < count ? i + 1 : 0], normal);
+    const auto next = [&](int i) { return clipped[i + 1 < count ? i + 1 : 0]; };
+    float sum = 0.0f, size = 0.0f;
+    for (int i = 0; i < count; ++i) {
+        const float term = edge_term(clipped[i], next(i), normal);
+        sum += term;
+        size += std::abs(term);
+    }
+    // Edges of a polygon that is seen at a grazing angle, or far away, cancel each other but for little.
+    constexpr float kFewDigits = 0x1p-12f;
+    if (std::abs(sum) < kFewDigits * size) {
+        double precise = 0.0;
+        for (int i = 0; i < count; ++i) precise += precise_edge_term(clipped[i], next(i), normal);
+        sum = static_cast<float>(precise);
+    }
     return std::min(0.5f * std::abs(sum), std::numbers::pi_v<float>);
 }
 

@@ -52,7 +52,7 @@ inline Ray ray_from(const SurfacePoint& point, glm::vec3 direction,
     return {point.position + offset * point.geometric_normal, direction, 0.0f, t_max};
 }
 
-/// A ray from the surface to a lamp `distance` away that does not meet the lamp itself.
+/// A ray from the surface to a lamp without size `distance` away, which may be fixed to a surface of its own.
 inline Ray shadow_ray_from(const SurfacePoint& point, glm::vec3 to_light, float distance)
 {
     // Both ends are rounded; the far one by about as much as the near one, and by a few ulps of the way.

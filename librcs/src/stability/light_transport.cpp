@@ -2,7 +2,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "rcs/reference.h"
 #include "stability/case_run.h"
+#include "stability/metamorphic.h"
 #include "stability/scenes.h"
 
 namespace rcs::stability {
@@ -236,6 +238,97 @@ void glossy_plane_in_a_furnace(CaseRun& run)
     }
 }
 
+/// A lamp below the ceiling of a room 2 m high, which it is parallel to or leans from by 20 degrees, its nearest edge
+/// so far away; an orthographic camera below looks up at the ceiling around it.
+struct LampBelowCeiling {
+    Scene scene;
+    std::vector<glm::dvec3> lamp;
+    glm::dvec3 normal;  // of its front
+    bool double_sided;
+};
+LampBelowCeiling lamp_below_ceiling(double distance, bool leans, bool double_sided)
+{
+    LampBelowCeiling s;
+    s.double_sided = double_sided;
+    const int white = add_material(s.scene, glm::vec3(0.5f), glm::vec3(0.0f), true);
+    const int lamp = add_material(s.scene, glm::vec3(0.0f), glm::vec3(1.0f), double_sided);
+    add_mesh(s.scene, quad({-1, 2, -1}, {2, 0, 0}, {0, 0, 2}, white));
+    // Its front looks up.
+    const double angle = leans ? glm::radians(20.0) : 0.0;
+    const glm::dvec3 corner(-0.2, 2.0 - distance, -0.15), u(0, 0, 0.3),
+        v(0.4 * std::cos(angle), -0.4 * std::sin(angle), 0);
+    add_mesh(s.scene, quad(glm::vec3(corner), glm::vec3(u), glm::vec3(v), lamp));
+    for (const glm::vec3& p : s.scene.meshes.back().positions) s.lamp.emplace_back(p);
+    s.normal = glm::normalize(glm::cross(s.lamp[1] - s.lamp[0], s.lamp[2] - s.lamp[0]));
+    Camera camera = look_at_camera("camera", {0, 0, 0}, {0, 2, 0}, 0.8, {0, 0, -1});
+    camera.projection = Projection::orthographic;
+    camera.ymag = 1.0;
+    s.scene.cameras = {camera};
+    return s;
+}
+
+void lamp_close_to_a_wall(CaseRun& run)
+{
+    const int size = 32;
+    RenderOptions options = small_options(size);
+    options.bounces = 0;
+    const auto look_at = [&](double distance, bool leans, bool double_sided, double scale) {
+        const LampBelowCeiling s = lamp_below_ceiling(distance, leans, double_sided);
+        const Scene scene = scale == 1.0 ? s.scene : scaled(s.scene, scale);
+        const LayeredImage image = run.render(scene, options).image;
+        ReferenceOptions path_tracer;
+        path_tracer.samples = 64;
+        const LayeredImage traced = render_reference(build_ray_scene(scene, run.pool()),
+                                                     view_of(scene.cameras[0], size, size), path_tracer, run.pool());
+        double worst = 0.0, sum = 0.0, sum_traced = 0.0;
+        for_each_point(size, [&](int x, int y, glm::dvec2 at) {
+            const glm::dvec3 p(-at.x, 2.0, at.y);  // looking up with up = -z, the image's right is -x
+            if (std::abs(p.x) < 0.25 && std::abs(p.z) < 0.2) return;  // behind the lamp
+            const double expected = double_sided || glm::dot(p - s.lamp[0], s.normal) > 0.0
+                                        ? 0.5 / kPi * polygon_irradiance(s.lamp, p, {0, -1, 0})
+                                        : 0.0;
+            const double got = static_cast<double>(image.layers.at("direct").at(x, y)[0]);
+            worst = std::max(worst, expected > 0.0 ? std::abs(got / expected - 1.0) : got);
+            sum += expected;
+            sum_traced += static_cast<double>(traced.layers.at("direct").at(x, y)[0]);
+        });
+        const std::string words = text_of(distance) + " m off, times " + text_of(scale) + (leans ? ", leaning" : "") +
+                                  (double_sided ? ", two-sided" : "");
+        run.figure(worst, "worst pixel, " + words);
+        run.figure(std::abs(sum_traced / sum - 1.0), "mean of the path tracer, " + words);
+    };
+    for (const bool leans : {false, true})
+        for (const bool double_sided : {false, true})
+            for (const double distance : {0.002, 0.02, 0.11, 1.0}) look_at(distance, leans, double_sided, 1.0);
+    for (const double scale : {1e-3, 1e3})
+        for (const double distance : {0.002, 0.05}) look_at(distance, false, true, scale);
+}
+
+/// What the ceiling gets from a lamp close below it reaches the rest of the room by records, or by cells as well.
+void lamp_close_to_a_ceiling(CaseRun& run)
+{
+    Scene room = furnished_room();
+    room.lights.clear();
+    room.materials[2].double_sided = true;
+    for (glm::vec3& p : room.meshes[2].positions) p.y = 2.99f;
+    const int size = 64;
+    for (const int bounces : {1, 3}) {
+        RenderOptions options = small_options(size);
+        settings_of(options).rays = 512;
+        options.area_samples = options.penumbra_samples = 64;
+        options.bounces = bounces;
+        const LayeredImage image = run.render(room, options).image;
+        ReferenceOptions path_tracer;
+        path_tracer.samples = 256;
+        path_tracer.bounces = bounces;
+        const LayeredImage truth = render_reference(build_ray_scene(room, run.pool()),
+                                                    view_of(room.cameras[0], size, size), path_tracer, run.pool());
+        for (const char* layer : {"direct", "indirect"})
+            run.figure(difference_of_means(image, truth, layer),
+                       std::string("mean of ") + layer + " light, " + std::to_string(bounces) + " bounces");
+    }
+}
+
 }  // namespace
 
 std::vector<SuiteCase> light_transport_cases()
@@ -257,6 +350,14 @@ std::vector<SuiteCase> light_transport_cases()
         {{"A4", group, "Square lamp parallel to a floor", "lamps with area near their edges",
           "= Lambert's polygon formula", 0.005, "nothing hides the lamp: no noise but rounding is expected", true},
          parallel_square_lamp},
+        {{"A4b", group, "Lamp 2 mm to 1 m below a ceiling, level and leaning, one- and two-sided, times 1e-3 and 1e3",
+          "shadow rays that end behind the lamp they graze", "= Lambert's polygon formula at every pixel", 0.01,
+          "nothing hides the lamp; formulas in floats of a lamp seen nearly edge-on", true},
+         lamp_close_to_a_wall},
+        {{"A4c", group, "A room lit by a lamp on both sides, 1 cm below its ceiling, 1 and 3 bounces",
+          "light of a ceiling that only hits of rays see", "same means as the path tracer", 0.01,
+          "noise of the means of 64 x 64 pixels at 512 rays a record", true},
+         lamp_close_to_a_ceiling},
         {{"A5", group, "Floor lit by a wall at a right angle, into the corner",
           "irradiance lost or doubled at contacts", "= form factor of the wall at every column of pixels", 0.02,
           "of the peak; records lie a pixel apart in the corner", true},
