@@ -35,7 +35,7 @@ SHARED = {
     "cornell-animated.glb": [""],
 }
 BUILT_IN = ["demo:cornell", "demo:atrium", "demo:spheres", "demo:furnace", "demo:closed-box", "demo:sphere-light",
-            "demo:corner"]
+            "demo:corner", "demo:ajar", "demo:blinds"]
 
 
 def views(scenes):

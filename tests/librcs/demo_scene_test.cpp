@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "rcs/error.h"
+#include "rcs/ray_scene.h"
 #include "rcs/scene.h"
 #include "rcs/scene_choice.h"
 #include "support/gltf_builder.h"
@@ -121,6 +122,46 @@ TEST(DemoScenes, TheTestRoomsAreClosedAndFaceTheirCamera)
     for (std::size_t i = 0; i < sphere.meshes.at(0).positions.size(); ++i) {
         EXPECT_NEAR(glm::dot(sphere.meshes[0].normals[i], sphere.meshes[0].positions[i]), -2.0f, 1e-5f);
     }
+}
+
+/// How many points of a grid over a room's floor see how many of the points of another grid over a lamp.
+struct Seen {
+    double floor = 0.0, pairs = 0.0;  ///< shares of floor points that see any of the lamp, and of all pairs
+};
+Seen lamp_seen_from_floor(const Scene& scene, glm::vec2 low, glm::vec2 high, const std::string& lamp)
+{
+    const ThreadPool pool(1);
+    const RayScene rays = build_ray_scene(scene, pool);
+    const auto mesh =
+        std::find_if(scene.meshes.begin(), scene.meshes.end(), [&](const Mesh& m) { return m.name == lamp; });
+    const glm::vec3 a = mesh->positions.at(0), u = mesh->positions.at(1) - a, v = mesh->positions.at(3) - a;
+    constexpr int kPoints = 24;
+    const auto at = [](int i) { return (static_cast<float>(i) + 0.5f) / kPoints; };
+    Seen seen;
+    for (int p = 0; p < kPoints * kPoints; ++p) {
+        const glm::vec2 xz = low + (high - low) * glm::vec2(at(p / kPoints), at(p % kPoints));
+        const glm::vec3 from(xz.x, 0.001f, xz.y);
+        int free = 0;
+        for (int q = 0; q < kPoints * kPoints; ++q)
+            free += occluded(rays, {from, a + at(q / kPoints) * u + at(q % kPoints) * v - from, 0.0f, 0.999f}) ? 0 : 1;
+        seen.floor += (free > 0 ? 1.0 : 0.0) / (kPoints * kPoints);
+        seen.pairs += static_cast<double>(free) / (kPoints * kPoints * kPoints * kPoints);
+    }
+    return seen;
+}
+
+TEST(DemoScenes, TheRoomsWhoseLightIsHardToFindSeeLittleOfTheirLamps)
+{
+    const Scene ajar = load_scene("demo:ajar"), blinds = load_scene("demo:blinds");
+    EXPECT_LT(triangle_count(ajar), 5000u);
+    EXPECT_LT(triangle_count(blinds), 5000u);
+    const Seen through_gap = lamp_seen_from_floor(ajar, {-2.3f, -1.9f}, {2.3f, 2.5f}, "lamp");
+    EXPECT_GT(through_gap.floor, 0.01);
+    EXPECT_LT(through_gap.floor, 0.2) << "nearly all light is indirect";
+    const Seen between_slats = lamp_seen_from_floor(blinds, {-2.4f, -1.9f}, {2.4f, 2.5f}, "sky");
+    EXPECT_GT(between_slats.floor, 0.5);
+    EXPECT_GT(between_slats.pairs, 0.001);
+    EXPECT_LT(between_slats.pairs, 0.03) << "of the panel as good as nothing is seen";
 }
 
 TEST(FindCamera, TakesANameANumberOrNothing)

@@ -83,7 +83,8 @@ struct Demo {
 constexpr Demo kDemos[] = {{"demo:cornell", make_cornell},       {"demo:atrium", make_atrium},
                            {"demo:spheres", make_spheres},       {"demo:furnace", make_furnace},
                            {"demo:closed-box", make_closed_box}, {"demo:sphere-light", make_sphere_light},
-                           {"demo:corner", make_corner}};
+                           {"demo:corner", make_corner},         {"demo:ajar", make_ajar},
+                           {"demo:blinds", make_blinds}};
 
 }  // namespace
 
