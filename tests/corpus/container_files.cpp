@@ -60,6 +60,7 @@ void add_container_files(Corpus& c)
         buffer_at("data.bin")(d);
         d.beside.back().second = d.b.binary + "more";
     });
+    c.renders("buffer_without_uri_unused", [](Draft& d) { d.b.more_buffers = Json::array({{{"byteLength", 100}}}); });
     c.renders("buffer_as_text",
               [](Draft& d) { d.buffer_uri = "data:application/octet-stream;base64," + base64(d.b.binary); });
     c.renders("buffer_as_text_of_no_type", [](Draft& d) { d.buffer_uri = "data:;base64," + base64(d.b.binary); });
@@ -69,6 +70,16 @@ void add_container_files(Corpus& c)
     c.renders("image_as_text_webp", [](Draft& d) { image_at("data:image/webp;base64," + base64(kWebpPicture))(d); });
     c.renders("image_elsewhere_but_unused",
               [](Draft& d) { d.root()["images"] = Json::array({{{"uri", "../x.png"}}}); });
+    c.renders("whole_numbers_as_fractions", [](Draft& d) {
+        d.accessor(0)["count"] = 4.0;
+        d.accessor(2)["componentType"] = static_cast<double>(kUnsignedShort);
+        d.view(0)["byteLength"] = 48.0;
+        d.attributes()["POSITION"] = 0.0;
+        d.primitive["indices"] = 2.0;
+        d.node["mesh"] = 0.0;
+        d.root()["scenes"] = Json::array({{{"nodes", {0.0, 1.0, 2.0}}}});
+        d.root()["scene"] = 0.0;
+    });
     c.renders("extras_anywhere", [](Draft& d) {
         for (Json* json : {&d.root(), &d.node, &d.material, &d.primitive})
             (*json)["extras"] = {{"a", {1, "b", nullptr}}};
@@ -148,6 +159,10 @@ void add_container_files(Corpus& c)
     c.fails("image_linked_outside", inside, [](Draft& d) {
         image_at("link.png")(d);
         d.link = "link.png:/etc/hostname";
+    });
+    c.fails("buffer_without_uri_read", "outside its buffer", [](Draft& d) {
+        d.b.more_buffers = Json::array({{{"byteLength", 100}}});
+        d.view(0)["buffer"] = 1;
     });
     c.fails("view_outside_buffer", "buffer view 0", [](Draft& d) { d.view(0)["byteLength"] = 100000; });
     c.fails("view_without_bytes", "buffer view 0", [](Draft& d) { d.view(0)["byteLength"] = 0; });

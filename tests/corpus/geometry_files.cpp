@@ -150,6 +150,10 @@ void add_accessor_files(Corpus& c)
         d.accessor(0).erase("bufferView");
         d.accessor(0)["count"] = 4000000000u;
     });
+    c.renders("uvs_that_are_not_stored", [](Draft& d) {
+        d.attributes()["TEXCOORD_0"] =
+            d.b.add("accessors", {{"componentType", kFloat}, {"type", "VEC2"}, {"count", 4}});
+    });
     c.fails("count_too_large", "outside its buffer view", accessor(0, "count", 5));
     c.fails("count_of_all_memory", "outside its buffer view", accessor(0, "count", 1ull << 62));
     c.fails("count_negative", "'count'", accessor(0, "count", -3));

@@ -149,6 +149,12 @@ void add_packed_files(Corpus& c)
         d.b.more_buffers =
             Json::array({{{"byteLength", 48}, {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}}});
     });
+    c.renders("meshopt_fallback_buffer_unmarked", [](Draft& d) {
+        packed_positions()(d);
+        d.view(0)["buffer"] = 1;
+        d.view(0)["byteOffset"] = 0;
+        d.b.more_buffers = Json::array({{{"byteLength", 48}}});
+    });
     c.fails("meshopt_unpacked_view_of_fallback", "outside its buffer", [](Draft& d) {
         d.view(0)["buffer"] = 1;
         d.view(0)["byteOffset"] = 0;

@@ -97,9 +97,14 @@ void add_image_files(Corpus& c)
         base({})(d);
         d.root()["textures"][0]["extensions"]["EXT_texture_webp"]["source"] = 8;
     });
-    c.fails("webp_without_source", "'source'", [](Draft& d) {
+    c.renders("webp_without_source", [](Draft& d) {
         base({})(d);
         d.root()["textures"][0]["extensions"]["EXT_texture_webp"] = Json::object();
+    });
+    c.renders("textures_without_source_unused", [](Draft& d) {
+        base({})(d);
+        d.root()["textures"].push_back(Json::object());
+        d.root()["textures"].push_back({{"extensions", {{"EXT_texture_webp", Json::object()}}}});
     });
 }
 

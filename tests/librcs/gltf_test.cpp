@@ -127,6 +127,17 @@ TEST(GltfGeometry, SparseAccessorsReplaceSingleElements)
     EXPECT_EQ(scene.meshes.at(0).positions, (std::vector<glm::vec3>{kQuad[0], kQuad[1], {5, 6, 7}, kQuad[3]}));
 }
 
+TEST(GltfGeometry, ElementsOfNoViewAreZeros)
+{
+    // A file without any buffer: three corners in one place.
+    GltfBuilder b;
+    const int corners = b.add("accessors", {{"componentType", kFloat}, {"type", "VEC3"}, {"count", 3}});
+    b.add_node({{"mesh", b.add_mesh("point", {{"attributes", {{"POSITION", corners}}}})}});
+    Log log;
+    load(b, &log);
+    EXPECT_EQ(log.count("triangles without area"), 1);
+}
+
 TEST(GltfGeometry, PointsAreLeftOutWithAWarning)
 {
     Log log;
@@ -134,6 +145,19 @@ TEST(GltfGeometry, PointsAreLeftOutWithAWarning)
     EXPECT_TRUE(scene.meshes.empty());
     EXPECT_TRUE(scene.instances.empty());
     EXPECT_EQ(log.count("points or lines in 1 mesh (quad)"), 1);
+}
+
+TEST(GltfFiles, InWhichNothingCanBeDrawnAreNamed)
+{
+    const auto warnings = [](const GltfBuilder& b) {
+        Log log;
+        load(b, &log);
+        return log.count("test.glb: has nothing that can be drawn");
+    };
+    EXPECT_EQ(warnings(quad_file([](GltfBuilder&, Json& p) { p["mode"] = kPoints; })), 1);
+    EXPECT_EQ(warnings(quad_file([](GltfBuilder& b, Json&) { b.root["scenes"] = Json::array({Json::object()}); })), 1);
+    EXPECT_EQ(warnings(GltfBuilder()), 1);
+    EXPECT_EQ(warnings(quad_file([](GltfBuilder&, Json&) {})), 0);
 }
 
 TEST(GltfGeometry, TrianglesWithoutAreaAreDroppedAndCounted)

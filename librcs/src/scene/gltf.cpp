@@ -142,6 +142,10 @@ Scene load_gltf(const std::string& path, const LoadOptions& options, const LogFu
     };
     if (options.time && model.animations.empty()) inform("has no animation; it looks the same at any time");
     if (!options.time && !model.animations.empty()) inform("has animations; it is shown in its rest pose");
+    if (log && bounds_of(scene).min.x > bounds_of(scene).max.x) {
+        log(LogLevel::warning,
+            name + ": has nothing that can be drawn: no node of its scene shows a mesh with triangles");
+    }
     if (scene.cameras.empty()) {
         scene.cameras.push_back(framing_camera(scene));
         inform("has no camera; 'framed' shows all of it");

@@ -162,11 +162,12 @@ std::size_t element_count(const Place& place, const tinygltf::Model& model, cons
     if (accessor.bufferView >= 0) {
         return elements_in(place, model, accessor.bufferView, accessor.byteOffset, accessor.count, element_size).count;
     }
-    // Zeros, that a sparse part replaces here and there: a sound file has a byte for each of its vertices in
-    // some other attribute or index.
+    // Zeros (glTF 2.0, section 3.6.2.3), that a sparse part may replace here and there: a sound file has a byte for
+    // each of its vertices in some other attribute or index, unless they are few.
+    constexpr std::size_t kFew = std::size_t{1} << 16;
     std::size_t bytes = 0;
     for (const tinygltf::Buffer& buffer : model.buffers) bytes += buffer.data.size();
-    if (accessor.count > bytes) {
+    if (accessor.count > std::max(bytes, kFew)) {
         place.fail("has " + std::to_string(accessor.count) +
                    " elements without a buffer view, more than the file has bytes");
     }

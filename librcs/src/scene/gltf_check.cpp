@@ -49,7 +49,7 @@ void check_extensions(const GltfDocument& document)
     }
 }
 
-/// @return whether it is there only for readers without EXT_meshopt_compression
+/// @return whether it says that it is there only for readers without EXT_meshopt_compression
 bool is_fallback(const GltfDocument& document, const Json& buffer, const std::string& what)
 {
     const Json* extension = extension_of(document, buffer, "EXT_meshopt_compression", what);
@@ -66,10 +66,12 @@ void check_buffers(const GltfDocument& document, GltfSource& source)
         GltfSource::Buffer& made = source.buffers.emplace_back();
         made.size = whole_number(document, buffer, "byteLength", what).value_or(0);
         if (made.size == 0) bad_file(document.file, what + ": 'byteLength' is missing or 0");
-        made.absent = is_fallback(document, buffer, what);
         const auto uri = buffer.find("uri");
         if (uri != buffer.end() && !uri->is_string()) bad_file(document.file, what + ": 'uri' is no string");
         if (uri != buffer.end()) made.uri = uri->get<std::string>();
+        // The second chunk is the first buffer's alone; another one without a URI is for an extension to fill.
+        const bool held = &made == &source.buffers.front() && !document.binary.empty();
+        made.absent = is_fallback(document, buffer, what) || (made.uri.empty() && !held);
         if (made.absent) continue;
         if (!made.uri.empty() && !made.uri.starts_with("data:")) external_path(document.file, made.uri, what);
         if (made.uri.empty() && made.size > document.binary.size()) {
@@ -217,12 +219,13 @@ GltfSource check_gltf(const GltfFile& file, std::vector<unsigned char> bytes)
     GltfDocument document = read_document(file, bytes);
     GltfSource source;
     check_extensions(document);
+    const bool made_whole = make_indices_whole(document);
     check_types(document);
     check_buffers(document, source);
     check_views(document, source);
     check_images(document, source);
     check_meshes(document, source);
-    if (has_uris(source)) {
+    if (has_uris(source) || made_whole) {
         take_out_uris(document, source);
         if (is_glb(bytes)) {
             bytes = glb_bytes(document);

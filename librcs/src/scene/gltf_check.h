@@ -14,7 +14,7 @@ struct GltfSource {
     struct Buffer {
         std::string uri;       ///< empty: the .glb's second chunk
         std::size_t size = 0;  ///< [bytes]
-        bool absent = false;   ///< EXT_meshopt_compression's fallback: holds nothing
+        bool absent = false;   ///< holds nothing: without a URI, or EXT_meshopt_compression's fallback
     };
     std::vector<unsigned char> bytes;
     std::vector<Buffer> buffers;

@@ -1,8 +1,12 @@
 #include "scene/gltf_document.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <cstring>
+#include <iterator>
 #include <limits>
+#include <string_view>
 #include <utility>
 
 namespace rcs {
@@ -96,6 +100,37 @@ void check_version(const GltfDocument& document)
     }
 }
 
+/// Whether glTF has indices, counts or constants under a key, alone, in arrays, or as members of an object there.
+bool has_whole_numbers(std::string_view key)
+{
+    static constexpr std::string_view kKeys[] = {
+        "attributes", "buffer",        "bufferView", "byteLength", "byteOffset", "byteStride", "camera",
+        "children",   "componentType", "count",      "index",      "indices",    "input",      "inverseBindMatrices",
+        "joints",     "light",         "magFilter",  "material",   "mesh",       "minFilter",  "mode",
+        "node",       "nodes",         "output",     "sampler",    "scene",      "skeleton",   "skin",
+        "source",     "target",        "targets",    "texCoord",   "wrapS",      "wrapT"};
+    return std::find(std::begin(kKeys), std::end(kKeys), key) != std::end(kKeys);
+}
+
+/// @param key  under which the value lies
+bool make_whole(Json& value, std::string_view key)
+{
+    // Beyond, tinygltf has no whole numbers.
+    constexpr double kMost = std::numeric_limits<std::int32_t>::max();
+    bool changed = false;
+    if (value.is_number_float() && has_whole_numbers(key)) {
+        const double number = value.get<double>();
+        changed = number >= 0.0 && number <= kMost && std::trunc(number) == number;
+        if (changed) value = static_cast<std::uint32_t>(number);
+    } else if (value.is_array()) {
+        for (Json& element : value) changed = make_whole(element, key) || changed;
+    } else if (value.is_object() && key != "extras") {
+        const bool named_freely = key == "attributes" || key == "targets";
+        for (auto& [name, member] : value.items()) changed = make_whole(member, named_freely ? key : name) || changed;
+    }
+    return changed;
+}
+
 }  // namespace
 
 GltfDocument read_document(const GltfFile& file, const std::vector<unsigned char>& bytes)
@@ -105,6 +140,8 @@ GltfDocument read_document(const GltfFile& file, const std::vector<unsigned char
     check_version(document);
     return document;
 }
+
+bool make_indices_whole(GltfDocument& document) { return make_whole(document.root, ""); }
 
 bool is_glb(Bytes bytes) { return bytes.size() >= 4 && std::memcmp(bytes.data(), "glTF", 4) == 0; }
 

@@ -28,6 +28,10 @@ GltfDocument read_document(const GltfFile& file, const std::vector<unsigned char
 /// Whether the bytes begin like a .glb file.
 bool is_glb(Bytes bytes);
 
+/// JSON may write a whole number as 4.0: turns those where glTF has an index, a count or a constant into whole numbers.
+/// @return whether there were any
+bool make_indices_whole(GltfDocument& document);
+
 /// The document as a .glb file.
 std::vector<unsigned char> glb_bytes(const GltfDocument& document);
 

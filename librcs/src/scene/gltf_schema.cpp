@@ -41,7 +41,7 @@ constexpr Member kTextureInfo[] = {{"index", Kind::whole, 0, true}, {"texCoord",
 constexpr Member kTextureTransform[] = {
     {"offset", Kind::numbers, 2}, {"rotation", Kind::number}, {"scale", Kind::numbers, 2}, {"texCoord", Kind::whole}};
 constexpr Member kTexture[] = {{"source", Kind::whole}, {"sampler", Kind::whole}};
-constexpr Member kWebp[] = {{"source", Kind::whole, 0, true}};
+constexpr Member kWebp[] = {{"source", Kind::whole}};
 constexpr Member kSampler[] = {
     {"wrapS", Kind::whole}, {"wrapT", Kind::whole}, {"magFilter", Kind::whole}, {"minFilter", Kind::whole}};
 constexpr Member kImage[] = {{"uri", Kind::text}, {"bufferView", Kind::whole}, {"mimeType", Kind::text}};

@@ -121,7 +121,7 @@ int TextureReader::image_of(const tinygltf::Texture& texture, const std::string&
     int image = texture.source;
     const auto webp = texture.extensions.find("EXT_texture_webp");
     if (webp != texture.extensions.end() && (reads_webp() || image < 0)) {
-        image = static_cast<int>(number_of(webp->second, "source", 0, -1));
+        image = static_cast<int>(number_of(webp->second, "source", 0, image));
     }
     if (image < 0) {
         file_.notes->add(kNoImage, name);
