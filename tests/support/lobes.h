@@ -25,7 +25,7 @@ Lobe lobe_of(const Bsdf& bsdf)
 {
     for (const Lobe& lobe : bsdf)
         if (lobe.kind == number_of_kind<Kind>()) return lobe;
-    return {glm::vec3(0.0f), 0.0f, 1.0f, Lobe::kNone};
+    return make_lobe<Kind>(glm::vec3(0.0f), 0.0f);
 }
 
 /// Directional albedos for a viewer at some azimuth. @param cosine  to the shading normal

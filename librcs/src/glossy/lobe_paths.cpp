@@ -104,7 +104,8 @@ void LobePaths::shade(const LobePath& path, int lane, const HitSurface& hit, glm
         add_cached(light_.albedo(plain, glm::dot(hit.point.shading_normal, outgoing)), hit.point);
         return;
     }
-    const Bsdf bsdf = light_.exact_bsdf(w.packet, lane, hit, cone_width);
+    const MaterialValues surface = light_.values(w.packet, lane, hit, cone_width);
+    const Bsdf& bsdf = surface.bsdf;
     const HitLobes lobes(bsdf, outgoing, path.width);
     SurfacePoint bent = hit.point;
     bent.shading_normal = bsdf.normal;

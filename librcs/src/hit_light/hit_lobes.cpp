@@ -87,13 +87,11 @@ HitLobes::Onward HitLobes::sample(glm::vec3 throughput, RandomStream& random) co
 bool has_narrow_lobes(const Scene& scene)
 {
     return std::any_of(scene.materials.begin(), scene.materials.end(), [](const Material& m) {
-        bool any = false;
-        for_each_kind([&](auto kind, std::uint8_t) {
+        return any_kind([&](auto kind) {
             const auto most = [](const TextureSlot&, int) { return 1.0f; };
             const auto least = [](const TextureSlot& slot, int) { return slot.used() ? 0.0f : 1.0f; };
-            any = any || (kind.may_be(m, most) && kind.width(m, least) < kNoRaysAlpha);
+            return kind.may_be(m, most) && kind.width(m, least) < kNoRaysAlpha;
         });
-        return any;
     });
 }
 

@@ -121,15 +121,11 @@ float HitRadiance::density_of_lamp(const SurfacePoint& origin, const HitPacket& 
                : 0.0f;
 }
 
-Bsdf HitRadiance::exact_bsdf(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const
+MaterialValues HitRadiance::widened_values(const HitPacket& packet, int lane, const HitSurface& hit,
+                                           float cone_width) const
 {
-    return values(packet, lane, hit, cone_width).bsdf;
-}
-
-Bsdf HitRadiance::bsdf(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const
-{
-    Bsdf result = exact_bsdf(packet, lane, hit, cone_width);
-    for (std::uint32_t i = 0; i < result.count; ++i) result.lobe[i] = widened_at_hit(result.lobe[i]);
+    MaterialValues result = values(packet, lane, hit, cone_width);
+    for (std::uint32_t i = 0; i < result.bsdf.count; ++i) widen_at_hit(result.bsdf.lobe[i]);
     return result;
 }
 

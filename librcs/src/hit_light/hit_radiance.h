@@ -93,10 +93,10 @@ public:
     /// sun over walls sends that all one way: taken for diffuse, Sponza's floor came out a tenth too dark.
     glm::vec3 reflectance(const PlainHit& hit, glm::vec3 normal, glm::vec3 outgoing, glm::vec3 incoming) const;
 
-    /// How any other surface reflects towards the origin of a packet's ray, as it is, and with lobes
-    /// widened_at_hit(). @param hit  complete
-    Bsdf exact_bsdf(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;
-    Bsdf bsdf(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;
+    /// What any other surface is towards the origin of a packet's ray, as it is, and with lobes after widen_at_hit().
+    /// @param hit  complete
+    MaterialValues values(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;
+    MaterialValues widened_values(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;
     /// Light that has been reflected before, for it. @param outgoing  unit, towards the ray's origin
     glm::vec3 indirect(const SurfacePoint& point, const Bsdf& bsdf, glm::vec3 outgoing, RandomStream& random) const;
     /// The direct part for it. @param outgoing  unit, towards the ray's origin
@@ -105,7 +105,6 @@ public:
                 const Add& add) const;
 
 private:
-    MaterialValues values(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;
     glm::vec3 base_color(const PlainHit& hit) const;
 
     const RayScene& rays_;

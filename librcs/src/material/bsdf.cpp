@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "util/multiversion.h"
+
 namespace rcs {
 namespace {
 
@@ -15,75 +17,106 @@ float mean(glm::vec3 c) { return (c.r + c.g + c.b) * (1.0f / 3.0f); }
 
 /// A lobe as if nothing lay above it.
 template <typename Kind>
-void look_at(Kind kind, const Bsdf& b, std::uint32_t lobe, glm::vec3 outgoing, LobeView& v)
+RCS_ALWAYS_INLINE LobeView look_at(Kind kind, const Bsdf& b, std::uint32_t lobe, glm::vec3 outgoing)
 {
+    LobeView v;
     v.lobe = &b.lobe[lobe];
     v.normal = b.normal;
     v.outgoing = outgoing;
     v.cosine = std::clamp(glm::dot(b.normal, outgoing), kLeastCosine, 1.0f);
     v.gain = glm::vec3(1.0f);
     kind.see(v);
+    return v;
 }
 
-/// The lobes of a set as one viewer sees them, the layers' shares multiplied in.
-struct Layers {
-    LobeView view[kMostLobes];
-    float total = 0.0f;  ///< of the shares
+/// Calls visit(kind, number of the lobe, its view) for the lobes of a set from the top, the layers' shares multiplied
+/// in. Part of its caller: what that does not read of a view is not computed.
+template <typename Visit>
+RCS_ALWAYS_INLINE void for_each_view(const Bsdf& b, glm::vec3 outgoing, LobeSet set, const Visit& visit)
+{
+    const LobeSet lobes = set & ((1u << b.count) - 1u);
+    glm::vec3 left[kMostLobes];  // by each layer so far
+    std::uint32_t layers = 0;
+    // Layers count even if they are not in the set, unless nothing of it lies below them.
+    for (std::uint32_t i = 0; lobes >> i != 0u; ++i) {
+        with_kind(b.lobe[i].kind, [&](auto kind) {
+            LobeView v = look_at(kind, b, i, outgoing);
+            const std::uint32_t above = layers;
+            if (kind.covers) left[layers++] = kind.leaves(v);
+            if (!has(lobes, i)) return;
+            for (std::uint32_t layer = above; layer-- > 0;) v.lies_below(left[layer]);
+            v.share = mean(v.albedo);
+            visit(kind, i, v);
+        });
+    }
+}
 
-    Layers(const Bsdf& b, glm::vec3 outgoing, LobeSet set)
+/// Whether a lobe scatters that way at all.
+template <typename Kind>
+bool takes_part(Kind kind, const Bsdf& b, const ScatterPair& pair)
+{
+    return kind.transmits == pair.transmitted && (kind.is_diffuse || glm::dot(b.normal, pair.outgoing) > 0.0f);
+}
+
+/// Part of its caller, as for_each_view(). @param pair  valid
+RCS_ALWAYS_INLINE Scattering scattering(const Bsdf& b, LobeSet set, const ScatterPair& pair)
+{
+    glm::vec3 value[kMostLobes];
+    float density[kMostLobes], total = 0.0f;
+    std::uint32_t count = 0;
+    for_each_view(b, pair.outgoing, set, [&](auto kind, std::uint32_t, const LobeView& view) {
+        Scattering s;
+        if (takes_part(kind, b, pair)) kind.add(view, pair, s);
+        value[count] = s.value;
+        density[count++] = s.density;
+        total += view.share;
+    });
+    Scattering sum;
+    while (count-- > 0) {
+        sum.value += value[count];
+        sum.density += density[count];
+    }
+    sum.density = total > 0.0f ? sum.density / total : 0.0f;
+    return sum;
+}
+
+/// The lobes of a set as one viewer sees them.
+struct Views {
+    LobeView view[kMostLobes];  // of those in the set
+    float total = 0.0f;         ///< of the shares
+
+    Views(const Bsdf& b, glm::vec3 outgoing, LobeSet set)
     {
-        const LobeSet lobes = set & ((1u << b.count) - 1u);
-        for (std::uint32_t i = b.count; i-- > 0;) {
-            // Layers count even if they are not in the set, unless nothing of it lies below them.
-            if (lobes >> i == 0u) continue;
-            LobeView& v = view[i];
-            with_kind(b.lobe[i].kind, [&](auto kind) {
-                look_at(kind, b, i, outgoing, v);
-                if (!kind.covers) return;
-                const glm::vec3 left = kind.leaves(v);
-                for (std::uint32_t below = i + 1; below < b.count; ++below)
-                    if (lobes >> below != 0u) view[below].lies_below(left);
-            });
-        }
-        for (std::uint32_t i = 0; i < b.count; ++i) {
-            if (!has(lobes, i)) continue;
-            view[i].share = mean(view[i].albedo);
-            total += view[i].share;
-        }
+        for_each_view(b, outgoing, set, [&](auto, std::uint32_t lobe, const LobeView& seen) {
+            view[lobe] = seen;
+            total += seen.share;
+        });
     }
 };
 
-Scattering scattering(const Bsdf& b, const Layers& layers, LobeSet set, const ScatterPair& pair)
+/// @param views  of the same set
+Scattering scattering(const Bsdf& b, const Views& views, LobeSet set, const ScatterPair& pair)
 {
     Scattering s;
-    const bool viewer_above = glm::dot(b.normal, pair.outgoing) > 0.0f;
     for (std::uint32_t i = b.count; i-- > 0;) {
         if (!has(set, i)) continue;
         with_kind(b.lobe[i].kind, [&](auto kind) {
-            if (kind.transmits == pair.transmitted && (kind.is_diffuse || viewer_above))
-                kind.add(layers.view[i], pair, s);
+            if (takes_part(kind, b, pair)) kind.add(views.view[i], pair, s);
         });
     }
-    s.density = layers.total > 0.0f ? s.density / layers.total : 0.0f;
+    s.density /= views.total;
     return s;
 }
 
-Scattering scattering(const Bsdf& b, LobeSet set, glm::vec3 outgoing, glm::vec3 incoming)
-{
-    const ScatterPair pair(b.normal, b.geometric_normal, outgoing, incoming);
-    if (!pair.valid) return {};
-    return scattering(b, Layers(b, outgoing, set), set, pair);
-}
-
 /// The lobe that a number in [0, total) falls to: what reflects from the bottom, then what transmits.
-std::uint32_t pick(const Bsdf& b, const Layers& layers, LobeSet set, float rest)
+std::uint32_t pick(const Bsdf& b, const Views& views, LobeSet set, float rest)
 {
     std::uint32_t picked = 0;
     for (const bool through : {false, true}) {
         for (std::uint32_t i = b.count; i-- > 0;) {
-            if (!has(set, i) || transmits(b.lobe[i]) != through || !(layers.view[i].share > 0.0f)) continue;
+            if (!has(set, i) || transmits(b.lobe[i]) != through || !(views.view[i].share > 0.0f)) continue;
             picked = i;
-            if ((rest -= layers.view[i].share) < 0.0f) return picked;
+            if ((rest -= views.view[i].share) < 0.0f) return picked;
         }
     }
     return picked;
@@ -112,39 +145,40 @@ float narrowest(const Bsdf& bsdf, LobeSet set)
 glm::vec3 left_below(const Bsdf& bsdf, std::uint32_t lobe, glm::vec3 outgoing)
 {
     return with_kind(bsdf.lobe[lobe].kind, [&](auto kind) {
-        if (!kind.covers) return glm::vec3(1.0f);
-        LobeView view;
-        look_at(kind, bsdf, lobe, outgoing, view);
-        return glm::vec3(kind.leaves(view));
+        return kind.covers ? glm::vec3(kind.leaves(look_at(kind, bsdf, lobe, outgoing))) : glm::vec3(1.0f);
     });
 }
 
 glm::vec3 albedo(const Bsdf& bsdf, glm::vec3 outgoing, LobeSet lobes)
 {
-    const Layers layers(bsdf, outgoing, lobes);
+    glm::vec3 of_lobe[kMostLobes];
+    std::uint32_t count = 0;
+    for_each_view(bsdf, outgoing, lobes,
+                  [&](auto, std::uint32_t, const LobeView& view) { of_lobe[count++] = view.albedo; });
     glm::vec3 sum(0.0f);
-    for (std::uint32_t i = bsdf.count; i-- > 0;)
-        if (has(lobes, i)) sum += layers.view[i].albedo;
+    while (count-- > 0) sum += of_lobe[count];
     return sum;
 }
 
 glm::vec3 evaluate(const Bsdf& bsdf, glm::vec3 outgoing, glm::vec3 incoming, LobeSet lobes)
 {
-    return scattering(bsdf, lobes, outgoing, incoming).value;
+    const ScatterPair pair(bsdf.normal, bsdf.geometric_normal, outgoing, incoming);
+    return pair.valid ? scattering(bsdf, lobes, pair).value : glm::vec3(0.0f);
 }
 
 float density(const Bsdf& bsdf, glm::vec3 outgoing, glm::vec3 incoming, LobeSet lobes)
 {
-    return scattering(bsdf, lobes, outgoing, incoming).density;
+    const ScatterPair pair(bsdf.normal, bsdf.geometric_normal, outgoing, incoming);
+    return pair.valid ? scattering(bsdf, lobes, pair).density : 0.0f;
 }
 
 BsdfSample sample(const Bsdf& bsdf, glm::vec3 outgoing, float choice, glm::vec2 u, LobeSet lobes)
 {
     const float cosine_o = glm::dot(bsdf.normal, outgoing);
-    const Layers layers(bsdf, outgoing, lobes);
+    const Views views(bsdf, outgoing, lobes);
     BsdfSample result;
-    if (!(layers.total > 0.0f)) return result;
-    const LobeView& view = layers.view[pick(bsdf, layers, lobes, choice * layers.total)];
+    if (!(views.total > 0.0f)) return result;
+    const LobeView& view = views.view[pick(bsdf, views, lobes, choice * views.total)];
     const bool is_drawn = with_kind(view.lobe->kind, [&](auto kind) {
         if (!kind.is_diffuse && !(cosine_o > 0.0f)) return false;
         result.alpha = view.lobe->alpha;
@@ -157,7 +191,7 @@ BsdfSample sample(const Bsdf& bsdf, glm::vec3 outgoing, float choice, glm::vec2 
     if (!is_drawn) return result;
     const ScatterPair pair(bsdf.normal, bsdf.geometric_normal, outgoing, result.incoming);
     if (!pair.valid) return result;
-    const Scattering s = scattering(bsdf, layers, lobes, pair);
+    const Scattering s = scattering(bsdf, views, lobes, pair);
     result.density = s.density;
     if (s.density > 0.0f) result.weight = s.value * (std::abs(glm::dot(bsdf.normal, result.incoming)) / s.density);
     return result;

@@ -12,14 +12,15 @@
 namespace rcs {
 
 /// One of the ways in which a surface point scatters light. What its values mean, its kind says (material/lobes/).
+/// Without initialisers: a surface has room for more lobes than it ever has.
 struct Lobe {
-    static constexpr std::uint8_t kNone = 255;
+    static constexpr std::uint8_t kNone = 0;
 
-    glm::vec3 color{0.0f};           ///< reflectance at normal incidence, or albedo
-    float level = 1.0f;              ///< reflectance at grazing incidence, or strength
-    float alpha = 1.0f;              ///< width as that of a GGX lobe, in [kLeastAlpha, 1]; 1: diffuse
-    std::uint32_t kind : 8 = kNone;  ///< place in LobeKinds
-    std::uint32_t stretch_code : 12 = 0, turn_code : 12 = 0;
+    glm::vec3 color;         ///< reflectance at normal incidence, or albedo
+    float level;             ///< reflectance at grazing incidence, or strength
+    float alpha;             ///< width as that of a GGX lobe, in [kLeastAlpha, 1]; 1: diffuse
+    std::uint32_t kind : 8;  ///< place in LobeKinds, from 1; kNone: no lobe
+    std::uint32_t stretch_code : 12, turn_code : 12;
 
     /// In [0, 1]: how much wider it is along its direction; 0: it has none.
     float stretch() const { return static_cast<float>(stretch_code) * (1.0f / 4095.0f); }

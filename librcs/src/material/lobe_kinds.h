@@ -34,26 +34,30 @@ decltype(auto) with_kind(std::uint32_t number, Visit&& visit)
 {
     if constexpr (Number + 1 == kMostLobes)
         return visit(std::tuple_element_t<Number, LobeKinds>{});
-    else if (number == Number)
+    else if (number == Number + 1)
         return visit(std::tuple_element_t<Number, LobeKinds>{});
     else
         return with_kind<Number + 1>(number, std::forward<Visit>(visit));
 }
 
-/// Calls visit(Kind{}, its number) for all kinds from the top.
+/// Calls visit(Kind{}) for all kinds from the top.
 template <typename Visit>
 void for_each_kind(Visit&& visit)
 {
-    [&]<std::size_t... Number>(std::index_sequence<Number...>) {
-        (visit(std::tuple_element_t<Number, LobeKinds>{}, static_cast<std::uint8_t>(Number)), ...);
-    }(std::make_index_sequence<kMostLobes>());
+    std::apply([&](auto... kind) { (visit(kind), ...); }, LobeKinds{});
+}
+/// Whether holds(Kind{}) for any.
+template <typename Holds>
+bool any_kind(Holds&& holds)
+{
+    return std::apply([&](auto... kind) { return (holds(kind) || ...); }, LobeKinds{});
 }
 
 template <typename Kind, std::size_t Number = 0>
 constexpr std::uint8_t number_of_kind()
 {
     if constexpr (std::is_same_v<std::tuple_element_t<Number, LobeKinds>, Kind>)
-        return static_cast<std::uint8_t>(Number);
+        return static_cast<std::uint8_t>(Number + 1);
     else
         return number_of_kind<Kind, Number + 1>();
 }
@@ -62,7 +66,7 @@ constexpr std::uint8_t number_of_kind()
 template <typename Kind>
 Lobe make_lobe(glm::vec3 color, float level = 1.0f, float width = 1.0f)
 {
-    return {color, level, width, number_of_kind<Kind>()};
+    return {color, level, width, number_of_kind<Kind>(), 0u, 0u};
 }
 
 inline bool transmits(const Lobe& lobe)
@@ -77,7 +81,6 @@ inline bool is_diffuse(const Lobe& lobe)
 {
     return with_kind(lobe.kind, [](auto kind) { return kind.is_diffuse; });
 }
-
 inline bool is_diffuse_behind(const Lobe& lobe)
 {
     return with_kind(lobe.kind, [](auto kind) { return kind.is_diffuse_behind; });
@@ -99,10 +102,11 @@ inline Lobe widened(Lobe lobe, float alpha)
     lobe.alpha = std::max(lobe.alpha, alpha);
     return lobe;
 }
-/// As wide as lobes are at hits that light is gathered from.
-inline Lobe widened_at_hit(const Lobe& lobe)
+/// Makes it as wide as lobes are at hits that light is gathered from.
+inline void widen_at_hit(Lobe& lobe)
 {
-    return widened(lobe, with_kind(lobe.kind, [&](auto kind) { return least_hit_alpha(kind.reflectance(lobe)); }));
+    if (lobe.alpha >= kLeastHitAlpha) return;
+    lobe = widened(lobe, with_kind(lobe.kind, [&](auto kind) { return least_hit_alpha(kind.reflectance(lobe)); }));
 }
 
 }  // namespace rcs

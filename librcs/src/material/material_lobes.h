@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cstdint>
-
 #include <glm/glm.hpp>
 
 #include "material/bsdf.h"
@@ -13,11 +11,8 @@ namespace rcs {
 /// Whether a material can have nothing but diffuse reflection and emission, textures or not.
 inline bool is_lambertian(const Material& m)
 {
-    bool any = false;
-    for_each_kind([&](auto kind, std::uint8_t) {
-        any = any || (!kind.is_diffuse && kind.may_be(m, [](const TextureSlot&, int) { return 1.0f; }));
-    });
-    return !any;
+    return !any_kind(
+        [&](auto kind) { return !kind.is_diffuse && kind.may_be(m, [](const TextureSlot&, int) { return 1.0f; }); });
 }
 
 /// Adds the lobes of a material. @param base_color  in [0, 1], looked up   @param look_up  as of MaterialPoint
@@ -30,10 +25,10 @@ void make_lobes(const Material& m, glm::vec3 base_color, const Lookup& look_up, 
         return;
     }
     MaterialPoint<Lookup> point(m, look_up, base_color, lets_rays_pass);
-    for_each_kind([&](auto kind, std::uint8_t number) {
+    for_each_kind([&](auto kind) {
         kind.make(point, [&](glm::vec3 color, float level, float alpha, LobeDirection direction = {}) {
-            Lobe lobe{color, level, alpha, number};
-            lobe.set_direction(direction.stretch, direction.turn);
+            Lobe lobe = make_lobe<decltype(kind)>(color, level, alpha);
+            if (direction.stretch > 0.0f) lobe.set_direction(direction.stretch, direction.turn);
             bsdf.add(lobe);
         });
     });

@@ -135,22 +135,22 @@ void Gatherer::note_sky(const HitPacket& packet, const PacketCells& cells, Hemis
     }
 }
 
-void Gatherer::shade_hit(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell,
-                         std::uint64_t key, GatherWorkspace& w) const
+RCS_ALWAYS_INLINE void Gatherer::shade_hit(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell,
+                                           std::uint64_t key, GatherWorkspace& w) const
 {
     // A stream's own counter stays far below 2^32, so no two cells share a number.
     RandomStream random(key ^ static_cast<std::uint64_t>(cell) << 32);
     if (!radiance_.is_plain(packet.instance(lane))) {
-        const Bsdf bsdf = radiance_.bsdf(packet, lane, hit, cone_width(cell, w));
+        const MaterialValues surface = radiance_.widened_values(packet, lane, hit, cone_width(cell, w));
         const glm::vec3 outgoing = -ray_direction(packet.ray, lane);
-        radiance_.direct(hit.point, bsdf, outgoing, random, [&](const Ray& ray, glm::vec3 radiance) {
+        radiance_.direct(hit.point, surface.bsdf, outgoing, random, [&](const Ray& ray, glm::vec3 radiance) {
             w.shadow.add(ray);
             ShadowedLight& light = w.lights.emplace_back();
             light.cell = cell;
             light.material = ShadowedLight::kReflected;
             light.radiance = radiance;
         });
-        if (radiance_.has_cache()) add(w.samples, cell, radiance_.indirect(hit.point, bsdf, outgoing, random));
+        if (radiance_.has_cache()) add(w.samples, cell, radiance_.indirect(hit.point, surface.bsdf, outgoing, random));
         return;
     }
     radiance_.direct(hit.point, random, [&](const Ray& ray, glm::vec3 white) {

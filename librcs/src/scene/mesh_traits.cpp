@@ -113,13 +113,13 @@ void add_lobes(const Material& m, TextureRanges& ranges, MeshTraits& t)
     const auto most = [&](const TextureSlot& slot, int channel) {
         return ranges(slot, static_cast<std::size_t>(channel)).most;
     };
-    for_each_kind([&](auto kind, std::uint8_t number) {
+    for_each_kind([&](auto kind) {
         if (!kind.may_be(m, most)) return;
         ++t.most_lobes;
         if (kind.is_diffuse) return;
         const Range width = widths(kind, m, ranges);
         for (const float alpha : {width.least, width.most}) {
-            const Lobe lobe{glm::vec3(1.0f), 1.0f, alpha, number};
+            const Lobe lobe = make_lobe<decltype(kind)>(glm::vec3(1.0f), 1.0f, alpha);
             if (lit_by_records(lobe)) t.bits |= kWideLobe;
             if (lit_by_rays(lobe) && !shows_straight(lobe)) t.bits |= kNarrowLobe;
         }
