@@ -49,10 +49,11 @@ std::vector<Case> cases()
     std::vector<Case> all;
     for (const float roughness : {0.1f, 0.35f, 0.7f, 1.0f})
         all.push_back({"sheen " + std::to_string(roughness), cloth(roughness, {0.9f, 0.8f, 1.0f})});
-    // What a narrow metal throws on others is blurred; the round lobe of that roughness is 3.5 % off here.
-    all.push_back({"brushed metal 0.15", brushed(0.15f, 0.8f), 0.05, 0.08});
-    for (const float roughness : {0.4f, 0.7f})
-        all.push_back({"brushed metal " + std::to_string(roughness), brushed(roughness, 0.8f)});
+    // What narrow metal throws on others comes in the right amount, and blurred.
+    for (const float strength : {0.0f, 0.8f})
+        for (const float roughness : {0.15f, 0.4f, 0.7f})
+            all.push_back({"metal " + std::to_string(roughness) + ", brushed " + std::to_string(strength),
+                           brushed(roughness, strength), 0.03, roughness < 0.5f ? 0.07 : 0.05});
     for (const float roughness : {0.2f, 0.8f})
         all.push_back({"leaf " + std::to_string(roughness), leaf(roughness, 0.6f)});
     all.push_back({"paper", leaf(1.0f, 1.0f)});

@@ -121,11 +121,11 @@ float HitRadiance::density_of_lamp(const SurfacePoint& origin, const HitPacket& 
                : 0.0f;
 }
 
-MaterialValues HitRadiance::widened_values(const HitPacket& packet, int lane, const HitSurface& hit,
-                                           float cone_width) const
+MaterialValues HitRadiance::widened_values(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width,
+                                           float least_alpha) const
 {
     MaterialValues result = values(packet, lane, hit, cone_width);
-    for (std::uint32_t i = 0; i < result.bsdf.count; ++i) widen_at_hit(result.bsdf.lobe[i]);
+    for (std::uint32_t i = 0; i < result.bsdf.count; ++i) widen_at_hit(result.bsdf.lobe[i], least_alpha);
     return result;
 }
 

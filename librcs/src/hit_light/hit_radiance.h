@@ -94,9 +94,10 @@ public:
     glm::vec3 reflectance(const PlainHit& hit, glm::vec3 normal, glm::vec3 outgoing, glm::vec3 incoming) const;
 
     /// What any other surface is towards the origin of a packet's ray, as it is, and with lobes after widen_at_hit().
-    /// @param hit  complete
+    /// @param hit  complete   @param least_alpha  least_hit_alpha() of the rays
     MaterialValues values(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;
-    MaterialValues widened_values(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;
+    MaterialValues widened_values(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width,
+                                  float least_alpha) const;
     /// Light that has been reflected before, for it. @param outgoing  unit, towards the ray's origin
     glm::vec3 indirect(const SurfacePoint& point, const Bsdf& bsdf, glm::vec3 outgoing, RandomStream& random) const;
     /// The direct part for it. @param outgoing  unit, towards the ray's origin

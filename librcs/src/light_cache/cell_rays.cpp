@@ -66,7 +66,7 @@ void CellRays::shade(const HitSurface& hit, int lane, std::uint64_t key, CellHit
         });
         return;
     }
-    const MaterialValues surface = radiance_.widened_values(packet_, lane, hit, cone_width);
+    const MaterialValues surface = radiance_.widened_values(packet_, lane, hit, cone_width, least_hit_alpha(kRays));
     const Bsdf& bsdf = surface.bsdf;
     const glm::vec3 outgoing = -ray_direction(packet_.ray, lane);
     result.reflectance = weight * total_albedo(bsdf, outgoing);

@@ -21,14 +21,21 @@ inline constexpr float kStraightAlpha = 0.01f;
 /// lights), and wider ones better; narrower lobes are ray traced per pixel. 0.3 is a roughness of 0.55.
 inline constexpr float kLeastRecordAlpha = 0.3f;
 
-/// At hits lobes of perfect reflectance are at least so wide: what narrower ones do with small lamps, a few hundred
-/// rays would see as single bright dots (path space regularisation: Kaplanyan and Dachsbacher 2013).
+/// At hits lobes of perfect reflectance are at least so wide: what narrower ones do with small lamps, a hundred rays
+/// would see as single bright dots (path space regularisation: Kaplanyan and Dachsbacher 2013).
 inline constexpr float kLeastHitAlpha = 0.3f;
-/// Of a lobe with this reflectance at normal incidence: a lobe's peak grows as that over its width squared, and no peak
-/// is to be higher. So a dielectric's lobe stays as it is down to a roughness of 0.25.
-inline float least_hit_alpha(glm::vec3 reflectance)
+/// The same where so many rays look together. The dots' noise is as 1 over the width and the root of the number; with
+/// the fourth root of the number, down to half the width, both that noise and the light that is thrown elsewhere fall.
+inline float least_hit_alpha(int rays)
 {
-    return kLeastHitAlpha * std::sqrt(std::max({reflectance.x, reflectance.y, reflectance.z}));
+    constexpr float kFewRays = 128.0f;
+    return kLeastHitAlpha * std::clamp(std::sqrt(std::sqrt(kFewRays / static_cast<float>(rays))), 0.5f, 1.0f);
+}
+/// The same of a lobe with this reflectance at normal incidence: a lobe's peak grows as that over its width squared,
+/// and no peak is to be higher. So a dielectric's lobe stays as it is down to a roughness of 0.25 or less.
+inline float least_alpha_of(glm::vec3 reflectance, float of_perfect)
+{
+    return of_perfect * std::sqrt(std::max({reflectance.x, reflectance.y, reflectance.z}));
 }
 
 /// At hits a dielectric's lobe at least so wide is lit by all that is not a lamp as if it were diffuse.

@@ -102,11 +102,12 @@ inline Lobe widened(Lobe lobe, float alpha)
     lobe.alpha = std::max(lobe.alpha, alpha);
     return lobe;
 }
-/// Makes it as wide as lobes are at hits that light is gathered from.
-inline void widen_at_hit(Lobe& lobe)
+/// Makes it as wide as lobes are at hits that light is gathered from. @param least  least_hit_alpha() of the rays
+inline void widen_at_hit(Lobe& lobe, float least)
 {
-    if (lobe.alpha >= kLeastHitAlpha) return;
-    lobe = widened(lobe, with_kind(lobe.kind, [&](auto kind) { return least_hit_alpha(kind.reflectance(lobe)); }));
+    if (lobe.alpha >= least) return;
+    lobe =
+        widened(lobe, with_kind(lobe.kind, [&](auto kind) { return least_alpha_of(kind.reflectance(lobe), least); }));
 }
 
 }  // namespace rcs

@@ -141,7 +141,8 @@ RCS_ALWAYS_INLINE void Gatherer::shade_hit(const HitPacket& packet, int lane, co
     // A stream's own counter stays far below 2^32, so no two cells share a number.
     RandomStream random(key ^ static_cast<std::uint64_t>(cell) << 32);
     if (!radiance_.is_plain(packet.instance(lane))) {
-        const MaterialValues surface = radiance_.widened_values(packet, lane, hit, cone_width(cell, w));
+        const MaterialValues surface =
+            radiance_.widened_values(packet, lane, hit, cone_width(cell, w), w.least_hit_alpha);
         const glm::vec3 outgoing = -ray_direction(packet.ray, lane);
         radiance_.direct(hit.point, surface.bsdf, outgoing, random, [&](const Ray& ray, glm::vec3 radiance) {
             w.shadow.add(ray);
@@ -223,6 +224,7 @@ void Gatherer::trace(const Birth& birth, const HemisphereGrid& grid, const Basis
     const glm::vec2 shift(random.next(), random.next());
     // A cell spans pi / (M N cos theta) of solid angle.
     w.cell_width = std::sqrt(std::numbers::pi_v<float> / static_cast<float>(grid.cells));
+    w.least_hit_alpha = least_hit_alpha(grid.cells);
     hemisphere_directions(grid, shift, w.x.data(), w.y.data(), w.z.data());
     w.shadow.clear();
     w.lights.clear();

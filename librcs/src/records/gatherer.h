@@ -47,7 +47,8 @@ struct GatherWorkspace {
     std::vector<ShadowedLight> lights;  ///< what each shadow ray brings if it is free
     HemisphereSamples samples;
     RadianceSums radiance;
-    float cell_width = 0.0f;  ///< side of a cell's solid angle where the cosine is 1 [sqrt(sr)]
+    float cell_width = 0.0f;       ///< side of a cell's solid angle where the cosine is 1 [sqrt(sr)]
+    float least_hit_alpha = 0.0f;  ///< of lobes that the cells' rays hit
     std::uint64_t hemisphere_rays = 0;
     std::uint64_t shadow_rays = 0;
 
