@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "lamps/light_tree.h"
-#include "rays/hit_surface.h"
 #include "rays/ray_scene_impl.h"
 #include "rays/surface.h"
 #include "rays/surface_material.h"
@@ -42,10 +41,6 @@ glm::vec3 mean_radiance(const RayScene& rays, const EmissiveTriangle& triangle)
     return sum / 16.0f;
 }
 
-// Where a ray meets a plane is rounded a few times, by half an ulp each of how far the triangle's corners lie from the
-// ray's origin.
-constexpr float kOfDistance = kPositionRoundings * kUnitRoundoff;
-
 float longest_edge(const std::array<glm::vec3, 3>& corners)
 {
     return std::max({glm::distance(corners[0], corners[1]), glm::distance(corners[1], corners[2]),
@@ -73,7 +68,7 @@ void append_emissive_triangles(const RayScene& rays, std::uint32_t instance, con
         constexpr float kThird = 1.0f / 3.0f;
         const SurfacePoint middle = surface_at(rays, instance, primitive, kThird, kThird, -triangle.normal);
         if (!middle.front) triangle.normal = -triangle.normal;
-        triangle.error = middle.position_error + kOfDistance * longest_edge(corners);
+        triangle.error = middle.position_error + kPlaneRounding * longest_edge(corners);
         triangle.radiance = material.emission;
         triangle.double_sided = material.double_sided;
         triangle.instance = instance;
@@ -161,17 +156,6 @@ bool lies_on_plane(const EmissiveTriangle& triangle, const SurfacePoint& point)
 {
     const float height = std::abs(glm::dot(triangle.normal, triangle.corner[0] - point.position));
     return height <= 2.0f * point.position_error + triangle.error;
-}
-
-Ray shadow_ray_to(const EmissiveTriangle& triangle, const SurfacePoint& point, glm::vec3 to_lamp)
-{
-    const float off = triangle.error + kOfDistance * glm::length(to_lamp);
-    const glm::vec3 lift = (glm::dot(triangle.normal, to_lamp) < 0.0f ? off : -off) * triangle.normal;
-    Ray ray = ray_from(point, to_lamp);
-    const glm::vec3 way = to_lamp + lift - (ray.origin - point.position);
-    ray.t_max = glm::length(way);
-    ray.direction = ray.t_max > 0.0f ? way / ray.t_max : glm::normalize(to_lamp);
-    return ray;
 }
 
 PunctualLamp::PunctualLamp(const PunctualLight& light)

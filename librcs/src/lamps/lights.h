@@ -6,6 +6,7 @@
 
 #include <glm/glm.hpp>
 
+#include "rays/hit_surface.h"
 #include "rays/surface.h"
 #include "rcs/effect_plan.h"
 #include "rcs/ray_scene.h"
@@ -15,6 +16,10 @@ namespace rcs {
 
 class Environment;
 class LightTree;
+
+/// Where a ray meets a plane is rounded a few times, by half an ulp each of how far the triangle's corners lie from the
+/// ray's origin: the error of such a place in parts of that distance.
+inline constexpr float kPlaneRounding = kPositionRoundings * kUnitRoundoff;
 
 /// A triangle that emits, as light sampling sees it. Scene space.
 struct EmissiveTriangle {
@@ -72,7 +77,16 @@ bool lies_on_plane(const EmissiveTriangle& triangle, const SurfacePoint& point);
 /// A ray from a surface to a point on a triangle that does not meet the triangle itself. Both ends are moved off their
 /// own surface, and the ray goes from one to the other: along the old direction it would pass the plane of a lamp that
 /// it grazes. @param to_lamp  from `point` to there
-Ray shadow_ray_to(const EmissiveTriangle& triangle, const SurfacePoint& point, glm::vec3 to_lamp);
+inline Ray shadow_ray_to(const EmissiveTriangle& triangle, const SurfacePoint& point, const glm::vec3& to_lamp)
+{
+    const float off = triangle.error + kPlaneRounding * glm::length(to_lamp);
+    const glm::vec3 lift = (glm::dot(triangle.normal, to_lamp) < 0.0f ? off : -off) * triangle.normal;
+    Ray ray = ray_from(point, to_lamp);
+    const glm::vec3 way = to_lamp + lift - (ray.origin - point.position);
+    ray.t_max = glm::length(way);
+    ray.direction = ray.t_max > 0.0f ? way / ray.t_max : glm::normalize(to_lamp);
+    return ray;
+}
 
 /// What a punctual light does at a point: irradiance on a plane that faces it, the unit direction
 /// towards it, and how far it is (+inf for directional). Irradiance is 0 outside range or cone.
