@@ -30,10 +30,12 @@ std::uint64_t peak_memory()
     return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024u;  // Linux counts in KiB
 }
 
+std::uint64_t record_rays(const RecordStats& stats) { return stats.hemisphere_rays + stats.shadow_rays + stats.looks; }
+
 std::uint64_t all_rays(const RenderStats& stats)
 {
-    return stats.records.hemisphere_rays + stats.records.shadow_rays + stats.direct_shadow_rays +
-           stats.light_cache.rays + stats.light_cache.shadow_rays + stats.traced.rays + stats.traced.shadow_rays;
+    return record_rays(stats.records) + stats.direct_shadow_rays + stats.light_cache.rays +
+           stats.light_cache.shadow_rays + stats.traced.rays + stats.traced.shadow_rays;
 }
 
 double seconds_of(const RunReport& report, const std::string& stage)
@@ -57,15 +59,13 @@ void add_render(Json& json, const RunReport& report)
     json["records"] = stats.records.records;
     json["waves"] = stats.records.waves;
     json["refined_records"] = stats.records.refined;
+    json["lit_points"] = stats.records.lit_points;
     json["unserved_pixels"] = stats.unserved_pixels;
-    json["rays"] = {{"hemisphere", stats.records.hemisphere_rays},
-                    {"refining", stats.records.refining_rays},
-                    {"hemisphere_shadow", stats.records.shadow_rays},
-                    {"direct_shadow", stats.direct_shadow_rays},
-                    {"lobe", stats.traced.rays},
+    json["rays"] = {{"hemisphere", stats.records.hemisphere_rays},    {"refining", stats.records.refining_rays},
+                    {"hemisphere_shadow", stats.records.shadow_rays}, {"look", stats.records.looks},
+                    {"direct_shadow", stats.direct_shadow_rays},      {"lobe", stats.traced.rays},
                     {"lobe_shadow", stats.traced.shadow_rays}};
-    json["record_rays_per_second"] =
-        per(static_cast<double>(stats.records.hemisphere_rays + stats.records.shadow_rays), record_seconds);
+    json["record_rays_per_second"] = per(static_cast<double>(record_rays(stats.records)), record_seconds);
     if (stats.light_cache.cells > 0) {
         json["light_cache"] = {{"cells", stats.light_cache.cells}, {"links", stats.light_cache.links},
                                {"rays", stats.light_cache.rays},   {"shadow_rays", stats.light_cache.shadow_rays},
@@ -113,14 +113,17 @@ std::string short_count(std::uint64_t count) { return short_count(static_cast<do
 void append_render(std::string& text, const RunReport& report)
 {
     const RenderStats& stats = *report.render;
-    const auto record_rays = static_cast<double>(stats.records.hemisphere_rays + stats.records.shadow_rays);
+    const auto of_records = static_cast<double>(record_rays(stats.records));
     append(text, "records  %s in %s waves; %s in noisy places took %s more rays\n",
            short_count(stats.records.records).c_str(), short_count(stats.records.waves).c_str(),
            short_count(stats.records.refined).c_str(), short_count(stats.records.refining_rays).c_str());
     append(text, "rays     %s: hemisphere %s, its shadows %s, direct shadows %s; records shoot %s a second\n",
            short_count(all_rays(stats)).c_str(), short_count(stats.records.hemisphere_rays).c_str(),
            short_count(stats.records.shadow_rays).c_str(), short_count(stats.direct_shadow_rays).c_str(),
-           short_count(per(record_rays, seconds_of(report, "records"))).c_str());
+           short_count(per(of_records, seconds_of(report, "records"))).c_str());
+    if (stats.records.lit_points > 0)
+        append(text, "looks    %s at %s lit points: there records look for light, besides where their rays lead\n",
+               short_count(stats.records.looks).c_str(), short_count(stats.records.lit_points).c_str());
     const double pixels = per(static_cast<double>(stats.splats.samples), static_cast<double>(stats.splats.splats));
     if (stats.light_cache.cells > 0) {
         append(text, "bounces  %s cells, %s links from %s rays, their shadows %s\n",

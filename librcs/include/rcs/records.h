@@ -69,17 +69,25 @@ struct RecordStats {
     std::uint64_t records = 0;
     std::uint64_t hemisphere_rays = 0;
     std::uint64_t shadow_rays = 0;
+    std::uint64_t looks = 0;       ///< shadow rays of records to lit points
+    std::uint64_t lit_points = 0;  ///< that records look at; 0: rays alone find their light
     std::uint64_t waves = 0;
     std::uint64_t refined = 0;        ///< records that got more rays because their neighbourhood was noisy
-    std::uint64_t refining_rays = 0;  ///< those rays, also part of hemisphere_rays
+    std::uint64_t refining_rays = 0;  ///< those rays and looks, also part of the others
 };
+
+/// Where gathers look for light besides where their rays lead: made by the renderer for a view (method.md).
+class GatherGuide;
 
 /// What gather rays see: the scene, and on its surfaces the light of later bounces.
 struct LitScene {
     const RayScene& rays;
     const LightCache* cache;  ///< of RecordSettings::bounces - 1 bounces, where that is more than 0; else unused
+    GatherGuide* guide;       ///< tells gathers where to look; null: they look everywhere
 
-    LitScene(const RayScene& r, const LightCache* c = nullptr) : rays(r), cache(c) {}
+    LitScene(const RayScene& r, const LightCache* c = nullptr, GatherGuide* g = nullptr) : rays(r), cache(c), guide(g)
+    {
+    }
 };
 
 /// Gathers one record at each of the given visible points.

@@ -93,10 +93,13 @@ HitRadiance::HitRadiance(const RayScene& rays, const LightCache* cache, const Ef
 MaterialValues HitRadiance::values(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const
 {
     const Hit at{packet.ray.t_max[lane], packet.u[lane], packet.v[lane], packet.instance(lane), packet.primitive[lane]};
-    const float width = hit.uv_per_length * cone_width;
+    return values(at, hit.point, -ray_direction(packet.ray, lane), hit.uv_per_length * cone_width);
+}
+
+MaterialValues HitRadiance::values(const Hit& hit, const SurfacePoint& point, glm::vec3 outgoing, float width) const
+{
     if (has_textures_) tally(Count::hit_textures);
-    return material_at(rays_, at, hit.point, -ray_direction(packet.ray, lane),
-                       {{width, 0.0f}, {0.0f, width}, !has_textures_});
+    return material_at(rays_, hit, point, outgoing, {{width, 0.0f}, {0.0f, width}, !has_textures_});
 }
 
 bool HitRadiance::may_find_light(glm::vec3 origin, glm::vec3 unit_direction) const
@@ -121,12 +124,26 @@ float HitRadiance::density_of_lamp(const SurfacePoint& origin, const HitPacket& 
                : 0.0f;
 }
 
+namespace {
+
+MaterialValues widened(MaterialValues values, float least_alpha)
+{
+    for (std::uint32_t i = 0; i < values.bsdf.count; ++i) widen_at_hit(values.bsdf.lobe[i], least_alpha);
+    return values;
+}
+
+}  // namespace
+
 MaterialValues HitRadiance::widened_values(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width,
                                            float least_alpha) const
 {
-    MaterialValues result = values(packet, lane, hit, cone_width);
-    for (std::uint32_t i = 0; i < result.bsdf.count; ++i) widen_at_hit(result.bsdf.lobe[i], least_alpha);
-    return result;
+    return widened(values(packet, lane, hit, cone_width), least_alpha);
+}
+
+MaterialValues HitRadiance::widened_values(const Hit& hit, const SurfacePoint& point, glm::vec3 outgoing, float width,
+                                           float least_alpha) const
+{
+    return widened(values(hit, point, outgoing, width), least_alpha);
 }
 
 glm::vec3 HitRadiance::indirect(const SurfacePoint& point, const Bsdf& bsdf, glm::vec3 outgoing,
@@ -163,8 +180,13 @@ glm::vec3 HitRadiance::albedo(const PlainHit& hit, float cosine) const
 
 glm::vec3 HitRadiance::reflectance(const PlainHit& hit, glm::vec3 normal, glm::vec3 outgoing, glm::vec3 incoming) const
 {
-    Bsdf layer = layer_[static_cast<std::size_t>(hit.material)];
-    const glm::vec3 color = base_color(hit);
+    return reflectance(hit.material, base_color(hit), normal, outgoing, incoming);
+}
+
+glm::vec3 HitRadiance::reflectance(int material, glm::vec3 color, glm::vec3 normal, glm::vec3 outgoing,
+                                   glm::vec3 incoming) const
+{
+    Bsdf layer = layer_[static_cast<std::size_t>(material)];
     if (layer.count == 0) return color;
     layer.normal = layer.geometric_normal = normal;
     return color * (1.0f - rcs::albedo(layer, outgoing, kAllLobes)) +

@@ -93,10 +93,18 @@ public:
     /// sun over walls sends that all one way: taken for diffuse, Sponza's floor came out a tenth too dark.
     glm::vec3 reflectance(const PlainHit& hit, glm::vec3 normal, glm::vec3 outgoing, glm::vec3 incoming) const;
 
+    /// The same, its base's colour known. @param normal  shading
+    glm::vec3 reflectance(int material, glm::vec3 color, glm::vec3 normal, glm::vec3 outgoing,
+                          glm::vec3 incoming) const;
+    glm::vec3 base_color(const PlainHit& hit) const;
+
     /// What any other surface is towards the origin of a packet's ray, as it is, and with lobes after widen_at_hit().
     /// @param hit  complete   @param least_alpha  least_hit_alpha() of the rays
     MaterialValues values(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;
     MaterialValues widened_values(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width,
+                                  float least_alpha) const;
+    /// The latter, wherever. @param outgoing  unit   @param width  of the texture filter
+    MaterialValues widened_values(const Hit& hit, const SurfacePoint& point, glm::vec3 outgoing, float width,
                                   float least_alpha) const;
     /// Light that has been reflected before, for it. @param outgoing  unit, towards the ray's origin
     glm::vec3 indirect(const SurfacePoint& point, const Bsdf& bsdf, glm::vec3 outgoing, RandomStream& random) const;
@@ -106,7 +114,7 @@ public:
                 const Add& add) const;
 
 private:
-    glm::vec3 base_color(const PlainHit& hit) const;
+    MaterialValues values(const Hit& hit, const SurfacePoint& point, glm::vec3 outgoing, float width) const;
 
     const RayScene& rays_;
     const Scene& scene_;

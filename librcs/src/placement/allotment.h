@@ -6,6 +6,12 @@
 
 namespace rcs {
 
+/// Noise falls as rays^-kNoiseFall, faster than by chance: rays are strata of a hemisphere, and finer ones follow its
+/// edges better (measured in sponza, sibenik and castle, from 64 to 4,000 rays).
+inline constexpr float kNoiseFall = 0.7f;
+/// By chance alone, where most of them are looks at lit points.
+inline constexpr float kLooksFall = 0.5f;
+
 /// What of a picture's error hangs on one record, as a splat of all of them shows it.
 struct RecordShare {
     float area = 0.0f;    ///< of the picture that it makes, less where it is too dark to be seen [px]
@@ -14,13 +20,11 @@ struct RecordShare {
     float spread = 0.0f;  ///< error of the first-order expansions around it, relative
     float rays = 1.0f;    ///< that it has been gathered with
     float count = 1.0f;   ///< of records that are like this one, each with this area and these rays
+    float fall = kNoiseFall;  ///< its noise goes with rays^-fall
 };
 
-/// Noise falls as rays^-kNoiseFall, faster than by chance: rays are strata of a hemisphere, and finer ones follow its
-/// edges better (measured in sponza, sibenik and castle, from 64 to 4,000 rays).
-inline constexpr float kNoiseFall = 0.7f;
 /// Of the splat's mean around a record that has so many rays.
-inline float noise_with(const RecordShare& share, float rays) { return share.single * std::pow(rays, -kNoiseFall); }
+inline float noise_with(const RecordShare& share, float rays) { return share.single * std::pow(rays, -share.fall); }
 inline float noise_of(const RecordShare& share) { return noise_with(share, share.rays); }
 
 /// The rays that a record is to have: as (area * single)^0.7. The mean error, sum area * noise, is least for the

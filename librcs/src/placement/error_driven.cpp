@@ -66,6 +66,7 @@ public:
 private:
     bool step(const StepLimits& to);
     double rays_to(double error) const;
+    std::uint64_t gathered() const { return stats_.hemisphere_rays + stats_.looks; }
     void look();
     void note_seconds_per_ray(Clock::time_point start, std::uint64_t rays)
     {
@@ -136,7 +137,7 @@ std::vector<RecordShare> Steering::share_out() const
 {
     const std::vector<float> around = placement_.noise();
     const std::span<const Record> records = std::as_const(placement_).records();
-    const float to_single = std::pow(static_cast<float>(placement_.rays()), kNoiseFall);
+    const float to_single = std::pow(static_cast<float>(placement_.rays()), placement_.noise_fall());
     const float dark = static_cast<float>(kRelativeErrorFloor * errors_.mean);
     std::vector<RecordShare> shares(records.size());
     for (std::size_t k = 0; k < shares.size(); ++k) {
@@ -150,6 +151,7 @@ std::vector<RecordShare> Steering::share_out() const
         shares[k].single = to_single * around[k];
         shares[k].spread = map_.spread[pixel];
         shares[k].rays = static_cast<float>(r.rays);
+        shares[k].fall = placement_.noise_fall();
     }
     return shares;
 }
@@ -160,7 +162,7 @@ std::vector<RecordShare> Steering::share_out() const
 void Steering::overture(double most_seconds, double target)
 {
     const Clock::time_point start = Clock::now();
-    const std::uint64_t before = stats_.hemisphere_rays;
+    const std::uint64_t before = gathered();
     float& reach = placement_.options().min_reach;
     const float closest = reach;
     if (most_seconds > 0.0) reach = placement_.options().max_reach;
@@ -169,7 +171,7 @@ void Steering::overture(double most_seconds, double target)
         reach = std::max(closest, 0.5f * reach);
         placement_.fill();
     }
-    note_seconds_per_ray(start, std::max<std::uint64_t>(1, stats_.hemisphere_rays - before));
+    note_seconds_per_ray(start, std::max<std::uint64_t>(1, gathered() - before));
     look();
     scale_shares(true);
     const double error = kStep * errors_.total;
@@ -221,7 +223,7 @@ void Steering::sharpen(double part)
 void Steering::refine(const Allotment& allotment)
 {
     const Clock::time_point start = Clock::now();
-    const std::uint64_t before = stats_.hemisphere_rays;
+    const std::uint64_t before = gathered();
     const float gather = static_cast<float>(placement_.rays());
     std::vector<int> extra;
     extra.reserve(shares_.size());
@@ -229,7 +231,7 @@ void Steering::refine(const Allotment& allotment)
         extra.push_back(static_cast<int>(std::lround((rays_at(s, allotment.level, kMostRays) - s.rays) / gather)));
     placement_.refine(extra);
     for (std::size_t k = 0; k < shares_.size(); ++k) shares_[k].rays += static_cast<float>(extra[k]) * gather;
-    const std::uint64_t rays = stats_.hemisphere_rays - before;
+    const std::uint64_t rays = gathered() - before;
     if (rays > 0) note_seconds_per_ray(start, rays);
 }
 

@@ -52,7 +52,7 @@ double bring_closer(std::vector<RecordShare>& shares, const std::vector<float>& 
         s.spread *= std::pow(density[k], -kFallsShort * static_cast<float>(kSpreadFall));
         s.area *= old;
         s.count *= density[k];
-        s.rays = noise > 0.0f ? std::pow(s.single / noise, 1.0f / kNoiseFall) : s.rays;
+        s.rays = noise > 0.0f ? std::pow(s.single / noise, 1.0f / s.fall) : s.rays;
     }
     return rays;
 }

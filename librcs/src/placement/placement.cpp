@@ -165,7 +165,8 @@ void Placement::allow_closer(std::size_t k, float reach)
 
 std::vector<float> Placement::noise() const
 {
-    return noise_around(gatherer_.rays(), surfaces_, view_, options_.error_tolerance, pixels_, pool_, records_);
+    return noise_around(gatherer_.rays(), surfaces_, view_, options_.error_tolerance, pixels_, pool_, records_,
+                        noise_fall());
 }
 
 void Placement::refine(std::span<const int> extra)

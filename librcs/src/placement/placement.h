@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "placement/allotment.h"
 #include "rcs/records.h"
 #include "records/gather.h"
 #include "splat/tiles.h"
@@ -31,6 +32,8 @@ public:
     RecordSettings& options() { return options_; }
     /// Hemisphere rays of one gather.
     int rays() const { return gatherer_.rays(); }
+    /// Noise of its records goes with rays^-noise_fall().
+    float noise_fall() const { return gatherer_.looks() ? kLooksFall : kNoiseFall; }
     const TiledSurfaces& surfaces() const { return surfaces_; }
     /// The records made here, and the pixel of each.
     std::span<Record> records() { return std::span(records_).last(pixels_.size()); }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "placement/allotment.h"
 #include "util/color.h"
 
 namespace rcs {
@@ -24,20 +23,20 @@ double mean_irradiance(std::span<const Record> records)
 }
 
 /// A record's variance relative to its irradiance, had it been gathered with so many rays.
-float variance_with(const Record& r, int rays)
+float variance_with(const Record& r, int rays, float fall)
 {
-    return r.noise * r.noise * std::pow(static_cast<float>(r.rays) / static_cast<float>(rays), 2.0f * kNoiseFall);
+    return r.noise * r.noise * std::pow(static_cast<float>(r.rays) / static_cast<float>(rays), 2.0f * fall);
 }
 
-float mean_variance(std::span<const Record> records, int rays)
+float mean_variance(std::span<const Record> records, int rays, float fall)
 {
     double sum = 0.0;
-    for (const Record& r : records) sum += static_cast<double>(variance_with(r, rays));
+    for (const Record& r : records) sum += static_cast<double>(variance_with(r, rays, fall));
     return static_cast<float>(sum / static_cast<double>(records.size()));
 }
 
 /// Irradiance in units of `mean`, and its variance, in the place of two colours, so that a splat averages them.
-std::vector<Record> as_noise_records(std::span<const Record> records, int rays, double mean)
+std::vector<Record> as_noise_records(std::span<const Record> records, int rays, float fall, double mean)
 {
     std::vector<Record> noise(records.size());
     for (std::size_t i = 0; i < records.size(); ++i) {
@@ -45,7 +44,7 @@ std::vector<Record> as_noise_records(std::span<const Record> records, int rays, 
         const float e = static_cast<float>(static_cast<double>(luminance(r.irradiance)) / mean);
         noise[i].position = r.position;
         noise[i].normal = r.normal;
-        noise[i].irradiance = {e, variance_with(r, rays) * e * e, 0.0f};
+        noise[i].irradiance = {e, variance_with(r, rays, fall) * e * e, 0.0f};
         noise[i].spacing_radius = r.spacing_radius;
         noise[i].gradient_scale = r.gradient_scale;
     }
@@ -69,16 +68,16 @@ float variance_around(const SplatBuffer& sums, std::uint32_t pixel, const Record
 
 std::vector<float> noise_around(int rays, const TiledSurfaces& surfaces, const View& view, float error_tolerance,
                                 std::span<const std::uint32_t> pixels, ThreadPool& pool,
-                                std::span<const Record> records)
+                                std::span<const Record> records, float fall)
 {
     std::vector<float> around(pixels.size(), 0.0f);
     const double mean = pixels.empty() ? 0.0 : mean_irradiance(records);
     if (!(mean > 0.0)) return around;
-    const std::vector<Record> noise = as_noise_records(records, rays, mean);
+    const std::vector<Record> noise = as_noise_records(records, rays, fall, mean);
     SplatStats uncounted;
     const SplatBuffer sums = splat_tiles(noise, surfaces, view, {error_tolerance, kNeighbourhood}, pool, uncounted);
     const std::size_t first = records.size() - pixels.size();
-    const float typical = mean_variance(records, rays);
+    const float typical = mean_variance(records, rays, fall);
     for (std::size_t i = 0; i < pixels.size(); ++i)
         around[i] = std::sqrt(variance_around(sums, pixels[i], noise[first + i], typical));
     return around;

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "placement/allotment.h"
 #include "rcs/records.h"
 #include "splat/tiles.h"
 
@@ -13,10 +14,11 @@ namespace rcs {
 /// been gathered with `rays` rays. A record is judged by its neighbours alone. By its own standard error it would get
 /// more rays when it happens to have seen a rare bright spot and fewer when it missed it; what it missed would stay,
 /// and the mean would be biased.
-/// @param records  all so far   @param pixels  where the newest of them were made   @return one for each of `pixels`
+/// @param records  all so far   @param pixels  where the newest of them were made
+/// @param fall  their noise goes with rays^-fall   @return one for each of `pixels`
 std::vector<float> noise_around(int rays, const TiledSurfaces& surfaces, const View& view, float error_tolerance,
                                 std::span<const std::uint32_t> pixels, ThreadPool& pool,
-                                std::span<const Record> records);
+                                std::span<const Record> records, float fall = kNoiseFall);
 
 /// The noise that a record's neighbourhood may keep, per `noise_target`: 1 where records are `widest` [px] apart, more
 /// where they are closer. The mean error of a picture falls most for its rays where a record's number of them goes with

@@ -19,8 +19,10 @@ namespace {
 
 constexpr std::size_t kBatch = 2048;  // records between two reports of progress
 
+}  // namespace
+
 /// @param sample  sets the gathers at this place apart: each has its own rays
-Birth birth_at(const GBuffer& g, std::uint32_t pixel, std::uint64_t seed, std::uint64_t sample = 0)
+Birth birth_at(const GBuffer& g, std::uint32_t pixel, std::uint64_t seed, std::uint64_t sample)
 {
     Birth b;
     b.position = g.scene_position(pixel);
@@ -34,8 +36,6 @@ Birth birth_at(const GBuffer& g, std::uint32_t pixel, std::uint64_t seed, std::u
     b.key = mix64(key ^ std::bit_cast<std::uint32_t>(b.position.z) ^ sample << 32);
     return b;
 }
-
-}  // namespace
 
 void add_gather(Record& record, const Record& more)
 {
@@ -56,15 +56,60 @@ void add_gather(Record& record, const Record& more)
     record.rays += more.rays;
 }
 
+namespace {
+
+// The first gather at a place also says how far the record reaches, and how its light changes: that takes so many
+// strata, or most of the rays, whatever part of them would be looks.
+constexpr int kLeastFirstStrata = 48;
+
+int looks_of(int rays, float share) { return static_cast<int>(std::lround(share * static_cast<float>(rays))); }
+
+/// @param times  so many gathers at once
+GatherSize gather_size(int rays, float share, int times)
+{
+    const int looks = looks_of(rays, share);
+    const std::int64_t strata = std::int64_t{times} * make_hemisphere_grid(rays - looks).cells;
+    return {make_hemisphere_grid(static_cast<int>(std::min<std::int64_t>(strata, kMostHemisphereRays))), times * looks};
+}
+
+GatherSize first_size(int rays, float share)
+{
+    const int looks = std::min(looks_of(rays, share), rays - std::min(kLeastFirstStrata, 3 * rays / 4));
+    return {make_hemisphere_grid(rays - looks), looks};
+}
+
+}  // namespace
+
 struct RecordGatherer::Impl {
+    GatherGuide* guide;  // may be null
     Gatherer gatherer;
-    HemisphereGrid grid;
+    int asked;    // rays of a gather
+    float share;  // of looks
+    GatherSize first, more;
     std::uint64_t seed;
+
+    Impl(const LitScene& scene, const RecordSettings& options)
+        : guide(scene.guide && scene.guide->share > 0.0f ? scene.guide : nullptr),
+          gatherer(scene.rays, options, options.bounces > 1 ? scene.cache : nullptr, guide),
+          asked(options.rays),
+          share(guide ? guide->share : 0.0f),
+          first(first_size(asked, share)),
+          more(gather_size(asked, share, 1)),
+          seed(options.seed)
+    {
+    }
+
+    /// What the workers' looks found, for those to come: only when all are done, whatever thread did which.
+    void learn(std::vector<GatherWorkspace>& workspaces) const
+    {
+        for (GatherWorkspace& w : workspaces) {
+            if (guide) guide->learn(w.looks);
+            w.looks.clear();
+        }
+    }
 };
 
-RecordGatherer::RecordGatherer(const LitScene& scene, const RecordSettings& options)
-    : impl_(new Impl{Gatherer(scene.rays, options, options.bounces > 1 ? scene.cache : nullptr),
-                     make_hemisphere_grid(options.rays), options.seed})
+RecordGatherer::RecordGatherer(const LitScene& scene, const RecordSettings& options) : impl_(new Impl(scene, options))
 {
     if (options.bounces > 1 && !scene.cache)
         throw Error(ErrorCode::bad_argument, "bounces is " + std::to_string(options.bounces) +
@@ -73,7 +118,8 @@ RecordGatherer::RecordGatherer(const LitScene& scene, const RecordSettings& opti
 
 RecordGatherer::~RecordGatherer() = default;
 
-int RecordGatherer::rays() const { return impl_->grid.cells; }
+int RecordGatherer::rays() const { return impl_->more.rays(); }
+bool RecordGatherer::looks() const { return impl_->guide != nullptr; }
 
 namespace {
 
@@ -82,6 +128,7 @@ void count(const std::vector<GatherWorkspace>& workspaces, RecordStats& stats)
     for (const GatherWorkspace& w : workspaces) {
         stats.hemisphere_rays += w.hemisphere_rays;
         stats.shadow_rays += w.shadow_rays;
+        stats.looks += w.looks_shot;
     }
 }
 
@@ -90,14 +137,15 @@ void count(const std::vector<GatherWorkspace>& workspaces, RecordStats& stats)
 std::vector<Record> RecordGatherer::gather(const GBuffer& gbuffer, const std::vector<std::uint32_t>& pixels,
                                            ThreadPool& pool, RecordStats& stats) const
 {
-    const HemisphereGrid& grid = impl_->grid;
     std::vector<Record> records(pixels.size());
-    std::vector<GatherWorkspace> workspaces(static_cast<std::size_t>(pool.size()), GatherWorkspace(grid.cells));
+    std::vector<GatherWorkspace> workspaces(static_cast<std::size_t>(pool.size()),
+                                            GatherWorkspace(impl_->first.grid.cells));
     pool.parallel_for(pixels.size(), 4, [&](std::size_t begin, std::size_t end, int thread) {
         for (std::size_t i = begin; i < end; ++i)
-            records[i] = impl_->gatherer.gather(birth_at(gbuffer, pixels[i], impl_->seed), grid,
+            records[i] = impl_->gatherer.gather(birth_at(gbuffer, pixels[i], impl_->seed), impl_->first,
                                                 workspaces[static_cast<std::size_t>(thread)]);
     });
+    impl_->learn(workspaces);
     count(workspaces, stats);
     stats.records += records.size();
     return records;
@@ -108,17 +156,15 @@ void RecordGatherer::gather_more(const GBuffer& gbuffer, std::span<const std::ui
                                  RecordStats& stats, const std::function<void(float)>& report) const
 {
     std::vector<std::size_t> wanted;  // which records get more
-    std::map<int, HemisphereGrid> grids;
+    std::map<int, GatherSize> sizes;
     for (std::size_t i = 0; i < pixels.size(); ++i) {
         if (extra[i] <= 0) continue;
         wanted.push_back(i);
-        if (!grids.contains(extra[i]))
-            grids[extra[i]] = make_hemisphere_grid(
-                static_cast<int>(std::min<std::int64_t>(std::int64_t{extra[i]} * rays(), kMostHemisphereRays)));
+        if (!sizes.contains(extra[i])) sizes[extra[i]] = gather_size(impl_->asked, impl_->share, extra[i]);
     }
     if (wanted.empty()) return;
     int most_cells = 0;
-    for (const auto& [times, grid] : grids) most_cells = std::max(most_cells, grid.cells);
+    for (const auto& [times, size] : sizes) most_cells = std::max(most_cells, size.grid.cells);
     std::vector<GatherWorkspace> workspaces(static_cast<std::size_t>(pool.size()), GatherWorkspace(most_cells));
     for (std::size_t done = 0; done < wanted.size(); done += kBatch) {
         report(static_cast<float>(done) / static_cast<float>(wanted.size()));
@@ -128,16 +174,18 @@ void RecordGatherer::gather_more(const GBuffer& gbuffer, std::span<const std::ui
                     Record& record = records[wanted[k]];
                     const Birth birth =
                         birth_at(gbuffer, pixels[wanted[k]], impl_->seed, static_cast<std::uint64_t>(record.rays));
-                    add_gather(record, impl_->gatherer.gather(birth, grids.at(extra[wanted[k]]),
+                    add_gather(record, impl_->gatherer.gather(birth, sizes.at(extra[wanted[k]]),
                                                               workspaces[static_cast<std::size_t>(thread)]));
                 }
             });
+        impl_->learn(workspaces);
     }
     RecordStats more;
     count(workspaces, more);
     stats.hemisphere_rays += more.hemisphere_rays;
     stats.shadow_rays += more.shadow_rays;
-    stats.refining_rays += more.hemisphere_rays;
+    stats.looks += more.looks;
+    stats.refining_rays += more.hemisphere_rays + more.looks;
     stats.refined += wanted.size();
 }
 

@@ -20,8 +20,10 @@ public:
     std::vector<Record> gather(const GBuffer& gbuffer, const std::vector<std::uint32_t>& pixels, ThreadPool& pool,
                                RecordStats& stats) const;
 
-    /// Hemisphere rays of one gather: options.rays, rounded to M x N strata.
+    /// Of one gather: hemisphere rays, about options.rays with the looks at lit points.
     int rays() const;
+    /// Whether some of them are looks at lit points.
+    bool looks() const;
 
     /// Gathers again at record i's pixel, with extra[i] times as many rays as rays(), other ones, and averages them
     /// into the record.

@@ -112,9 +112,11 @@ float gradient_reach(const Record& r)
 
 }  // namespace
 
-Gatherer::Gatherer(const RayScene& rays, const RecordSettings& options, const LightCache* cache)
+Gatherer::Gatherer(const RayScene& rays, const RecordSettings& options, const LightCache* cache,
+                   const GatherGuide* guide)
     : rays_(rays),
       radiance_(rays, cache, effects_or_scene(options.effects, rays)),
+      guide_(guide && guide->has_light() ? guide : nullptr),
       has_bounce_(options.bounces > 0),
       keeps_radiance_(options.radiance)
 {
@@ -135,37 +137,58 @@ void Gatherer::note_sky(const HitPacket& packet, const PacketCells& cells, Hemis
     }
 }
 
+/// What of a hit's light from lamps and sky is left to the ray, where lit points bring the rest. Where that is little,
+/// most rays are spared it and the others bring more.
+float Gatherer::rays_part(const HitPacket& packet, int lane, const HitSurface& hit, float cosine,
+                          RandomStream random) const
+{
+    constexpr float kLeastPart = 0.25f;
+    if (!guide_ || !guide_->can_be_lit(packet.instance(lane))) return 1.0f;
+    const glm::vec3 normal = hit.point.geometric_normal;
+    const float t = packet.ray.t_max[lane];
+    const float g = cosine * -glm::dot(normal, ray_direction(packet.ray, lane)) / (t * t);
+    const float bound = guide_->bound(hit.point.position, normal);
+    const float part = bound > 0.0f ? g / (g + bound) : 1.0f;
+    if (part >= kLeastPart) return part;
+    return random.next() * kLeastPart < part ? kLeastPart : 0.0f;
+}
+
 RCS_ALWAYS_INLINE void Gatherer::shade_hit(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell,
                                            std::uint64_t key, GatherWorkspace& w) const
 {
     // A stream's own counter stays far below 2^32, so no two cells share a number.
     RandomStream random(key ^ static_cast<std::uint64_t>(cell) << 32);
+    const float part =
+        rays_part(packet, lane, hit, w.z[cell], RandomStream(~key ^ static_cast<std::uint64_t>(cell) << 32));
     if (!radiance_.is_plain(packet.instance(lane))) {
         const MaterialValues surface =
             radiance_.widened_values(packet, lane, hit, cone_width(cell, w), w.least_hit_alpha);
         const glm::vec3 outgoing = -ray_direction(packet.ray, lane);
-        radiance_.direct(hit.point, surface.bsdf, outgoing, random, [&](const Ray& ray, glm::vec3 radiance) {
-            w.shadow.add(ray);
-            ShadowedLight& light = w.lights.emplace_back();
-            light.cell = cell;
-            light.material = ShadowedLight::kReflected;
-            light.radiance = radiance;
-        });
+        if (part > 0.0f)
+            radiance_.direct(hit.point, surface.bsdf, outgoing, random, [&](const Ray& ray, glm::vec3 radiance) {
+                w.shadow.add(ray);
+                ShadowedLight& light = w.lights.emplace_back();
+                light.cell = cell;
+                light.material = ShadowedLight::kReflected;
+                light.radiance = part * radiance;
+            });
         if (radiance_.has_cache()) add(w.samples, cell, radiance_.indirect(hit.point, surface.bsdf, outgoing, random));
         return;
     }
-    radiance_.direct(hit.point, random, [&](const Ray& ray, glm::vec3 white) {
-        w.shadow.add(ray);
-        // Filled in place: a copy would read back in one piece what has just been written in several, and wait for it.
-        ShadowedLight& light = w.lights.emplace_back();
-        light.cell = cell;
-        light.material = hit.point.material;
-        light.radiance = white;
-        light.uv = hit.point.uv;
-        light.uv_per_length = hit.uv_per_length;
-        light.normal = hit.point.shading_normal;
-        light.to_light = ray.direction;
-    });
+    if (part > 0.0f)
+        radiance_.direct(hit.point, random, [&](const Ray& ray, glm::vec3 white) {
+            w.shadow.add(ray);
+            // Filled in place: a copy would read back in one piece what has just been written in several, and wait for
+            // it.
+            ShadowedLight& light = w.lights.emplace_back();
+            light.cell = cell;
+            light.material = hit.point.material;
+            light.radiance = part * white;
+            light.uv = hit.point.uv;
+            light.uv_per_length = hit.uv_per_length;
+            light.normal = hit.point.shading_normal;
+            light.to_light = ray.direction;
+        });
     if (radiance_.has_cache())
         add(w.samples, cell,
             kInversePi *
@@ -258,11 +281,14 @@ std::vector<float> Gatherer::radiance(int cells, GatherWorkspace& w) const
         if (any)
             w.radiance.add(w.packets[static_cast<std::size_t>(first / kWidth)].ray, colors[0], colors[1], colors[2]);
     }
-    return w.radiance.coefficients(std::numbers::pi_v<float> / static_cast<float>(cells));
+    const float weight = std::numbers::pi_v<float> / static_cast<float>(cells);
+    add_looks(1.0f / weight, w);
+    return w.radiance.coefficients(weight);
 }
 
-Record Gatherer::gather(const Birth& birth, const HemisphereGrid& grid, GatherWorkspace& w) const
+Record Gatherer::gather(const Birth& birth, const GatherSize& size, GatherWorkspace& w) const
 {
+    const HemisphereGrid& grid = size.grid;
     const Basis frame(birth.normal, to_unit_float(static_cast<std::uint32_t>(mix64(birth.key + 2))));
     trace(birth, grid, frame, w);
     const HemisphereIntegrals integrals = integrate(grid, w.samples);
@@ -274,14 +300,19 @@ Record Gatherer::gather(const Birth& birth, const HemisphereGrid& grid, GatherWo
         record.rotation_gradient[i] = to_scene(frame, integrals.rotation_gradient[i]);
         record.translation_gradient[i] = to_scene(frame, integrals.translation_gradient[i]);
     }
+    w.error_of_rays = integrals.standard_error;
+    w.error_of_looks = w.error_of_points = 0.0f;
+    w.arrived.clear();
+    if (guide_) look(birth, size.looks, w, record);
+    const float error = std::hypot(w.error_of_rays, w.error_of_looks);
     record.harmonic_mean_distance = integrals.harmonic_mean_distance;
     record.minimum_distance = integrals.minimum_distance;
     record.gradient_reach = gradient_reach(record);
     record.footprint = birth.footprint;
-    record.rays = grid.cells;
+    record.rays = size.rays();
     if (keeps_radiance_) record.radiance = radiance(grid.cells, w);
-    const float e = luminance(integrals.irradiance);
-    record.noise = e > 0.0f ? std::min(1.0f, integrals.standard_error / e) : 0.0f;
+    const float e = luminance(record.irradiance);
+    record.noise = e > 0.0f ? std::min(1.0f, error / e) : 0.0f;
     return record;
 }
 

@@ -6,6 +6,7 @@
 #include <glm/glm.hpp>
 
 #include "hit_light/hit_radiance.h"
+#include "lit_points/gather_guide.h"
 #include "radiance/radiance_sums.h"
 #include "rays/hit_surface.h"
 #include "rays/packet.h"
@@ -25,6 +26,9 @@ struct Birth {
     std::uint64_t key;
 };
 
+/// @param sample  sets the gathers at this place apart: each has its own rays
+Birth birth_at(const GBuffer& g, std::uint32_t pixel, std::uint64_t seed, std::uint64_t sample = 0);
+
 /// Light that arrives at a hit over a shadow ray, and where the hit's albedo is to be looked up: only if it counts.
 struct ShadowedLight {
     static constexpr std::int32_t kReflected = -1;
@@ -38,6 +42,14 @@ struct ShadowedLight {
     float uv_per_length;
 };
 
+/// What a gather is made of.
+struct GatherSize {
+    HemisphereGrid grid;
+    int looks = 0;  ///< at lit points
+
+    int rays() const { return grid.cells + looks; }
+};
+
 /// One thread's working memory for a record at a time.
 struct GatherWorkspace {
     std::vector<float> x, y, z;
@@ -47,10 +59,18 @@ struct GatherWorkspace {
     std::vector<ShadowedLight> lights;  ///< what each shadow ray brings if it is free
     HemisphereSamples samples;
     RadianceSums radiance;
-    float cell_width = 0.0f;       ///< side of a cell's solid angle where the cosine is 1 [sqrt(sr)]
-    float least_hit_alpha = 0.0f;  ///< of lobes that the cells' rays hit
+    std::vector<float> scratch;
+    std::vector<GatherGuide::Choice> choices;
+    std::vector<glm::vec3> arrived;  ///< irradiance of each choice
+    std::vector<Look> looks;         ///< of all records gathered so far, for learning
+    float cell_width = 0.0f;         ///< side of a cell's solid angle where the cosine is 1 [sqrt(sr)]
+    float least_hit_alpha = 0.0f;    ///< of lobes that the cells' rays hit
+    /// Of the last record: standard errors of what rays and what looks brought, and of the lit points that all records
+    /// share, on luminance [W m^-2].
+    float error_of_rays = 0.0f, error_of_looks = 0.0f, error_of_points = 0.0f;
     std::uint64_t hemisphere_rays = 0;
     std::uint64_t shadow_rays = 0;
+    std::uint64_t looks_shot = 0;  ///< at lit points
 
     /// @param cells  of the largest grid to come
     explicit GatherWorkspace(int cells) : samples(cells)
@@ -78,9 +98,10 @@ struct PacketCells {
 /// Gathers one record at a time: what depends on the scene and options alone is prepared once.
 class Gatherer {
 public:
-    Gatherer(const RayScene& rays, const RecordSettings& options, const LightCache* cache);
+    /// @param guide  may be null: then rays find all light
+    Gatherer(const RayScene& rays, const RecordSettings& options, const LightCache* cache, const GatherGuide* guide);
 
-    Record gather(const Birth& birth, const HemisphereGrid& grid, GatherWorkspace& w) const;
+    Record gather(const Birth& birth, const GatherSize& size, GatherWorkspace& w) const;
 
 private:
     void trace(const Birth& birth, const HemisphereGrid& grid, const Basis& frame, GatherWorkspace& w) const;
@@ -88,11 +109,16 @@ private:
     void note_sky(const HitPacket& packet, const PacketCells& cells, HemisphereSamples& s) const;
     void shade_hit(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell, std::uint64_t key,
                    GatherWorkspace& w) const;
+    float rays_part(const HitPacket& packet, int lane, const HitSurface& hit, float cosine, RandomStream random) const;
+    void look(const Birth& birth, int looks, GatherWorkspace& w, Record& record) const;
+    void shoot_looks(const Birth& birth, GatherWorkspace& w) const;
+    void add_looks(float scale, GatherWorkspace& w) const;
     std::vector<float> radiance(int cells, GatherWorkspace& w) const;
     void shoot_shadow_rays(GatherWorkspace& w) const;
 
     const RayScene& rays_;
     HitRadiance radiance_;
+    const GatherGuide* guide_;
     bool has_bounce_;
     bool keeps_radiance_;
 };

@@ -165,10 +165,11 @@ RecordGoal goal_in_time(Frame& frame, const Prospect& p)
 }
 
 /// What the coarse records are made with, which error and time are forecast from.
-RecordSettings overture(RecordSettings settings)
+/// @param looks  whether records also look at lit points: those come beside the strata that spacing needs
+RecordSettings overture(RecordSettings settings, bool looks)
 {
     settings.error_tolerance = 0.25f;
-    settings.rays = 64;
+    settings.rays = looks ? 96 : 64;
     return settings;
 }
 
@@ -232,8 +233,9 @@ void steer_records(Frame& frame, bool go_on)
     };
     const Deadline& deadline = frame.deadline;
     RecordStats& stats = frame.stats().records;
-    Placement placement({frame.rays, frame.light_cache}, frame.gbuffer, frame.view(), overture(frame.settings.records),
-                        frame.session.pool(), frame.records, stats, report);
+    Placement placement({frame.rays, frame.light_cache, frame.guide.get()}, frame.gbuffer, frame.view(),
+                        overture(frame.settings.records, frame.guide != nullptr), frame.session.pool(), frame.records,
+                        stats, report);
     const double most = deadline.is_set() ? std::max(1e-3, kMostForOverture * deadline.left()) : 0.0;
     const auto set_goal = [&](const RecordForecast& cost) -> std::optional<RecordGoal> {
         const Prospect prospect = look_ahead(frame, cost);

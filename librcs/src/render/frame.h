@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -8,6 +9,7 @@
 #include "compose/compose.h"
 #include "compose/shared_samples.h"
 #include "gbuffer/shading.h"
+#include "lit_points/gather_guide.h"
 #include "rcs/render.h"
 #include "render/course.h"
 #include "render/effect_counts.h"
@@ -36,6 +38,7 @@ struct Frame {
     std::vector<Record> without_radiance =
         {};  ///< of records handed over: no use to glossy surfaces, but to other views
     const LightCache* light_cache = nullptr;
+    std::unique_ptr<GatherGuide> guide = {};
     std::optional<SharedSamples> shared = {};
 
     // The pass: surfaces in view, those seen through others one layer after the other, and their light.

@@ -5,6 +5,7 @@
 #include "accuracy/error_estimate.h"
 #include "gbuffer/views.h"
 #include "placement/view_fit.h"
+#include "records/guided_gathers.h"
 #include "render/frame.h"
 #include "render/stage_clock.h"
 #include "util/random.h"
@@ -37,6 +38,14 @@ bool weigh_behind(const Shading& shading, std::vector<glm::vec3>& weight)
             any = true;
     }
     return any;
+}
+
+/// What is at hand for the first view: records of other views, and where to look for light.
+void prepare_records(Frame& f)
+{
+    fit_to_view(f.gbuffer, f.view(), f.records);
+    f.guide = make_gather_guide({f.rays, f.light_cache}, f.gbuffer, f.view(), f.course.records, f.session.pool());
+    if (f.guide) f.stats().records.lit_points = f.guide->lit().points.size();
 }
 
 TracedLight trace_round(Frame& f, int round)
@@ -108,18 +117,18 @@ void place_records(Frame& f)
 {
     if (!f.needs(Effect::indirect_diffuse)) return;
     timed(f, "records", [&] {
-        if (f.is_first_view()) fit_to_view(f.gbuffer, f.view(), f.records);
+        if (f.is_first_view()) prepare_records(f);
         if (f.is_first_view() && has_goal(f.asked)) return steer_records(f, true);
         // Records of earlier passes are shared; this one adds where it sees what they did not.
-        place_records({f.rays, f.light_cache}, f.gbuffer, f.view(), f.course.records, f.session.pool(), f.records,
-                      f.stats().records, f.hooks.progress);
+        place_records({f.rays, f.light_cache, f.guide.get()}, f.gbuffer, f.view(), f.course.records, f.session.pool(),
+                      f.records, f.stats().records, f.hooks.progress);
     });
 }
 
 void forecast_records(Frame& f)
 {
     timed(f, "records", [&] {
-        fit_to_view(f.gbuffer, f.view(), f.records);
+        prepare_records(f);
         steer_records(f, false);
     });
 }

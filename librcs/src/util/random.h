@@ -14,7 +14,16 @@ inline std::uint64_t mix64(std::uint64_t x)
 }
 
 /// What a random stream is for; part of its key, so that stages never share numbers.
-enum class Stream : std::uint64_t { gather = 1, gather_light, direct, placement, reference, glossy, light_cache };
+enum class Stream : std::uint64_t {
+    gather = 1,
+    gather_light,
+    direct,
+    placement,
+    reference,
+    glossy,
+    light_cache,
+    lit_points
+};
 
 inline std::uint64_t stream_key(std::uint64_t seed, Stream stream, std::uint64_t index)
 {

@@ -1,0 +1,71 @@
+#include "lit_points/gather_guide.h"
+
+#include "util/random.h"
+
+namespace rcs {
+namespace {
+
+// Integral of the bound over all surfaces. A geometry term of the bound is where rays and lit points share a surface's
+// light evenly: with so many equal parts of what is lit, one of them has a solid angle of 1 there if seen squarely
+// (measured in sponza and veach-ajar: from a third to three times as much does as well).
+constexpr double kBound = 500.0;
+
+}  // namespace
+
+GatherGuide::GatherGuide(const LightSurvey& survey, double points, ThreadPool& pool) : importance_(survey.importance)
+{
+    for (std::uint32_t i = 0; i < survey.rays.impl().instances.size(); ++i)
+        lit_.push_back(rcs::can_be_lit(survey.rays, i));
+    if (!(survey.bright > 0.0)) return;
+    const PointDensity density = density_of_points(survey, points);
+    lit_points_ = light_places(survey.rays, survey.radiance, draw_places(survey, density, survey.seed + 6, pool),
+                               survey.seed + 8, pool);
+    const float per_density = static_cast<float>(kBound / points);
+    bound_ = {per_density * density.bright, per_density * density.seen, per_density * density.even};
+    for (LitPoint& point : lit_points_.points) point.bound = bound(point.position, point.normal);
+    clusters_ = LightClusters(lit_points_);
+    clusters_.set_bounds(lit_points_.points);
+    learned_ = LearnedVisibility(importance_.grid(), clusters_.size());
+}
+
+void GatherGuide::choose(const Place& place, int count, RandomStream& random, std::vector<float>& scratch,
+                         std::vector<Choice>& choices) const
+{
+    choices.clear();
+    const std::size_t clusters = clusters_.size();
+    scratch.resize(clusters);
+    float* const importance = scratch.data();
+    learned_.estimate(place.cells, importance);
+    clusters_.importance(place.position, place.normal, importance, importance);
+    double total = 0.0;
+    for (std::size_t i = 0; i < clusters; ++i) total += static_cast<double>(importance[i]);
+    if (!(total > 0.0)) return;
+    const double stratum = total / count;
+    double reached = 0.0;  // importance of the clusters before
+    std::size_t cluster = 0;
+    for (int k = 0; k < count; ++k) {
+        const double at = (static_cast<double>(k) + static_cast<double>(random.next())) * stratum;
+        while (cluster + 1 < clusters && reached + static_cast<double>(importance[cluster]) <= at)
+            reached += static_cast<double>(importance[cluster++]);
+        const float u = random.next();
+        const LightClusters::Pick pick = clusters_.pick(cluster, place.position, place.normal, {u, random.next()});
+        if (!(importance[cluster] > 0.0f) || !(pick.part > 0.0f)) continue;
+        // They lie anywhere in memory: asked for now, read below.
+        __builtin_prefetch(&lit_points_.points[pick.point]);
+        __builtin_prefetch(&lit_points_.lights[pick.point]);
+        const float inverse_of_cluster = static_cast<float>(stratum / static_cast<double>(importance[cluster]));
+        choices.push_back({pick.point,
+                           static_cast<std::uint16_t>(cluster),
+                           {},
+                           0.0f,
+                           pick.part,
+                           inverse_of_cluster * pick.inverse_chance});
+    }
+    for (Choice& choice : choices) {
+        const glm::vec3 way = lit_points_.points[choice.point].position - place.position;
+        choice.distance = glm::length(way);
+        choice.direction = way / choice.distance;
+    }
+}
+
+}  // namespace rcs

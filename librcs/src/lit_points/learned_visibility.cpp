@@ -1,0 +1,86 @@
+#include "lit_points/learned_visibility.h"
+
+#include <algorithm>
+
+#include "util/multiversion.h"
+
+namespace rcs {
+namespace {
+
+// Cells of the grid so many levels up: a view is about 20 high of the finer ones.
+constexpr int kUp[] = {1, 3};
+// A chance is taken for one of the coarser cell until there are a few looks.
+constexpr float kPrior = 1.5f;
+// What was never seen may be seen after all.
+constexpr float kLeastChance = 0.03f;
+
+}  // namespace
+
+LearnedVisibility::LearnedVisibility(const CellGrid& grid, std::size_t clusters)
+    : grid_(grid), clusters_(clusters), counts_(clusters)
+{
+}
+
+LookCells LearnedVisibility::cells(glm::vec3 position, glm::vec3 normal) const
+{
+    LookCells result;
+    std::uint64_t cell = grid_.leaf(position, normal, grid_.level(position));
+    int up = 0;
+    for (std::size_t level = 0; level < result.size(); ++level) {
+        for (; up < kUp[level] && CellGrid::level_of(cell) + 1 < CellGrid::kLevels; ++up) cell = CellGrid::parent(cell);
+        result[level] = cell;
+    }
+    return result;
+}
+
+std::uint32_t LearnedVisibility::row(std::uint64_t cell)
+{
+    std::uint32_t number = table_.find(cell);
+    if (number == CellTable::kNone) {
+        number = static_cast<std::uint32_t>(counts_.size() / clusters_);
+        table_.insert(cell, number);
+        counts_.resize(counts_.size() + clusters_);
+    }
+    return number;
+}
+
+namespace {
+
+template <typename Counts>
+RCS_ALWAYS_INLINE float refined(const Counts& c, float coarser)
+{
+    return (static_cast<float>(c.free) + kPrior * coarser) / (static_cast<float>(c.looks) + kPrior);
+}
+
+}  // namespace
+
+void LearnedVisibility::estimate(const LookCells& cells, float* chances) const
+{
+    for (std::size_t i = 0; i < clusters_; ++i) chances[i] = refined(counts_[i], 1.0f);
+    for (std::size_t level = cells.size(); level-- > 0;) {
+        const std::uint32_t number = table_.find(cells[level]);
+        if (number == CellTable::kNone) continue;
+        const Counts* const counts = counts_.data() + number * clusters_;
+        for (std::size_t i = 0; i < clusters_; ++i) chances[i] = refined(counts[i], chances[i]);
+    }
+    for (std::size_t i = 0; i < clusters_; ++i) chances[i] = std::max(chances[i], kLeastChance);
+}
+
+void LearnedVisibility::learn(std::span<const Look> looks)
+{
+    const Look* before = nullptr;
+    std::array<std::uint32_t, 2> rows{};
+    for (const Look& look : looks) {
+        // A record's looks come one after the other.
+        for (std::size_t level = 0; level < rows.size(); ++level)
+            if (!before || before->cells[level] != look.cells[level]) rows[level] = row(look.cells[level]);
+        before = &look;
+        for (const std::size_t r : {std::size_t{0}, std::size_t{rows[0]}, std::size_t{rows[1]}}) {
+            Counts& counts = counts_[r * clusters_ + look.cluster];
+            ++counts.looks;
+            counts.free += look.free ? 1u : 0u;
+        }
+    }
+}
+
+}  // namespace rcs

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "lit_points/lit_points.h"
+
+namespace rcs {
+
+/// Lit points in groups that lie together and look the same way, for the choice among them.
+class LightClusters {
+public:
+    static constexpr std::size_t kMost = 512;
+
+    LightClusters() = default;
+    /// Sorts the points by cluster.
+    explicit LightClusters(LitPoints& lit);
+
+    std::size_t size() const { return first_.empty() ? 0 : first_.size() - 1; }
+
+    /// About what each cluster sends to a place if nothing stands between, times its visibility.
+    /// @param importance, visibility  room for size(); may be the same
+    void importance(glm::vec3 position, glm::vec3 normal, const float* visibility, float* importance) const;
+
+    /// One of a few points of a cluster by what they send to a place (resampled importance sampling; Talbot et al.
+    /// 2005).
+    struct Pick {
+        std::uint32_t point;
+        float part;            ///< GatherGuide's of it [m^-2]; 0: none of them sends anything
+        float inverse_chance;  ///< of a sum over the cluster's points that is estimated by this one
+    };
+    /// @param u  in [0, 1)^2
+    Pick pick(std::size_t cluster, glm::vec3 position, glm::vec3 normal, glm::vec2 u) const;
+    static constexpr int kCandidates = 8;
+
+    /// Bounds are known only after points are lit. @param points  as sorted here
+    void set_bounds(const std::vector<LitPoint>& points);
+
+private:
+    std::vector<std::uint32_t> first_;                   // per cluster and one more: of its points
+    std::vector<float> x_, y_, z_, radius_;              // bounding sphere
+    std::vector<float> normal_x_, normal_y_, normal_z_;  // mean, not unit: shorter where normals differ
+    std::vector<float> power_;
+    // Of the points, cluster by cluster; the first few of each again at its end, so that any run of candidates can be
+    // read in one piece. Their order inside a cluster is random.
+    struct Candidates {
+        std::vector<float> x, y, z, normal_x, normal_y, normal_z, power, bound;
+    };
+    Candidates candidates_;
+};
+
+}  // namespace rcs

@@ -1,0 +1,163 @@
+#include "lit_points/light_survey.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "light_cache/cell_rays.h"
+#include "util/color.h"
+#include "util/random.h"
+
+namespace rcs {
+namespace {
+
+// Rays of visible points for a first look around, and lit points, per pixel, and at least.
+constexpr double kSurveyRays = 0.125, kPilots = 0.06;
+constexpr double kLeast = 4096.0;
+constexpr std::size_t kGrain = 1024;
+// Of all points, what is spread evenly over what is seen, and evenly over everything.
+constexpr double kSeenPart = 0.2, kEvenPart = 0.05;
+
+std::size_t count_for(const GBuffer& g, double per_pixel)
+{
+    return static_cast<std::size_t>(std::max(kLeast, per_pixel * static_cast<double>(g.size())));
+}
+
+/// Visible points, evenly over the picture: at most so many.
+std::vector<SurfaceSample> visible_points(const GBuffer& g, std::size_t count, std::uint64_t seed)
+{
+    std::vector<SurfaceSample> points;
+    const double step = static_cast<double>(g.size()) / static_cast<double>(count);
+    for (std::size_t k = 0; k < count; ++k) {
+        RandomStream random(stream_key(seed, Stream::lit_points, k));
+        const double at = (static_cast<double>(k) + static_cast<double>(random.next())) * step;
+        const std::size_t i = std::min(g.size() - 1, static_cast<std::size_t>(at));
+        if (g.covered(i))
+            points.push_back({g.scene_position(i), g.position_error[i], g.geometric_normal[i], g.normal(i)});
+    }
+    return points;
+}
+
+void note_seen(const RayScene& rays, const HitRadiance& radiance, const GBuffer& g, std::uint64_t seed,
+               ThreadPool& pool, Importance& importance)
+{
+    const std::vector<SurfaceSample> points = visible_points(g, count_for(g, kSurveyRays) / RayPacket::kWidth, seed);
+    if (points.empty()) return;
+    struct Seen {
+        glm::vec3 position, normal;
+    };
+    const std::size_t groups = (points.size() + CellRays::kPackets - 1) / CellRays::kPackets;
+    std::vector<std::vector<Seen>> seen(groups);
+    std::vector<CellRays> workers(static_cast<std::size_t>(pool.size()), CellRays(rays, radiance));
+    pool.parallel_for(groups, 8, [&](std::size_t begin, std::size_t end, int thread) {
+        CellRays& worker = workers[static_cast<std::size_t>(thread)];
+        for (std::size_t i = begin; i < end; ++i) {
+            std::array<SurfaceSample, CellRays::kPackets> places;
+            for (std::size_t p = 0; p < places.size(); ++p) places[p] = points[(i * places.size() + p) % points.size()];
+            worker.trace(places, stream_key(seed + 1, Stream::lit_points, i), false);
+            for (const CellHit& hit : worker.hits())
+                if (hit.hit) seen[i].push_back({hit.surface.position, hit.surface.geometric_normal});
+        }
+    });
+    for (const auto& group : seen)
+        for (const Seen& s : group) importance.note_seen(s.position, s.normal);
+    importance.update();
+}
+
+/// What the pilots found, the dark ones too.
+void note_light(std::span<const PlaceToLight> pilots, const LitPoints& lit, Importance& importance)
+{
+    std::vector<float> radiosity(pilots.size(), 0.0f);
+    for (std::size_t i = 0; i < lit.points.size(); ++i) {
+        const std::uint32_t place = lit.lights[i].place;
+        radiosity[place] = lit.points[i].power / pilots[place].area;
+    }
+    for (std::size_t i = 0; i < pilots.size(); ++i)
+        importance.note_light(pilots[i].place.point.position, pilots[i].place.point.geometric_normal, radiosity[i]);
+    importance.update();
+}
+
+/// The largest density at each piece's probes.
+std::vector<float> most_of(const LightSurvey& survey, const PointDensity& density, ThreadPool& pool)
+{
+    std::vector<float> result(survey.pieces.size());
+    pool.parallel_for(result.size(), kGrain, [&](std::size_t begin, std::size_t end, int) {
+        for (std::size_t i = begin; i < end; ++i)
+            for (const glm::vec3& probe : survey.pieces[i].probe)
+                result[i] = std::max(result[i], density.at(survey.importance, probe, survey.pieces[i].normal));
+    });
+    return result;
+}
+
+double integral(const LightSurvey& survey, const PointDensity& density, ThreadPool& pool)
+{
+    const std::vector<float> most = most_of(survey, density, pool);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < most.size(); ++i)
+        sum += static_cast<double>(most[i]) * static_cast<double>(survey.pieces[i].area);
+    return sum;
+}
+
+/// About so many points in all. @param of_seen  part of them that is spread over what is seen, bright or not
+PointDensity mix(const LightSurvey& survey, double of_seen, double points)
+{
+    const auto part = [&](double share, double of) {
+        return of > 0.0 ? static_cast<float>(share * points / of) : 0.0f;
+    };
+    return {part(1.0 - of_seen - kEvenPart, survey.bright), part(of_seen, survey.seen), part(kEvenPart, survey.area)};
+}
+
+}  // namespace
+
+PointDensity density_of_points(const LightSurvey& survey, double points) { return mix(survey, kSeenPart, points); }
+
+/// Points with this density, per area, wherever they lie: candidates are spread over the pieces in proportion to the
+/// largest density found on each, and one stands for as many points as the density at its own place asks for.
+std::vector<PlaceToLight> draw_places(const LightSurvey& survey, const PointDensity& density, std::uint64_t seed,
+                                      ThreadPool& pool)
+{
+    const std::span<const SurfacePiece> pieces = survey.pieces;
+    const std::vector<float> most = most_of(survey, density, pool);
+    std::vector<std::uint32_t> candidates;  // pieces
+    double next = static_cast<double>(RandomStream(seed).next()), sum = 0.0;
+    for (std::size_t i = 0; i < pieces.size(); ++i) {
+        sum += static_cast<double>(most[i]) * static_cast<double>(pieces[i].area);
+        for (; next < sum; next += 1.0) candidates.push_back(static_cast<std::uint32_t>(i));
+    }
+    std::vector<std::vector<PlaceToLight>> parts((candidates.size() + kGrain - 1) / kGrain);
+    pool.parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end, int) {
+        for (std::size_t k = begin * kGrain; k < std::min(candidates.size(), end * kGrain); ++k) {
+            RandomStream random(stream_key(seed, Stream::lit_points, k));
+            const float u = random.next(), v = random.next();
+            const PointOnPiece place = point_on(survey.rays, pieces[candidates[k]], {u, v});
+            const float wanted = density.at(survey.importance, place.point.position, place.point.geometric_normal);
+            const int copies = static_cast<int>(wanted / most[candidates[k]] + random.next());
+            for (int c = 0; c < copies; ++c) parts[k / kGrain].push_back({place, 1.0f / wanted});
+        }
+    });
+    std::vector<PlaceToLight> places;
+    for (const auto& part : parts) places.insert(places.end(), part.begin(), part.end());
+    return places;
+}
+
+LightSurvey survey_light(const RayScene& rays, const EffectSet& effects, const GBuffer& gbuffer, const View& view,
+                         std::uint64_t seed, ThreadPool& pool)
+{
+    LightSurvey s{rays,
+                  HitRadiance(rays, nullptr, effects),
+                  stream_key(seed, Stream::lit_points, 0),
+                  Importance(make_cell_grid(bounds_of(rays.scene()), view)),
+                  {}};
+    note_seen(rays, s.radiance, gbuffer, s.seed, pool, s.importance);
+    s.pieces = surface_pieces(rays, s.importance, s.seed + 2, pool);
+    for (const SurfacePiece& piece : s.pieces) s.area += static_cast<double>(piece.area);
+    s.seen = integral(s, {0.0f, 1.0f, 0.0f}, pool);
+    if (!(s.seen > 0.0)) return s;
+    const std::vector<PlaceToLight> pilots =
+        draw_places(s, mix(s, 1.0 - kEvenPart, static_cast<double>(count_for(gbuffer, kPilots))), s.seed + 3, pool);
+    note_light(pilots, light_places(rays, s.radiance, pilots, s.seed + 5, pool), s.importance);
+    s.bright = integral(s, {1.0f, 0.0f, 0.0f}, pool);
+    return s;
+}
+
+}  // namespace rcs

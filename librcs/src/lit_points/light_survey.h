@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "hit_light/hit_radiance.h"
+#include "lit_points/importance.h"
+#include "lit_points/lit_points.h"
+#include "lit_points/surface_pieces.h"
+#include "rcs/gbuffer.h"
+#include "rcs/thread_pool.h"
+
+namespace rcs {
+
+/// A mixture: of where it is bright, of what is seen at all, and of everything [m^-2].
+struct PointDensity {
+    float bright = 0.0f, seen = 0.0f, even = 0.0f;
+
+    float at(const Importance& importance, glm::vec3 position, glm::vec3 normal) const
+    {
+        const Importance::Value value = importance.at(position, normal);
+        return bright * value.bright + seen * value.seen + even;
+    }
+};
+
+/// What is found out before points are lit.
+struct LightSurvey {
+    const RayScene& rays;
+    HitRadiance radiance;
+    std::uint64_t seed;
+    Importance importance;
+    std::vector<SurfacePiece> pieces;
+    double area = 0.0, seen = 0.0, bright = 0.0;  ///< of all pieces: sum, and integrals of what is wanted there
+};
+/// Looks around from visible points, and for what is bright of what they see.
+LightSurvey survey_light(const RayScene& rays, const EffectSet& effects, const GBuffer& gbuffer, const View& view,
+                         std::uint64_t seed, ThreadPool& pool);
+
+/// About so many points in all, wherever they are wanted most.
+PointDensity density_of_points(const LightSurvey& survey, double points);
+/// Places with this density.
+std::vector<PlaceToLight> draw_places(const LightSurvey& survey, const PointDensity& density, std::uint64_t seed,
+                                      ThreadPool& pool);
+
+}  // namespace rcs

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "lit_points/importance.h"
+#include "rays/surface.h"
+#include "rcs/ray_scene.h"
+#include "rcs/thread_pool.h"
+
+namespace rcs {
+
+/// Part of one side of a triangle: where anything nearby is seen, a few cells of the grid long at most.
+struct SurfacePiece {
+    std::uint32_t instance, primitive;
+    glm::vec2 corner[3];  ///< barycentric weights of the triangle's second and third corner
+    glm::vec3 normal;     ///< scene space, unit, on this side
+    glm::vec3 probe[4];   ///< places on it
+    float area;           ///< that it stands for [m^2], more than its own where triangles were left out
+};
+
+/// Whether light from an instance's surfaces may be gathered at points on them: not from what lets light through.
+bool can_be_lit(const RayScene& rays, std::uint32_t instance);
+
+/// All sides of surfaces that can be lit and reflect. Where there are more than a million triangles, some stand for the
+/// others, at random.
+std::vector<SurfacePiece> surface_pieces(const RayScene& rays, const Importance& importance, std::uint64_t seed,
+                                         ThreadPool& pool);
+
+/// A point on a piece, uniformly. @param u  in [0, 1)^2
+struct PointOnPiece {
+    Hit hit;
+    SurfacePoint point;
+    float uv_per_length;
+};
+PointOnPiece point_on(const RayScene& rays, const SurfacePiece& piece, glm::vec2 u);
+
+}  // namespace rcs

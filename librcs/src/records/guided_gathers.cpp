@@ -1,0 +1,133 @@
+#include "records/guided_gathers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "facts/scene_effects.h"
+#include "records/gatherer.h"
+#include "records/hemisphere.h"
+#include "util/color.h"
+#include "util/random.h"
+
+namespace rcs {
+namespace {
+
+constexpr std::size_t kProbes = 256;
+// Lit points to begin with, per pixel, and at least.
+constexpr double kPointsPerPixel = 0.3, kLeastPoints = 16384.0;
+// What the points that all records share may bring of error, relative to what a record receives. It takes so many times
+// the first points at the most; where it stays large even so, points are no use. Hardly more are not worth it.
+constexpr double kErrorOfPoints = 0.01, kMostErrorOfPoints = 0.025, kMostMore = 8.0, kHardlyMore = 1.5;
+// Noise of strata falls with that power of their number (allotment.h), of looks as by chance.
+constexpr double kStrataFall = 0.7, kLooksFall = 0.5;
+// Time of a ray that is spared most of its shadow rays, and of a look, over that of a ray with them (measured in
+// sponza).
+constexpr double kSparedRayCost = 1.15, kLookCost = 0.7;
+// What strata promise, by the differences between them, they keep better than looks do: a smaller gain is none.
+constexpr double kLeastGain = 1.55;
+// A record below this part of the mean is judged as if it were as bright: it can hardly be seen.
+constexpr double kDark = 0.1;
+
+std::vector<std::uint32_t> probe_pixels(const GBuffer& g, std::uint64_t seed)
+{
+    std::vector<std::uint32_t> pixels;
+    const double step = static_cast<double>(g.size()) / kProbes;
+    for (std::size_t k = 0; k < kProbes; ++k) {
+        RandomStream random(stream_key(seed, Stream::lit_points, k));
+        const double at = (static_cast<double>(k) + static_cast<double>(random.next())) * step;
+        const std::size_t i = std::min(g.size() - 1, static_cast<std::size_t>(at));
+        if (g.covered(i)) pixels.push_back(static_cast<std::uint32_t>(i));
+    }
+    return pixels;
+}
+
+/// Of gathers at the probes: means of standard errors relative to what is received.
+struct Errors {
+    double rays = 0.0, looks = 0.0, points = 0.0;
+};
+
+struct Probes {
+    const GBuffer& gbuffer;
+    std::vector<std::uint32_t> pixels;
+    std::uint64_t seed;
+    ThreadPool& pool;
+};
+
+/// @param sample  sets these gathers apart   @param guide  learns from them, if not null
+Errors gather_at(const Probes& probes, const Gatherer& gatherer, const GatherSize& size, std::uint64_t sample,
+                 GatherGuide* guide)
+{
+    std::vector<GatherWorkspace> workers(static_cast<std::size_t>(probes.pool.size()),
+                                         GatherWorkspace(size.grid.cells));
+    std::vector<glm::dvec4> found(probes.pixels.size());
+    probes.pool.parallel_for(found.size(), 4, [&](std::size_t begin, std::size_t end, int thread) {
+        GatherWorkspace& w = workers[static_cast<std::size_t>(thread)];
+        for (std::size_t i = begin; i < end; ++i) {
+            const Record r = gatherer.gather(birth_at(probes.gbuffer, probes.pixels[i], probes.seed, sample), size, w);
+            found[i] = {luminance(r.irradiance), w.error_of_rays, w.error_of_looks, w.error_of_points};
+        }
+    });
+    if (guide)
+        for (const GatherWorkspace& w : workers) guide->learn(w.looks);
+    const double count = static_cast<double>(std::max<std::size_t>(1, found.size()));
+    double mean = 0.0;
+    for (const glm::dvec4& f : found) mean += f.x / count;
+    Errors errors;
+    for (const glm::dvec4& f : found) {
+        if (!(mean > 0.0)) break;
+        const double to_relative = 1.0 / ((f.x + kDark * mean) * count);
+        errors.rays += to_relative * f.y;
+        errors.looks += to_relative * f.z;
+        errors.points += to_relative * f.w;
+    }
+    return errors;
+}
+
+/// The share of looks that leaves the least error in the same time; 0: none does any good.
+/// @param guided  with half of the rays of `plain`, and as many looks
+float best_share(const Errors& guided, const Errors& plain)
+{
+    double least = plain.rays / kLeastGain;
+    float best = 0.0f;
+    for (double share = 0.3; share < 0.85; share += 0.05) {
+        const double of_rays = guided.rays * std::pow(0.5 / (1.0 - share), kStrataFall);
+        const double of_looks = guided.looks * std::pow(0.5 / share, kLooksFall);
+        const double time = (1.0 - share) * kSparedRayCost + share * kLookCost;
+        const double error = std::hypot(of_rays, of_looks) * std::pow(time, kStrataFall);
+        if (error < least) least = error, best = static_cast<float>(share);
+    }
+    return best;
+}
+
+}  // namespace
+
+std::unique_ptr<GatherGuide> make_gather_guide(const LitScene& scene, const GBuffer& gbuffer, const View& view,
+                                               const RecordSettings& settings, ThreadPool& pool)
+{
+    if (settings.bounces == 0) return nullptr;
+    const LightCache* const cache = settings.bounces > 1 ? scene.cache : nullptr;
+    const Probes probes{gbuffer, probe_pixels(gbuffer, settings.seed), settings.seed, pool};
+    const GatherSize all{make_hemisphere_grid(settings.rays), 0};
+    const GatherSize half{make_hemisphere_grid(settings.rays / 2), settings.rays - settings.rays / 2};
+    const Errors plain = gather_at(probes, Gatherer(scene.rays, settings, cache, nullptr), all, 0, nullptr);
+    if (!(plain.rays > 0.0)) return nullptr;
+    const LightSurvey survey =
+        survey_light(scene.rays, effects_or_scene(settings.effects, scene.rays), gbuffer, view, settings.seed, pool);
+    double points = std::max(kLeastPoints, kPointsPerPixel * static_cast<double>(gbuffer.size()));
+    const double most = kMostMore * points;
+    for (bool first = true;; first = false) {
+        auto guide = std::make_unique<GatherGuide>(survey, points, pool);
+        if (!guide->has_light()) return nullptr;
+        const Gatherer guided(scene.rays, settings, cache, guide.get());
+        gather_at(probes, guided, half, 1, guide.get());  // to learn who sees what
+        const Errors errors = gather_at(probes, guided, half, 2, guide.get());
+        guide->share = best_share(errors, plain);
+        const double wanted = std::min(most, points * std::pow(errors.points / kErrorOfPoints, 2.0));
+        if (guide->share == 0.0f || (!first && errors.points > kMostErrorOfPoints)) return nullptr;
+        if (!first || wanted < kHardlyMore * points) return guide;
+        points = wanted;
+    }
+}
+
+}  // namespace rcs

@@ -1,0 +1,94 @@
+#include <cmath>
+
+#include "records/gatherer.h"
+#include "util/color.h"
+#include "util/random.h"
+
+namespace rcs {
+namespace {
+
+/// How the geometry term to a lit point changes in the tangent plane, over that term [1/m].
+/// @param to  the point, from the record
+glm::vec3 gradient_of_look(glm::vec3 normal, glm::vec3 to, glm::vec3 point_normal)
+{
+    const glm::vec3 gradient = 4.0f / glm::dot(to, to) * to - point_normal / glm::dot(point_normal, to);
+    return gradient - glm::dot(gradient, normal) * normal;
+}
+
+/// Light that arrives from a direction, and how it changes when the record turns, and moves there where it is.
+void add_light(Record& record, glm::vec3 normal, glm::vec3 direction, glm::vec3 moving, glm::vec3 irradiance)
+{
+    const glm::vec3 turning = glm::cross(normal, direction) / glm::dot(normal, direction);
+    record.irradiance += irradiance;
+    for (std::size_t color = 0; color < 3; ++color) {
+        const float e = irradiance[static_cast<glm::length_t>(color)];
+        record.rotation_gradient[color] += e * turning;
+        record.translation_gradient[color] += e * moving;
+    }
+}
+
+}  // namespace
+
+void Gatherer::shoot_looks(const Birth& birth, GatherWorkspace& w) const
+{
+    w.shadow.clear();
+    for (const GatherGuide::Choice& c : w.choices) {
+        // From one moved end to the other, as to a lamp.
+        const glm::vec3 way = guide_->lit().end_of_ray(c.point, birth.position) - birth.origin;
+        const float length = glm::length(way);
+        w.shadow.add({birth.origin, way / length, 0.0f, length});
+    }
+    w.shadow.trace(rays_);
+    w.looks_shot += w.shadow.size();
+}
+
+/// Looks at lit points and adds what they send, and how it changes. What stands between moves as well, which rays alone
+/// can see: of what lit points bring, that change is left out.
+void Gatherer::look(const Birth& birth, int looks, GatherWorkspace& w, Record& record) const
+{
+    RandomStream random(mix64(birth.key + 3));
+    const LookCells cells = guide_->cells(birth.position, birth.normal);
+    guide_->choose({birth.position, birth.normal, cells}, looks, random, w.scratch, w.choices);
+    shoot_looks(birth, w);
+    w.arrived.assign(w.choices.size(), glm::vec3(0.0f));
+    double squares = 0.0, of_points = 0.0;
+    for (std::size_t i = 0; i < w.choices.size(); ++i) {
+        const GatherGuide::Choice& c = w.choices[i];
+        const bool free = w.shadow.is_free(i) && glm::dot(c.direction, birth.geometric_normal) > 0.0f;
+        w.looks.push_back({cells, c.cluster, free});
+        if (free) {
+            const glm::vec3 one =
+                w.shadow.transmittance(i) * guide_->lit().radiance_area(radiance_, c.point, -c.direction);
+            const glm::vec3 light = c.part * c.inverse_chance * one;
+            add_light(record, birth.normal, c.direction,
+                      gradient_of_look(birth.normal, c.distance * c.direction, guide_->lit().points[c.point].normal),
+                      light);
+            // The variance of a sum over points that were drawn is the sum of their squares, of which this is a sample.
+            of_points += static_cast<double>(luminance(light) * c.part * luminance(one));
+            w.arrived[i] = light;
+        }
+        const float change = i > 0 ? luminance(w.arrived[i] - w.arrived[i - 1]) : 0.0f;
+        squares += 0.5 * static_cast<double>(change * change);
+    }
+    w.error_of_looks = static_cast<float>(std::sqrt(squares));
+    w.error_of_points = static_cast<float>(std::sqrt(of_points));
+}
+
+/// What arrived over looks, by direction. @param scale  to radiance of a cell
+void Gatherer::add_looks(float scale, GatherWorkspace& w) const
+{
+    RayPacket looks;
+    reset(looks);
+    for (std::size_t first = 0; first < w.arrived.size(); first += RayPacket::kWidth) {
+        float colors[3][RayPacket::kWidth] = {};
+        for (std::size_t i = 0; i < RayPacket::kWidth; ++i) {
+            const std::size_t k = std::min(first + i, w.arrived.size() - 1);
+            set_lane(looks, i, {glm::vec3(0.0f), w.choices[k].direction});
+            for (int color = 0; color < 3; ++color)
+                colors[color][i] = first + i == k ? scale * w.arrived[k][color] : 0.0f;
+        }
+        w.radiance.add(looks, colors[0], colors[1], colors[2]);
+    }
+}
+
+}  // namespace rcs

@@ -1,0 +1,183 @@
+#include "lit_points/gather_guide.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "facts/scene_effects.h"
+#include "gbuffer/views.h"
+#include "records/gatherer.h"
+#include "records/guided_gathers.h"
+#include "support/effect_scenes.h"
+#include "support/floor_points.h"
+#include "support/session.h"
+#include "util/color.h"
+
+namespace rcs {
+namespace {
+
+/// A lit scene, and points of its floor that look around in it.
+struct Place {
+    Scene scene;
+    ThreadPool pool{2};
+    RayScene rays;
+    GBuffer points;
+    View view;
+
+    explicit Place(Scene s)
+        : scene(std::move(s)), rays(build_ray_scene(scene, pool)), view(make_views(scene.cameras[0], 64, 64, 1)[0])
+    {
+        std::vector<glm::vec2> floor;
+        for (int i = 0; i < 24; ++i)
+            floor.emplace_back(-1.7f + 0.147f * static_cast<float>(i), 1.6f - 0.31f * static_cast<float>(i % 7));
+        points = test::points_on_floor(floor);
+    }
+    Place(const Place&) = delete;
+
+    LightSurvey survey(std::uint64_t seed) { return survey_light(rays, scene_effects(rays), points, view, seed, pool); }
+};
+
+/// A screen hides the lamp, but not what it lights, from most of the floor.
+Scene hidden_lamp()
+{
+    Scene scene = test::lit_room();
+    Mesh screen = test::quad({0.4f, 0.0f, -2.0f}, {0, 2.2f, 0}, {0, 0, 3.2f}, 0);
+    test::add_mesh(scene, screen);
+    return scene;
+}
+
+Scene hidden_panel()
+{
+    Scene scene = hidden_lamp();
+    scene.lights.clear();
+    Material lamp;
+    lamp.emission = glm::vec3(8.0f, 6.0f, 3.0f);
+    lamp.base_color = glm::vec3(0.0f);
+    test::add_mesh(scene, test::quad({1.2f, 2.2f, -0.5f}, {0.4f, 0, 0}, {0, 0, 0.4f}, test::add_surface(scene, lamp)));
+    return scene;
+}
+
+/// Glossy walls, textured by nothing, under a sky that comes in where the ceiling is open.
+Scene open_room()
+{
+    Scene scene;
+    Material glossy;
+    glossy.base_color = glm::vec3(0.7f, 0.5f, 0.4f);
+    glossy.roughness = 0.3f;
+    glossy.double_sided = true;
+    const int m = test::add_surface(scene, glossy);
+    test::add_mesh(scene, test::quad({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}, m));
+    test::add_mesh(scene, test::quad({-2, 0, -2}, {4, 0, 0}, {0, 3, 0}, m));
+    test::add_mesh(scene, test::quad({-2, 0, 2}, {0, 0, -4}, {0, 3, 0}, m));
+    test::add_mesh(scene, test::quad({2, 0, -2}, {0, 0, 4}, {0, 3, 0}, m));
+    test::add_mesh(scene, test::quad({-2, 3, -2}, {3, 0, 0}, {0, 0, 4}, m));
+    scene.sky_radiance = glm::vec3(1.0f, 1.5f, 2.0f);
+    scene.cameras = {look_at_camera("camera", {0.0, 1.5, 1.8}, {0.0, 1.0, -2.0}, 0.9)};
+    return scene;
+}
+
+struct Sums {
+    double light = 0.0, of_looks = 0.0;
+    glm::dvec3 gradient{0.0}, turn{0.0};
+    double harmonic = 0.0;  // the radiance's constant one
+
+    void add(const Record& r, const GatherWorkspace& w)
+    {
+        light += static_cast<double>(luminance(r.irradiance));
+        for (const glm::vec3& arrived : w.arrived) of_looks += static_cast<double>(luminance(arrived));
+        gradient += glm::dvec3(r.translation_gradient[0]);
+        turn += glm::dvec3(r.rotation_gradient[0]);
+        harmonic += static_cast<double>(r.radiance[0]);
+    }
+};
+
+/// Over all points.
+Sums gather(Place& place, const Gatherer& gatherer, const GatherSize& size, std::uint64_t seed, GatherGuide* guide)
+{
+    Sums sums;
+    GatherWorkspace w(size.grid.cells);
+    for (std::uint32_t i = 0; i < place.points.size(); ++i) {
+        w.arrived.clear();
+        sums.add(gatherer.gather(birth_at(place.points, i, seed), size, w), w);
+    }
+    if (guide) guide->learn(w.looks);
+    return sums;
+}
+
+class GuidedGathers : public testing::TestWithParam<Scene (*)()> {};
+
+TEST_P(GuidedGathers, FindTheLightThatRaysFind)
+{
+    Place place(GetParam()());
+    RecordSettings settings;
+    settings.radiance = true;
+    const GatherSize many{make_hemisphere_grid(16384), 0}, few{make_hemisphere_grid(64), 64};
+    const Sums truth = gather(place, Gatherer(place.rays, settings, nullptr, nullptr), many, 1, nullptr);
+    Sums found;
+    constexpr int kSeeds = 24, kRounds = 4;
+    for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+        GatherGuide guide(place.survey(seed), 16384.0, place.pool);
+        ASSERT_TRUE(guide.has_light());
+        const Gatherer guided(place.rays, settings, nullptr, &guide);
+        for (std::uint64_t round = 0; round < kRounds; ++round) {
+            const Sums s = gather(place, guided, few, 100 * seed + round, &guide);
+            const double part = 1.0 / (kSeeds * kRounds);
+            found.light += part * s.light;
+            found.of_looks += part * s.of_looks;
+            found.gradient += part * s.gradient;
+            found.turn += part * s.turn;
+            found.harmonic += part * s.harmonic;
+        }
+    }
+    EXPECT_GT(found.of_looks, 0.15 * found.light) << "else it would be rays alone that are tested";
+    EXPECT_NEAR(found.light / truth.light, 1.0, 0.01);
+    EXPECT_NEAR(found.harmonic / truth.harmonic, 1.0, 0.01);
+    EXPECT_LT(glm::length(found.turn - truth.turn), 0.03 * truth.light);
+}
+
+INSTANTIATE_TEST_SUITE_P(Rooms, GuidedGathers, testing::Values(hidden_lamp, hidden_panel, open_room));
+
+TEST(GatherGuide, TakesTheSamePlaceWhateverTheThreads)
+{
+    Place place(hidden_lamp());
+    ThreadPool one(1), three(3);
+    const GatherGuide a(place.survey(5), 4096.0, one), b(place.survey(5), 4096.0, three);
+    ASSERT_EQ(a.lit().points.size(), b.lit().points.size());
+    for (std::size_t i = 0; i < a.lit().points.size(); ++i) {
+        EXPECT_EQ(a.lit().points[i].position, b.lit().points[i].position);
+        EXPECT_EQ(a.lit().points[i].power, b.lit().points[i].power);
+        EXPECT_EQ(a.lit().points[i].bound, b.lit().points[i].bound);
+    }
+}
+
+TEST(GatherGuide, IsMadeOnlyWhereItHelps)
+{
+    const auto guide_of = [](Scene scene, int bounces) {
+        Place place(std::move(scene));
+        RecordSettings settings;
+        settings.bounces = bounces;
+        return make_gather_guide(place.rays, place.points, place.view, settings, place.pool);
+    };
+    EXPECT_EQ(guide_of(hidden_panel(), 0), nullptr) << "nothing reflected is asked for";
+    EXPECT_EQ(guide_of(test::room(0.5f), 1), nullptr) << "no light";
+}
+
+TEST(GatherGuide, PicturesDoNotDependOnTheThreads)
+{
+    RenderOptions options;
+    options.width = options.height = 64;
+    options.aa = 1;
+    const Scene scene = load_scene("demo:ajar");
+    const RenderResult one = test::render_first(scene, options, 1), three = test::render_first(scene, options, 3);
+    ASSERT_GT(one.stats.records.lit_points, 0u);
+    ASSERT_GT(one.stats.records.looks, 0u);
+    for (const auto& [name, layer] : one.image.layers)
+        EXPECT_TRUE(layer.pixels == three.image.layers.at(name).pixels) << name;
+}
+
+}  // namespace
+}  // namespace rcs
