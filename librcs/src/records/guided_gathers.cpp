@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "facts/scene_effects.h"
@@ -13,7 +14,7 @@
 namespace rcs {
 namespace {
 
-constexpr std::size_t kProbes = 256;
+constexpr std::size_t kProbes = 192;
 // Lit points to begin with, per pixel, and at least.
 constexpr double kPointsPerPixel = 0.3, kLeastPoints = 16384.0;
 // What the points that all records share may bring of error, relative to what a record receives. It takes so many times
@@ -24,8 +25,8 @@ constexpr double kStrataFall = 0.7, kLooksFall = 0.5;
 // Time of a ray that is spared most of its shadow rays, and of a look, over that of a ray with them (measured in
 // sponza).
 constexpr double kSparedRayCost = 1.15, kLookCost = 0.7;
-// What strata promise, by the differences between them, they keep better than looks do: a smaller gain is none.
-constexpr double kLeastGain = 1.55;
+// A smaller gain is not worth the points.
+constexpr double kLeastGain = 1.25;
 // A record below this part of the mean is judged as if it were as bright: it can hardly be seen.
 constexpr double kDark = 0.1;
 
@@ -42,9 +43,10 @@ std::vector<std::uint32_t> probe_pixels(const GBuffer& g, std::uint64_t seed)
     return pixels;
 }
 
-/// Of gathers at the probes: means of standard errors relative to what is received.
+/// Of gathers at the probes: means relative to what is received.
 struct Errors {
-    double rays = 0.0, looks = 0.0, points = 0.0;
+    double rays = 0.0, looks = 0.0, points = 0.0;  ///< standard errors, as each gather estimates them
+    double all = 0.0;                              ///< the same of the whole, as two gathers differ
 };
 
 struct Probes {
@@ -54,18 +56,25 @@ struct Probes {
     ThreadPool& pool;
 };
 
-/// @param sample  sets these gathers apart   @param guide  learns from them, if not null
+/// Two gathers at each probe. @param sample  of the first one, sets them apart   @param guide  learns from them, if not
+/// null
 Errors gather_at(const Probes& probes, const Gatherer& gatherer, const GatherSize& size, std::uint64_t sample,
                  GatherGuide* guide)
 {
     std::vector<GatherWorkspace> workers(static_cast<std::size_t>(probes.pool.size()),
                                          GatherWorkspace(size.grid.cells));
     std::vector<glm::dvec4> found(probes.pixels.size());
+    std::vector<double> difference(found.size());
     probes.pool.parallel_for(found.size(), 4, [&](std::size_t begin, std::size_t end, int thread) {
         GatherWorkspace& w = workers[static_cast<std::size_t>(thread)];
         for (std::size_t i = begin; i < end; ++i) {
-            const Record r = gatherer.gather(birth_at(probes.gbuffer, probes.pixels[i], probes.seed, sample), size, w);
-            found[i] = {luminance(r.irradiance), w.error_of_rays, w.error_of_looks, w.error_of_points};
+            const auto gather = [&](std::uint64_t k) {
+                const Birth birth = birth_at(probes.gbuffer, probes.pixels[i], probes.seed, sample + k);
+                return static_cast<double>(luminance(gatherer.gather(birth, size, w).irradiance));
+            };
+            const double first = gather(0), second = gather(1);
+            found[i] = {0.5 * (first + second), w.error_of_rays, w.error_of_looks, w.error_of_points};
+            difference[i] = std::abs(first - second);
         }
     });
     if (guide)
@@ -74,27 +83,32 @@ Errors gather_at(const Probes& probes, const Gatherer& gatherer, const GatherSiz
     double mean = 0.0;
     for (const glm::dvec4& f : found) mean += f.x / count;
     Errors errors;
-    for (const glm::dvec4& f : found) {
-        if (!(mean > 0.0)) break;
-        const double to_relative = 1.0 / ((f.x + kDark * mean) * count);
-        errors.rays += to_relative * f.y;
-        errors.looks += to_relative * f.z;
-        errors.points += to_relative * f.w;
+    // Of two normal deviates the mean difference is 2 / sqrt(pi) deviations.
+    constexpr double kOfDifference = 0.5 / std::numbers::inv_sqrtpi;
+    for (std::size_t i = 0; i < found.size() && mean > 0.0; ++i) {
+        const double to_relative = 1.0 / ((found[i].x + kDark * mean) * count);
+        errors.rays += to_relative * found[i].y;
+        errors.looks += to_relative * found[i].z;
+        errors.points += to_relative * found[i].w;
+        errors.all += to_relative * kOfDifference * difference[i];
     }
     return errors;
 }
 
-/// The share of looks that leaves the least error in the same time; 0: none does any good.
+/// The share of looks that leaves the least error in the same time; 0: none does any good. What gathers say of their
+/// own error parts it between rays and looks; how large it is says the difference of two: strata of smooth light are
+/// far better than they can tell.
 /// @param guided  with half of the rays of `plain`, and as many looks
 float best_share(const Errors& guided, const Errors& plain)
 {
-    double least = plain.rays / kLeastGain;
+    const double scale = guided.all / std::max(1e-30, std::hypot(guided.rays, guided.looks));
+    double least = plain.all / kLeastGain;
     float best = 0.0f;
     for (double share = 0.3; share < 0.85; share += 0.05) {
         const double of_rays = guided.rays * std::pow(0.5 / (1.0 - share), kStrataFall);
         const double of_looks = guided.looks * std::pow(0.5 / share, kLooksFall);
         const double time = (1.0 - share) * kSparedRayCost + share * kLookCost;
-        const double error = std::hypot(of_rays, of_looks) * std::pow(time, kStrataFall);
+        const double error = scale * std::hypot(of_rays, of_looks) * std::pow(time, kStrataFall);
         if (error < least) least = error, best = static_cast<float>(share);
     }
     return best;
@@ -111,7 +125,7 @@ std::unique_ptr<GatherGuide> make_gather_guide(const LitScene& scene, const GBuf
     const GatherSize all{make_hemisphere_grid(settings.rays), 0};
     const GatherSize half{make_hemisphere_grid(settings.rays / 2), settings.rays - settings.rays / 2};
     const Errors plain = gather_at(probes, Gatherer(scene.rays, settings, cache, nullptr), all, 0, nullptr);
-    if (!(plain.rays > 0.0)) return nullptr;
+    if (!(plain.all > 0.0)) return nullptr;
     const LightSurvey survey =
         survey_light(scene.rays, effects_or_scene(settings.effects, scene.rays), gbuffer, view, settings.seed, pool);
     double points = std::max(kLeastPoints, kPointsPerPixel * static_cast<double>(gbuffer.size()));
@@ -120,8 +134,8 @@ std::unique_ptr<GatherGuide> make_gather_guide(const LitScene& scene, const GBuf
         auto guide = std::make_unique<GatherGuide>(survey, points, pool);
         if (!guide->has_light()) return nullptr;
         const Gatherer guided(scene.rays, settings, cache, guide.get());
-        gather_at(probes, guided, half, 1, guide.get());  // to learn who sees what
-        const Errors errors = gather_at(probes, guided, half, 2, guide.get());
+        gather_at(probes, guided, half, 2, guide.get());  // to learn who sees what
+        const Errors errors = gather_at(probes, guided, half, 4, guide.get());
         guide->share = best_share(errors, plain);
         const double wanted = std::min(most, points * std::pow(errors.points / kErrorOfPoints, 2.0));
         if (guide->share == 0.0f || (!first && errors.points > kMostErrorOfPoints)) return nullptr;
