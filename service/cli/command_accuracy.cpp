@@ -14,6 +14,7 @@
 #include "cli/arguments.h"
 #include "cli/progress_bar.h"
 #include "cli/run_support.h"
+#include "cli/table_options.h"
 #include "process/process.h"
 #include "rcs/rcs.h"
 #include "report/page.h"
@@ -200,10 +201,11 @@ void add_accuracy_command(CLI::App& app, Action& action)
                "Error of its own that the reference is traced to: mean relative error of the indirect light [%]");
     add_number(command, "--reference-spp", arguments->reference_samples, {16, kMostSamples},
                "Paths a pixel that the reference may take at the most");
-    add_number(command, "--bounces", options.bounces, {1, 64}, "Bounces of indirect light; 8 is about all there is");
-    add_number(command, "--aa", options.aa, find_option("aa").range,
-               "Samples a pixel; with 1 edges are no error, as both sample centres");
-    add_number(command, "--seed", options.seed, find_option("seed").range, std::string(find_option("seed").help));
+    OptionInfo bounces = find_option("bounces");
+    bounces.range.least = 1.0;  // without any there is no indirect light to measure
+    add_number(command, bounces, options.bounces);
+    add_number(command, find_option("aa"), options.aa, ", as the path tracer then does: edges are no error");
+    add_number(command, find_option("seed"), options.seed);
     command.add_flag("--fresh", arguments->fresh, "Measure all anew instead of taking up what the folder keeps");
     add_report_arguments(command, arguments->report);
     command.footer(

@@ -11,6 +11,7 @@
 #include "cli/outputs.h"
 #include "cli/progress_bar.h"
 #include "cli/run_support.h"
+#include "cli/table_options.h"
 #include "rcs/rcs.h"
 
 namespace rcs::service {
@@ -65,12 +66,15 @@ void add_reference_command(CLI::App& app, Action& action)
     const RenderOptions render_defaults;
     add_scene_arguments(command, arguments->scene, {render_defaults.width, render_defaults.height});
     add_number(command, "--spp", options.samples, {16, 1048576}, "Paths a pixel, rounded up to a multiple of 16");
-    add_number(command, "--bounces", options.bounces, {0, 64}, "Bounces of indirect light");
-    add_number(command, "--aa", options.aa, {1, 64},
-               "1 samples pixel centres; more spreads the paths over the pixel and filters textures as render does");
+    add_number(command, find_option("bounces"), options.bounces);
+    // Of the table's samples a pixel it has the range, but no more samples.
+    add_number(
+        command, "--aa", options.aa, find_option("aa").range,
+        "1 begins the paths of --spp at the pixel's centre; more spreads them over the pixel and filters textures "
+        "as render does with so many samples");
     add_number(command, "--stride", options.stride, {1, 16384},
                "Trace every so many pixels of every so many rows; compare then takes the same pixels");
-    add_number(command, "--seed", options.seed, find_option("seed").range, std::string(find_option("seed").help));
+    add_number(command, find_option("seed"), options.seed);
     add_output_arguments(command, arguments->output, Renderer::reference);
     add_report_arguments(command, arguments->report);
     command.footer("Example: rcsplat reference demo:cornell --size 256x256 --spp 4096 -o reference.exr");

@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "cli/number.h"
 #include "rcs/option_table.h"
 
 namespace rcs::service {
@@ -21,6 +22,13 @@ CLI::Option* add_table_option(CLI::App& command, const OptionInfo& option, const
                               OptionTexts& texts);
 /// All of them but --size, which goes with the scene.
 void add_table_options(CLI::App& command, const RenderOptions& defaults, OptionTexts& texts);
+
+/// A number of a command's own that means what the table says: its name, range and words, and `more` of them.
+template <typename Number>
+CLI::Option* add_number(CLI::App& command, const OptionInfo& option, Number& value, const std::string& more = "")
+{
+    return add_number(command, std::string(option.name), value, option.range, std::string(option.help) + more);
+}
 
 /// `defaults` with what the texts say. @throws rcs::Error bad_argument that names the options
 RenderOptions read_options(const OptionTexts& texts, const RenderOptions& defaults);

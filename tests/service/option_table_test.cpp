@@ -307,6 +307,34 @@ TEST(OptionTable, HelpShowsUnitRangeAndDefault)
     EXPECT_EQ(help.find("auto-exposure"), std::string::npos);
 }
 
+TEST(OptionTable, CommandsWithNumbersOfTheirOwnSayTheSameOfTheSame)
+{
+    const TemporaryFolder folder;
+    const auto words = [&](const std::string& command, std::string_view key) {
+        const OptionInfo& option = find_option(key);
+        const std::string help = rcsplat({command, "--help"}).out;
+        EXPECT_NE(help.find(option.help), std::string::npos) << command << ' ' << key;
+        EXPECT_NE(help.find(interval_text(option.range, true)), std::string::npos) << command << ' ' << key;
+        for (const char* value : {"-1", "1e20", "many"}) {
+            const std::string said = refusal([&] {
+                RenderOptions options;
+                set_from_text(option, options, value);
+            });
+            const auto outcome =
+                rcsplat({command, "demo:cornell", "-o", folder / "a.exr", std::string(option.name), value});
+            EXPECT_EQ(outcome.code, test::kBadUsage);
+            EXPECT_NE(outcome.err.find(said), std::string::npos) << outcome.err << said;
+        }
+    };
+    words("reference", "bounces");
+    words("reference", "seed");
+    words("accuracy", "aa");
+    words("accuracy", "seed");
+    // Without bounces there is nothing to measure.
+    EXPECT_NE(rcsplat({"accuracy", "--help"}).out.find(std::string(find_option("bounces").help) + ", in [1, 64]"),
+              std::string::npos);
+}
+
 /// The page of docs/options.md.
 std::string page()
 {

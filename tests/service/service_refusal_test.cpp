@@ -1,47 +1,34 @@
 // What the render service takes in, from whom, and what it refuses.
 
-#include <algorithm>
 #include <cmath>
-#include <cstdlib>
+#include <csignal>
 #include <filesystem>
-#include <fstream>
+#include <string>
 
 #include <grp.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 
-#include "rcs/error.h"
 #include "support/rcsplat.h"
 #include "support/render_service.h"
 #include "support/server.h"
 
-namespace rcs {
+namespace rcs::test {
 namespace {
 
 using service::Client;
 using service::ServiceError;
-using test::bytes_of;
-using test::code_of;
-using test::long_job;
-using test::rcsplat;
-using test::RenderService;
-using test::seconds_since;
-using test::small_job;
-using test::TemporaryFolder;
-using test::TestServer;
-using test::wait_until;
-using test::wait_until_rendering;
-using Clock = std::chrono::steady_clock;
 
 TEST_F(RenderService, UploadsAreResumedAndNotRepeated)
 {
     TestServer server(folder_.path());
     const std::string path = folder_ / "blob";
-    test::write_bytes(path, std::string(1'500'000, 'b'));
+    write_bytes(path, std::string(1'500'000, 'b'));
     const auto file = service::local_file(path);
     v1::Request put;
     *put.mutable_blob_put()->mutable_blob() = file.blob;
@@ -172,7 +159,7 @@ TEST_F(RenderService, OneServerForASocketAndAStateFolder)
 {
     TestServer server(folder_.path());
     const auto same_socket = rcsplat({"serve", "--socket", server.socket(), "--state", folder_ / "other"});
-    EXPECT_EQ(same_socket.code, test::kFailure);
+    EXPECT_EQ(same_socket.code, kFailure);
     EXPECT_NE(same_socket.err.find("another server listens"), std::string::npos) << same_socket.err;
     const auto same_state = rcsplat({"serve", "--socket", folder_ / "x/s", "--state", server.state()});
     EXPECT_NE(same_state.err.find("another server uses"), std::string::npos) << same_state.err;
@@ -183,24 +170,24 @@ TEST_F(RenderService, OneServerForASocketAndAStateFolder)
 TEST_F(RenderService, ConfigurationIsCheckedAndReadAgain)
 {
     const std::string file = folder_ / "config";
-    test::write_bytes(file, "max-jobs = 0\n");
-    EXPECT_EQ(rcsplat({"serve", "--config", file, "--check"}).code, test::kBadUsage);
-    test::write_bytes(file, "colour = 3\n");
-    EXPECT_EQ(rcsplat({"serve", "--config", file, "--check"}).code, test::kBadUsage);
-    EXPECT_EQ(rcsplat({"serve", "--listen", "0.0.0.0:7000", "--check"}).code, test::kBadUsage) << "without TLS";
-    EXPECT_EQ(rcsplat({"serve", "--root", folder_ / "none", "--check"}).code, test::kFailure);
-    test::write_bytes(file, "max-megapixels = 1\n");
+    write_bytes(file, "max-jobs = 0\n");
+    EXPECT_EQ(rcsplat({"serve", "--config", file, "--check"}).code, kBadUsage);
+    write_bytes(file, "colour = 3\n");
+    EXPECT_EQ(rcsplat({"serve", "--config", file, "--check"}).code, kBadUsage);
+    EXPECT_EQ(rcsplat({"serve", "--listen", "0.0.0.0:7000", "--check"}).code, kBadUsage) << "without TLS";
+    EXPECT_EQ(rcsplat({"serve", "--root", folder_ / "none", "--check"}).code, kFailure);
+    write_bytes(file, "max-megapixels = 1\n");
     EXPECT_EQ(rcsplat({"serve", "--config", file, "--check"}).code, 0);
 
     TestServer server(folder_.path(), {"--config", file});
     Client client(server.socket());
     v1::Job job = small_job(1100);
     EXPECT_EQ(code_of([&] { client.submit(job); }), v1::ERROR_CODE_LIMIT);
-    test::write_bytes(file, "max-megapixels = 2\n");
+    write_bytes(file, "max-megapixels = 2\n");
     ::kill(server.pid(), SIGHUP);
     wait_until([&] { return server.log().find("event=reloaded") != std::string::npos; });
     client.cancel(client.submit(job).job());
-    test::write_bytes(file, "max-megapixels = many\n");
+    write_bytes(file, "max-megapixels = many\n");
     ::kill(server.pid(), SIGHUP);
     wait_until([&] { return server.log().find("event=not_reloaded") != std::string::npos; });
     client.cancel(client.submit(job).job());
@@ -233,4 +220,4 @@ TEST_F(RenderService, AnotherUserIsRefused)
 }
 
 }  // namespace
-}  // namespace rcs
+}  // namespace rcs::test

@@ -1,39 +1,23 @@
 // The render service as its users see it: a real server, real workers, real clients.
 
 #include <algorithm>
-#include <cstdlib>
+#include <csignal>
 #include <filesystem>
-#include <fstream>
-
-#include <grp.h>
-#include <sys/socket.h>
-#include <sys/stat.h>
-#include <sys/un.h>
+#include <set>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "rcs/error.h"
 #include "support/rcsplat.h"
 #include "support/render_service.h"
 #include "support/server.h"
 
-namespace rcs {
+namespace rcs::test {
 namespace {
 
 using service::Client;
-using service::ServiceError;
-using test::bytes_of;
-using test::long_job;
-using test::rcsplat;
-using test::RenderService;
-using test::seconds_since;
-using test::small_job;
-using test::TemporaryFolder;
-using test::TestServer;
-using test::wait_until;
-using test::wait_until_rendering;
-using Clock = std::chrono::steady_clock;
 
 TEST_F(RenderService, RendersTheSamePicturesAsTheCommandLineBitForBit)
 {
@@ -127,7 +111,7 @@ TEST_F(RenderService, AMissingCameraFailsTheJobWithItsReason)
     TestServer server(folder_.path());
     const auto outcome = rcsplat(
         {"render", "demo:cornell", "--camera", "nowhere", "-o", folder_ / "a.png", "--server", server.socket(), "-q"});
-    EXPECT_EQ(outcome.code, test::kFailure);
+    EXPECT_EQ(outcome.code, kFailure);
     EXPECT_NE(outcome.err.find("nowhere"), std::string::npos) << outcome.err;
     EXPECT_FALSE(std::filesystem::exists(folder_ / "a.png"));
 }
@@ -149,14 +133,14 @@ TEST_F(RenderService, AnInterruptCancelsARenderOnTheServer)
 {
     TestServer server(folder_.path());
     const TemporaryFolder logs;
-    const pid_t pid = test::start(logs, {"render", "demo:atrium", "--size", "2000x2000", "--aa", "64", "-o",
-                                         folder_ / "a.png", "--server", server.socket()});
+    const pid_t pid = start(logs, {"render", "demo:atrium", "--size", "2000x2000", "--aa", "64", "-o",
+                                   folder_ / "a.png", "--server", server.socket()});
     Client client(server.socket());
     v1::Request list;
     list.mutable_list();
     wait_until([&] { return client.call(list).list().jobs_size() == 1; });
     ::kill(pid, SIGINT);
-    EXPECT_EQ(test::finish(pid, logs).code, 130);
+    EXPECT_EQ(finish(pid, logs).code, 130);
     wait_until([&] { return client.call(list).list().jobs(0).state() == v1::JOB_STATE_CANCELLED; });
     EXPECT_FALSE(std::filesystem::exists(folder_ / "a.png"));
 }
@@ -275,9 +259,9 @@ TEST_F(RenderService, ListsAndCountsWhatItDid)
     const auto fetched = rcsplat({"fetch", "1", "-o", folder_ / "run", "--server", server.socket()});
     EXPECT_EQ(fetched.code, 0) << fetched.err;
     EXPECT_TRUE(bytes_of(folder_ / "run/a.png") == bytes_of(a));
-    EXPECT_EQ(rcsplat({"fetch", "99", "--server", server.socket()}).code, test::kFailure);
-    EXPECT_EQ(rcsplat({"list", "--server", folder_ / "nobody"}).code, test::kFailure);
+    EXPECT_EQ(rcsplat({"fetch", "99", "--server", server.socket()}).code, kFailure);
+    EXPECT_EQ(rcsplat({"list", "--server", folder_ / "nobody"}).code, kFailure);
 }
 
 }  // namespace
-}  // namespace rcs
+}  // namespace rcs::test
