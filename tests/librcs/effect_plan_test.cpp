@@ -106,6 +106,17 @@ Scene rough_texture(float left, float right)
     return scene;
 }
 
+/// Brushed by strengths of a texture.
+Scene brushed(float left, float right)
+{
+    Scene scene = lit_room();
+    Material material = metal(0.8f);
+    material.anisotropy = 0.5f;
+    material.anisotropy_texture = add_halves(scene, {1, 0.5f, left, 1}, {1, 0.5f, right, 1});
+    add_mesh(scene, panel(add_surface(scene, material)));
+    return scene;
+}
+
 Scene with_alpha(AlphaMode mode, float left, float right, float z = -1.0f)
 {
     Scene scene = lit_room();
@@ -254,6 +265,11 @@ std::vector<Case> cases()
         {"roughness 0.7 to 0.9", rough_texture(0.7f, 0.9f), plain_and({"highlights", "glossy-records", "hit-textures"}),
          "traced-lobes", "lobes of the scene have roughness 0.7 to 0.9"},
         {"roughness 0.2 to 0.4", rough_texture(0.2f, 0.4f), plain_and({"highlights", "traced-lobes", "hit-textures"}),
+         "glossy-records", "the scene has no surface"},
+        {"brushed by 0 to 0.5", brushed(0.0f, 1.0f),
+         plain_and({"highlights", "glossy-records", "traced-lobes", "hit-textures"}), "glossy-records",
+         "% of the picture"},
+        {"brushed by 0.2 to 0.5", brushed(0.4f, 1.0f), plain_and({"highlights", "traced-lobes", "hit-textures"}),
          "glossy-records", "the scene has no surface"},
         {"glass", panel_room(glass()), plain_and({"highlights", "traced-lobes", "transmission", "peeling"}),
          "transmission", "1 mesh lets light through"},

@@ -88,9 +88,8 @@ bool has_narrow_lobes(const Scene& scene)
 {
     return std::any_of(scene.materials.begin(), scene.materials.end(), [](const Material& m) {
         return any_kind([&](auto kind) {
-            const auto most = [](const TextureSlot&, int) { return 1.0f; };
-            const auto least = [](const TextureSlot& slot, int) { return slot.used() ? 0.0f : 1.0f; };
-            return kind.may_be(m, most) && kind.width(m, least) < kNoRaysAlpha;
+            const auto least = [](const TextureSlot& slot, int channel) { return any_channel(slot, channel).least; };
+            return kind.may_be(m, any_channel) && kind.width(m, least) < kNoRaysAlpha;
         });
     });
 }

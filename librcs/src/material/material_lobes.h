@@ -11,8 +11,7 @@ namespace rcs {
 /// Whether a material can have nothing but diffuse reflection and emission, textures or not.
 inline bool is_lambertian(const Material& m)
 {
-    return !any_kind(
-        [&](auto kind) { return !kind.is_diffuse && kind.may_be(m, [](const TextureSlot&, int) { return 1.0f; }); });
+    return !any_kind([&](auto kind) { return !kind.is_diffuse && kind.may_be(m, any_channel); });
 }
 
 /// Adds the lobes of a material. @param base_color  in [0, 1], looked up   @param look_up  as of MaterialPoint

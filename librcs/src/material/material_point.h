@@ -7,6 +7,13 @@
 
 namespace rcs {
 
+/// What values of a texture's channel may be.
+struct ChannelRange {
+    float least = 1.0f, most = 1.0f;
+};
+/// Of a texture that nobody has looked at; 1 where the slot is empty.
+inline ChannelRange any_channel(const TextureSlot& slot, int) { return {slot.used() ? 0.0f : 1.0f, 1.0f}; }
+
 /// Width of the base's lobes. @param channel  (slot, number of a channel) to a texture's value
 template <typename Channel>
 float base_width(const Material& m, const Channel& channel)

@@ -16,17 +16,13 @@ constexpr float kTexel = 1.0f / 65535.0f;
 // Filtering texels that are all the same may be off by a rounding.
 constexpr float kRounding = 1e-6f;
 
-struct Range {
-    float least = 1.0f, most = 1.0f;
-};
-
 /// Ranges of textures' channels, found when asked for: filtered values lie in them.
 class TextureRanges {
 public:
     explicit TextureRanges(const Scene& scene) : scene_(scene), known_(scene.textures.size()) {}
 
     /// An unused slot is 1.
-    Range operator()(const TextureSlot& slot, std::size_t channel)
+    ChannelRange operator()(const TextureSlot& slot, std::size_t channel)
     {
         if (!slot.used()) return {};
         auto& known = known_[static_cast<std::size_t>(slot.texture)];
@@ -35,7 +31,7 @@ public:
     }
 
 private:
-    using Ranges = std::array<Range, 4>;
+    using Ranges = std::array<ChannelRange, 4>;
 
     static Ranges look_through(const Texture& texture)
     {
@@ -77,7 +73,7 @@ bool turns_normals(const Material& m, TextureRanges& ranges)
 {
     if (!m.normal_texture.used() || m.normal_scale == 0.0f) return false;
     const auto turns = [&](std::size_t channel) {
-        const Range r = ranges(m.normal_texture, channel);
+        const ChannelRange r = ranges(m.normal_texture, channel);
         return std::max(std::abs(2.0f * r.least - 1.0f), std::abs(2.0f * r.most - 1.0f)) * std::abs(m.normal_scale) >
                1e-4f;
     };
@@ -93,15 +89,16 @@ float largest_base_color(const Material& m, const Mesh& mesh)
 
 /// Widths that a lobe may have; a texture's, filtered, by a rounding more or less.
 template <typename Kind>
-Range widths(Kind kind, const Material& m, TextureRanges& ranges)
+ChannelRange widths(Kind kind, const Material& m, TextureRanges& ranges)
 {
-    const auto at = [&](float Range::* end, float rounding) {
+    const auto at = [&](float ChannelRange::* end, float rounding) {
         return [&ranges, end, rounding](const TextureSlot& slot, int channel) {
             const float value = ranges(slot, static_cast<std::size_t>(channel)).*end;
             return slot.used() ? value * rounding : value;
         };
     };
-    return {kind.width(m, at(&Range::least, 1.0f - kRounding)), kind.width(m, at(&Range::most, 1.0f + kRounding))};
+    return {kind.width(m, at(&ChannelRange::least, 1.0f - kRounding)),
+            kind.width(m, at(&ChannelRange::most, 1.0f + kRounding))};
 }
 
 /// glTF's, of which a mirror has none.
@@ -110,14 +107,14 @@ float roughness_of(float alpha) { return alpha > kLeastAlpha ? std::sqrt(alpha) 
 /// Which lobes there may be, and how they are lit.
 void add_lobes(const Material& m, TextureRanges& ranges, MeshTraits& t)
 {
-    const auto most = [&](const TextureSlot& slot, int channel) {
-        return ranges(slot, static_cast<std::size_t>(channel)).most;
+    const auto range = [&](const TextureSlot& slot, int channel) {
+        return ranges(slot, static_cast<std::size_t>(channel));
     };
     for_each_kind([&](auto kind) {
-        if (!kind.may_be(m, most)) return;
+        if (!kind.may_be(m, range)) return;
         ++t.most_lobes;
         if (kind.is_diffuse) return;
-        const Range width = widths(kind, m, ranges);
+        const ChannelRange width = widths(kind, m, ranges);
         for (const float alpha : {width.least, width.most}) {
             const Lobe lobe = make_lobe<decltype(kind)>(glm::vec3(1.0f), 1.0f, alpha);
             if (lit_by_records(lobe)) t.bits |= kWideLobe;

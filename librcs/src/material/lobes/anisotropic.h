@@ -12,11 +12,11 @@ struct Anisotropic {
                           is_diffuse_behind = false;
     static constexpr bool covers = true;
 
-    template <typename Most>
-    static bool may_be(const Material& m, const Most& most)
+    template <typename Range>
+    static bool may_be(const Material& m, const Range& range)
     {
-        return m.anisotropy > 0.0f && m.anisotropy * most(m.anisotropy_texture, 2) > 0.0f &&
-               Specular::reflects(m, most);
+        return m.anisotropy > 0.0f && m.anisotropy * range(m.anisotropy_texture, 2).most > 0.0f &&
+               Specular::reflects(m, range);
     }
     template <typename Channel>
     static float width(const Material& m, const Channel& channel)

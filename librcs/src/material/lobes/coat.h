@@ -13,10 +13,10 @@ struct Coat {
     /// The coat's index of refraction is 1.5.
     static constexpr float kF0 = 0.04f;
 
-    template <typename Most>
-    static bool may_be(const Material& m, const Most& most)
+    template <typename Range>
+    static bool may_be(const Material& m, const Range& range)
     {
-        return m.clearcoat > 0.0f && m.clearcoat * most(m.clearcoat_texture, 0) > 0.0f;
+        return m.clearcoat > 0.0f && m.clearcoat * range(m.clearcoat_texture, 0).most > 0.0f;
     }
     template <typename Channel>
     static float width(const Material& m, const Channel& channel)

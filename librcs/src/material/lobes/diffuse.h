@@ -13,8 +13,8 @@ struct Diffuse {
                           is_diffuse_behind = false;
     static constexpr bool covers = false;
 
-    template <typename Most>
-    static bool may_be(const Material&, const Most&)
+    template <typename Range>
+    static bool may_be(const Material&, const Range&)
     {
         return true;
     }

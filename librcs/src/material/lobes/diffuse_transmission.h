@@ -14,11 +14,11 @@ struct DiffuseTransmission {
                           is_diffuse_behind = true;
     static constexpr bool covers = false;
 
-    template <typename Most>
-    static bool may_be(const Material& m, const Most& most)
+    template <typename Range>
+    static bool may_be(const Material& m, const Range& range)
     {
         return m.diffuse_transmission > 0.0f && m.metallic < 1.0f &&
-               m.diffuse_transmission * most(m.diffuse_transmission_texture, 3) > 0.0f;
+               m.diffuse_transmission * range(m.diffuse_transmission_texture, 3).most > 0.0f;
     }
     template <typename Channel>
     static float width(const Material&, const Channel&)

@@ -17,11 +17,11 @@ struct Sheen {
                           is_diffuse_behind = false;
     static constexpr bool covers = true;
 
-    template <typename Most>
-    static bool may_be(const Material& m, const Most& most)
+    template <typename Range>
+    static bool may_be(const Material& m, const Range& range)
     {
         for (int c = 0; c < 3; ++c)
-            if (m.sheen_color[c] > 0.0f && m.sheen_color[c] * most(m.sheen_color_texture, c) > 0.0f) return true;
+            if (m.sheen_color[c] > 0.0f && m.sheen_color[c] * range(m.sheen_color_texture, c).most > 0.0f) return true;
         return false;
     }
     template <typename Channel>

@@ -12,17 +12,17 @@ struct Specular {
                           is_diffuse_behind = false;
     static constexpr bool covers = true;
 
-    template <typename Most>
-    static bool may_be(const Material& m, const Most& most)
+    template <typename Range>
+    static bool may_be(const Material& m, const Range& range)
     {
-        const bool always_stretched = m.anisotropy > 0.0f && !m.anisotropy_texture.used();
-        return !always_stretched && reflects(m, most);
+        const bool always_stretched = m.anisotropy > 0.0f && range(m.anisotropy_texture, 2).least > 0.0f;
+        return !always_stretched && reflects(m, range);
     }
-    template <typename Most>
-    static bool reflects(const Material& m, const Most& most)
+    template <typename Range>
+    static bool reflects(const Material& m, const Range& range)
     {
-        return (m.metallic > 0.0f && m.metallic * most(m.metallic_roughness_texture, 2) > 0.0f) ||
-               (m.specular > 0.0f && m.specular * most(m.specular_texture, 3) > 0.0f);
+        return (m.metallic > 0.0f && m.metallic * range(m.metallic_roughness_texture, 2).most > 0.0f) ||
+               (m.specular > 0.0f && m.specular * range(m.specular_texture, 3).most > 0.0f);
     }
     template <typename Channel>
     static float width(const Material& m, const Channel& channel)

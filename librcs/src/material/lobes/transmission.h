@@ -12,10 +12,10 @@ struct Transmission {
                           is_diffuse_behind = false;
     static constexpr bool covers = false;
 
-    template <typename Most>
-    static bool may_be(const Material& m, const Most& most)
+    template <typename Range>
+    static bool may_be(const Material& m, const Range& range)
     {
-        return m.transmission > 0.0f && m.transmission * most(m.transmission_texture, 0) > 0.0f;
+        return m.transmission > 0.0f && m.transmission * range(m.transmission_texture, 0).most > 0.0f;
     }
     template <typename Channel>
     static float width(const Material& m, const Channel& channel)
