@@ -38,7 +38,10 @@ struct Place {
     }
     Place(const Place&) = delete;
 
-    LightSurvey survey(std::uint64_t seed) { return survey_light(rays, scene_effects(rays), points, view, seed, pool); }
+    LightSurvey survey(std::uint64_t seed)
+    {
+        return survey_light(rays, scene_effects(rays), points, view, 128, seed, pool);
+    }
 };
 
 /// A screen hides the lamp, but not what it lights, from most of the floor.

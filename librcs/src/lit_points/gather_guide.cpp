@@ -18,8 +18,8 @@ GatherGuide::GatherGuide(const LightSurvey& survey, double points, ThreadPool& p
         lit_.push_back(rcs::can_be_lit(survey.rays, i));
     if (!(survey.bright > 0.0)) return;
     const PointDensity density = density_of_points(survey, points);
-    lit_points_ = light_places(survey.rays, survey.radiance, draw_places(survey, density, survey.seed + 6, pool),
-                               survey.seed + 8, pool);
+    lit_points_ = light_places(survey.rays, survey.radiance, survey.least_hit_alpha,
+                               draw_places(survey, density, survey.seed + 6, pool), survey.seed + 8, pool);
     const float per_density = static_cast<float>(kBound / points);
     bound_ = {per_density * density.bright, per_density * density.seen, per_density * density.even};
     for (LitPoint& point : lit_points_.points) point.bound = bound(point.position, point.normal);

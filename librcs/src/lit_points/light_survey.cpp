@@ -141,10 +141,11 @@ std::vector<PlaceToLight> draw_places(const LightSurvey& survey, const PointDens
 }
 
 LightSurvey survey_light(const RayScene& rays, const EffectSet& effects, const GBuffer& gbuffer, const View& view,
-                         std::uint64_t seed, ThreadPool& pool)
+                         int gather_rays, std::uint64_t seed, ThreadPool& pool)
 {
     LightSurvey s{rays,
                   HitRadiance(rays, nullptr, effects),
+                  least_hit_alpha(gather_rays),
                   stream_key(seed, Stream::lit_points, 0),
                   Importance(make_cell_grid(bounds_of(rays.scene()), view)),
                   {}};
@@ -155,7 +156,7 @@ LightSurvey survey_light(const RayScene& rays, const EffectSet& effects, const G
     if (!(s.seen > 0.0)) return s;
     const std::vector<PlaceToLight> pilots =
         draw_places(s, mix(s, 1.0 - kEvenPart, static_cast<double>(count_for(gbuffer, kPilots))), s.seed + 3, pool);
-    note_light(pilots, light_places(rays, s.radiance, pilots, s.seed + 5, pool), s.importance);
+    note_light(pilots, light_places(rays, s.radiance, s.least_hit_alpha, pilots, s.seed + 5, pool), s.importance);
     s.bright = integral(s, {1.0f, 0.0f, 0.0f}, pool);
     return s;
 }

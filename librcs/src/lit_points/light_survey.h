@@ -29,14 +29,16 @@ struct PointDensity {
 struct LightSurvey {
     const RayScene& rays;
     HitRadiance radiance;
+    float least_hit_alpha;  ///< of lit points' lobes
     std::uint64_t seed;
     Importance importance;
     std::vector<SurfacePiece> pieces;
     double area = 0.0, seen = 0.0, bright = 0.0;  ///< of all pieces: sum, and integrals of what is wanted there
 };
 /// Looks around from visible points, and for what is bright of what they see.
+/// @param gather_rays  of a record
 LightSurvey survey_light(const RayScene& rays, const EffectSet& effects, const GBuffer& gbuffer, const View& view,
-                         std::uint64_t seed, ThreadPool& pool);
+                         int gather_rays, std::uint64_t seed, ThreadPool& pool);
 
 /// About so many points in all, wherever they are wanted most.
 PointDensity density_of_points(const LightSurvey& survey, double points);

@@ -24,14 +24,14 @@ struct Reflection {
     Bsdf bsdf;              // of another surface; empty: plain
 };
 
-Reflection reflection_at(const HitRadiance& radiance, const PlaceToLight& p)
+Reflection reflection_at(const HitRadiance& radiance, float least_alpha, const PlaceToLight& p)
 {
     const float width = std::sqrt(p.area);
     if (radiance.is_plain(p.place.hit.instance))
         return {radiance.base_color({p.place.point.material, p.place.point.uv, p.place.uv_per_length, width}), {}};
     return {glm::vec3(1.0f), radiance
                                  .widened_values(p.place.hit, p.place.point, p.place.point.geometric_normal,
-                                                 p.place.uv_per_length * width, kLeastHitAlpha)
+                                                 p.place.uv_per_length * width, least_alpha)
                                  .bsdf};
 }
 
@@ -69,14 +69,14 @@ void add_point(const PlaceToLight& p, const Reflection& reflection, const Arriva
     out.lights.push_back(light);
 }
 
-LitPoints light_batch(const RayScene& rays, const HitRadiance& radiance, std::span<const PlaceToLight> places,
-                      std::uint64_t key)
+LitPoints light_batch(const RayScene& rays, const HitRadiance& radiance, float least_alpha,
+                      std::span<const PlaceToLight> places, std::uint64_t key)
 {
     ShadowBatch shadow;
     std::vector<Arrival> wanted;
     std::vector<Reflection> reflections;
     for (std::size_t i = 0; i < places.size(); ++i) {
-        reflections.push_back(reflection_at(radiance, places[i]));
+        reflections.push_back(reflection_at(radiance, least_alpha, places[i]));
         SurfacePoint bent = places[i].place.point;
         if (reflections.back().bsdf.count > 0) bent.shading_normal = reflections.back().bsdf.normal;
         RandomStream random(mix64(key + i));
@@ -120,15 +120,15 @@ glm::vec3 LitPoints::radiance_area(const HitRadiance& radiance, std::size_t poin
     return l.radiance_area * std::numbers::pi_v<float> * evaluate(bsdfs[l.bsdf], outgoing, l.to_light);
 }
 
-LitPoints light_places(const RayScene& rays, const HitRadiance& radiance, std::span<const PlaceToLight> places,
-                       std::uint64_t key, ThreadPool& pool)
+LitPoints light_places(const RayScene& rays, const HitRadiance& radiance, float least_alpha,
+                       std::span<const PlaceToLight> places, std::uint64_t key, ThreadPool& pool)
 {
     std::vector<LitPoints> parts((places.size() + kBatch - 1) / kBatch);
     pool.parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end, int) {
         for (std::size_t b = begin; b < end; ++b)
             parts[b] =
-                light_batch(rays, radiance, places.subspan(b * kBatch, std::min(kBatch, places.size() - b * kBatch)),
-                            mix64(key ^ b));
+                light_batch(rays, radiance, least_alpha,
+                            places.subspan(b * kBatch, std::min(kBatch, places.size() - b * kBatch)), mix64(key ^ b));
     });
     LitPoints lit;
     for (const LitPoints& part : parts) {

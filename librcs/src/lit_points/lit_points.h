@@ -51,7 +51,8 @@ struct PlaceToLight {
 };
 /// Lights each place by one sample of the lamps and one of the sky. What stays dark is left out.
 /// @param radiance  with or without a light cache: only lamps and sky count
-LitPoints light_places(const RayScene& rays, const HitRadiance& radiance, std::span<const PlaceToLight> places,
-                       std::uint64_t key, ThreadPool& pool);
+/// @param least_alpha  of lobes, as at hits of rays: least_hit_alpha()
+LitPoints light_places(const RayScene& rays, const HitRadiance& radiance, float least_alpha,
+                       std::span<const PlaceToLight> places, std::uint64_t key, ThreadPool& pool);
 
 }  // namespace rcs

@@ -126,8 +126,8 @@ std::unique_ptr<GatherGuide> make_gather_guide(const LitScene& scene, const GBuf
     const GatherSize half{make_hemisphere_grid(settings.rays / 2), settings.rays - settings.rays / 2};
     const Errors plain = gather_at(probes, Gatherer(scene.rays, settings, cache, nullptr), all, 0, nullptr);
     if (!(plain.all > 0.0)) return nullptr;
-    const LightSurvey survey =
-        survey_light(scene.rays, effects_or_scene(settings.effects, scene.rays), gbuffer, view, settings.seed, pool);
+    const LightSurvey survey = survey_light(scene.rays, effects_or_scene(settings.effects, scene.rays), gbuffer, view,
+                                            settings.rays, settings.seed, pool);
     double points = std::max(kLeastPoints, kPointsPerPixel * static_cast<double>(gbuffer.size()));
     const double most = kMostMore * points;
     for (bool first = true;; first = false) {
