@@ -157,6 +157,27 @@ TEST(GatherGuide, TakesTheSamePlaceWhateverTheThreads)
     }
 }
 
+TEST(GatherGuide, DoesNotDependOnHowBrightTheLampsAre)
+{
+    const auto lit_points_of = [](float scale) {
+        Scene scene = hidden_panel();
+        for (Material& material : scene.materials) material.emission *= scale;
+        Place place(std::move(scene));
+        return GatherGuide(place.survey(5), 4096.0, place.pool).lit();
+    };
+    const LitPoints plain = lit_points_of(1.0f);
+    ASSERT_GT(plain.points.size(), 1000u);
+    for (const float scale : {0x1p-90f, 0x1p+90f}) {
+        const LitPoints scaled = lit_points_of(scale);
+        ASSERT_EQ(scaled.points.size(), plain.points.size()) << scale;
+        for (std::size_t i = 0; i < plain.points.size(); ++i) {
+            EXPECT_EQ(scaled.points[i].position, plain.points[i].position) << scale;
+            EXPECT_EQ(scaled.points[i].power, plain.points[i].power) << scale;
+            EXPECT_EQ(scaled.points[i].bound, plain.points[i].bound) << scale;
+        }
+    }
+}
+
 TEST(GatherGuide, IsMadeOnlyWhereItHelps)
 {
     const auto guide_of = [](Scene scene, int bounces) {

@@ -69,6 +69,15 @@ void add_point(const PlaceToLight& p, const Reflection& reflection, const Arriva
     out.lights.push_back(light);
 }
 
+/// Over their mean, so that no product of powers leaves a float's range, however dim or bright the lamps.
+void make_relative(std::vector<LitPoint>& points)
+{
+    double sum = 0.0;
+    for (const LitPoint& p : points) sum += static_cast<double>(p.power);
+    const double scale = static_cast<double>(points.size()) / sum;
+    for (LitPoint& p : points) p.power = static_cast<float>(scale * static_cast<double>(p.power));
+}
+
 LitPoints light_batch(const RayScene& rays, const HitRadiance& radiance, float least_alpha,
                       std::span<const PlaceToLight> places, std::uint64_t key)
 {
@@ -142,6 +151,7 @@ LitPoints light_places(const RayScene& rays, const HitRadiance& radiance, float 
             lit.lights.push_back(light);
         }
     }
+    make_relative(lit.points);
     return lit;
 }
 

@@ -15,7 +15,7 @@ namespace rcs {
 /// A point on a surface that reflects light of lamps or sky, and stands for the area around it: what choosing takes.
 struct LitPoint {
     glm::vec3 position;
-    float power;       ///< luminance of radiance times area, about the same all around [W sr^-1]; > 0
+    float power;       ///< luminance of radiance times area, about the same all around, over the mean of all; > 0
     glm::vec3 normal;  ///< of the face, unit, to the lit side
     float bound;       ///< GatherGuide::bound() there [m^-2]
 };

@@ -64,11 +64,11 @@ void Gatherer::look(const Birth& birth, int looks, GatherWorkspace& w, Record& r
                       gradient_of_look(birth.normal, c.distance * c.direction, guide_->lit().points[c.point].normal),
                       light);
             // The variance of a sum over points that were drawn is the sum of their squares, of which this is a sample.
-            of_points += static_cast<double>(luminance(light) * c.part * luminance(one));
+            of_points += static_cast<double>(luminance(light)) * static_cast<double>(c.part * luminance(one));
             w.arrived[i] = light;
         }
-        const float change = i > 0 ? luminance(w.arrived[i] - w.arrived[i - 1]) : 0.0f;
-        squares += 0.5 * static_cast<double>(change * change);
+        const double change = i > 0 ? static_cast<double>(luminance(w.arrived[i] - w.arrived[i - 1])) : 0.0;
+        squares += 0.5 * change * change;
     }
     w.error_of_looks = static_cast<float>(std::sqrt(squares));
     w.error_of_points = static_cast<float>(std::sqrt(of_points));
