@@ -26,8 +26,12 @@ std::string summary(const nlohmann::ordered_json& stats, const std::vector<std::
         std::snprintf(line, sizeof line, "%-12s %9.3f\n", stage.c_str(), seconds.get<double>());
         text += line;
     }
-    std::snprintf(line, sizeof line, "%-12s %9.3f\n\nerror    indirect light is off by about %.1f %% in the mean\n",
-                  "all", stats.value("seconds", 0.0), 100.0 * stats.at("error_estimate").value("mean_relative", 0.0));
+    const auto& errors = stats.at("error_estimate");
+    const auto percent = [&](const char* of) { return 100.0 * errors.at(of).value("mean_relative", 0.0); };
+    std::snprintf(line, sizeof line,
+                  "%-12s %9.3f\n\nerror    the picture is off by about %.1f %%, its indirect light by %.1f %%, in the "
+                  "mean\n",
+                  "all", stats.value("seconds", 0.0), percent("image"), percent("indirect"));
     text += line;
     for (const std::string& file : files) text += "wrote    " + file + "\n";
     return text;

@@ -52,6 +52,13 @@ Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : 
 
 double per(double amount, double count) { return count > 0.0 ? amount / count : 0.0; }
 
+Json error_json(const ErrorEstimate& error)
+{
+    return {{"mean_relative", error.mean_relative},
+            {"median_relative", error.median_relative},
+            {"p95_relative", error.p95_relative}};
+}
+
 void add_render(Json& json, const RunReport& report)
 {
     const RenderStats& stats = *report.render;
@@ -71,9 +78,8 @@ void add_render(Json& json, const RunReport& report)
                                {"rays", stats.light_cache.rays},   {"shadow_rays", stats.light_cache.shadow_rays},
                                {"bytes", stats.light_cache.bytes}, {"seconds", seconds_of(report, "bounces")}};
     }
-    json["error_estimate"] = {{"mean_relative", stats.error.mean_relative},
-                              {"median_relative", stats.error.median_relative},
-                              {"p95_relative", stats.error.p95_relative}};
+    json["error_estimate"] = {{"image", error_json(stats.errors.image)},
+                              {"indirect", error_json(stats.errors.indirect)}};
     json["splats"] = stats.splats.splats;
     json["pixels_per_splat"] = per(static_cast<double>(stats.splats.samples), static_cast<double>(stats.splats.splats));
     json["splat_method"] = stats.splat_method;
@@ -110,6 +116,12 @@ std::string short_count(double count)
 
 std::string short_count(std::uint64_t count) { return short_count(static_cast<double>(count)); }
 
+void append_error(std::string& text, const char* what, const ErrorEstimate& error)
+{
+    append(text, "%s is off by about %.1f %% in the mean, %.1f %% in the median, %.1f %% at the 95th percentile\n",
+           what, 100.0 * error.mean_relative, 100.0 * error.median_relative, 100.0 * error.p95_relative);
+}
+
 void append_render(std::string& text, const RunReport& report)
 {
     const RenderStats& stats = *report.render;
@@ -136,10 +148,8 @@ void append_render(std::string& text, const RunReport& report)
     }
     append(text, "splats   %s as %s, %s pixels each\n", short_count(stats.splats.splats).c_str(),
            stats.splat_method.c_str(), short_count(pixels).c_str());
-    append(text,
-           "error    indirect light is off by about %.1f %% in the mean, %.1f %% in the median, %.1f %% at the 95th "
-           "percentile\n",
-           100.0 * stats.error.mean_relative, 100.0 * stats.error.median_relative, 100.0 * stats.error.p95_relative);
+    append_error(text, "error    the picture", stats.errors.image);
+    append_error(text, "         its indirect light", stats.errors.indirect);
     std::string left_out;
     for (const PlannedEffect& e : stats.plan.effects) {
         if (!e.needed && e.has_material) {

@@ -98,7 +98,7 @@ Measurement measure_render(const Bench& bench, const Standard& standard, const S
     measured.stage_seconds = result.stats.stage_seconds;
     measured.records = result.stats.records.records;
     measured.rays = all_rays(result.stats);
-    measured.estimated_error = result.stats.error.mean_relative;
+    measured.estimated_error = result.stats.errors.indirect.mean_relative;
     judge(bench, standard, result.image, measured);
     const Image display = standard.picture.apply(result.image.layers.at("beauty"), bench.session.pool());
     measured.pictures.records =

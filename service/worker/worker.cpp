@@ -260,7 +260,7 @@ void FrameRenderer::make_pictures(const internal::Task& task, RenderOptions opti
     hooks.after_pass = [&](int passes_done, int passes, const std::function<LayeredImage()>& picture) {
         if (Clock::now() - previewed_ < kBetweenPreviews) return;
         const LayeredImage so_far = picture();
-        progress.after_pass(passes_done, passes, estimate_error(so_far).mean_relative);
+        progress.after_pass(passes_done, passes, estimate_errors(so_far).indirect.mean_relative);
         send_preview(so_far.layers.at("beauty"));
     };
     hooks.progress("load", 0.0f);
@@ -298,7 +298,7 @@ internal::Done FrameRenderer::render_frame(const internal::Task& task)
     report.seconds = seconds_since(begin);
     report.written.clear();
     for (const v1::Output& output : job.outputs()) report.written.push_back(output.name());
-    done.set_error_estimate(report.render->error.mean_relative);
+    done.set_error_estimate(report.render->errors.indirect.mean_relative);
     done.set_stats_json(to_json(report).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
     return done;
 }

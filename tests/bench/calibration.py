@@ -76,7 +76,7 @@ def measure(args, common, settings, first, second):
     mre = float((abs(image - truth) / floor).mean())
     noise = float((abs(first - second) / 2 / floor).mean())
     return {"mre": max(1e-6, mre**2 - noise**2) ** 0.5, "noise": noise,
-            "estimate": stats["error_estimate"]["mean_relative"],
+            "estimate": stats["error_estimate"]["indirect"]["mean_relative"],
             "rank": float(spearmanr(error.ravel(), abs(image - truth).ravel())[0]),
             "cpu": cpu, "seconds": stats["seconds"],
             "forecast": stats.get("forecast", {}).get("seconds")}

@@ -216,7 +216,7 @@ TEST(EffectRender, WithoutAnEstimateNothingIsSummedForIt)
         options.effects.without.set(Effect::error_estimate);
         const RenderResult r = render_with(lit_room(), options);
         EXPECT_EQ(r.stats.counts.error_passes, 0u);
-        EXPECT_EQ(r.stats.error.mean_relative, 0.0);
+        EXPECT_EQ(r.stats.errors.indirect.mean_relative, 0.0);
         EXPECT_FALSE(uses_shader(r.stats.counts, "RCS_SPLAT_ERRORS"));
         EXPECT_EQ(r.stats.counts.gl_bytes < with.stats.counts.gl_bytes, method == SplatMethod::quads);
         const std::vector<float>&a = with.image.layers.at("beauty").pixels, &b = r.image.layers.at("beauty").pixels;
@@ -234,7 +234,7 @@ TEST(EffectRender, LayersThatNobodyKeepsAreNotMade)
     EXPECT_EQ(r.image.layers.at("normal").pixels, everything.image.layers.at("normal").pixels);
     EXPECT_EQ(r.image.layers.at("beauty").pixels, everything.image.layers.at("beauty").pixels);
     EXPECT_EQ(r.stats.counts.layer_bytes, 48u * 48u * (4u + 3u) * sizeof(float));
-    EXPECT_EQ(r.stats.error.mean_relative, everything.stats.error.mean_relative);
+    EXPECT_EQ(r.stats.errors.indirect.mean_relative, everything.stats.errors.indirect.mean_relative);
 }
 
 TEST(EffectRender, AnEmptyViewIsOnePass)

@@ -45,12 +45,12 @@ TEST(TargetError, IsReachedBySpendingMoreOnSmallerOnes)
         double error = 1.0;
         for (const double target : {0.15, 0.07, 0.05, 0.04, 0.03}) {
             const RenderStats stats = stage.render(small(TargetError{target})).stats;
-            EXPECT_LE(stats.error.mean_relative, target) << scene;
-            EXPECT_LE(stats.error.mean_relative, error) << scene << ' ' << target;
+            EXPECT_LE(stats.errors.indirect.mean_relative, target) << scene;
+            EXPECT_LE(stats.errors.indirect.mean_relative, error) << scene << ' ' << target;
             EXPECT_GE(stats.records.hemisphere_rays, rays) << scene << ' ' << target;
             EXPECT_EQ(stats.unserved_pixels, 0u);
             rays = stats.records.hemisphere_rays;
-            error = stats.error.mean_relative;
+            error = stats.errors.indirect.mean_relative;
         }
     }
 }
@@ -60,7 +60,7 @@ TEST(TargetError, CountsReflectionsThatAreTraced)
     Stage stage("demo:spheres");
     const RenderStats loose = stage.render(small(TargetError{0.3})).stats;
     const RenderStats tight = stage.render(small(TargetError{0.012})).stats;
-    EXPECT_LE(tight.error.mean_relative, 0.012 * 1.1);
+    EXPECT_LE(tight.errors.indirect.mean_relative, 0.012 * 1.1);
     EXPECT_GT(tight.traced.rays, loose.traced.rays);
 }
 
@@ -84,7 +84,7 @@ TEST(TargetError, ThatIsOutOfReachIsSaid)
     const RenderResult result = stage.render(options, {.log = [&](LogLevel level, std::string_view text) {
                                                  if (level == LogLevel::warning) warnings.emplace_back(text);
                                              }});
-    ASSERT_GT(result.stats.error.mean_relative, 0.002);
+    ASSERT_GT(result.stats.errors.indirect.mean_relative, 0.002);
     ASSERT_EQ(warnings.size(), 1u);
     EXPECT_NE(warnings[0].find("not the 0.1 % wanted"), std::string::npos) << warnings[0];
 }

@@ -119,7 +119,8 @@ LayeredImage with_errors(const std::vector<float>& light, const std::vector<floa
 
 TEST(EstimateError, OfANormalErrorHasItsMeanMedianAndPercentile)
 {
-    const ErrorEstimate e = estimate_error(with_errors(std::vector<float>(100, 2.0f), std::vector<float>(100, 0.2f)));
+    const ErrorEstimate e =
+        estimate_errors(with_errors(std::vector<float>(100, 2.0f), std::vector<float>(100, 0.2f))).indirect;
     const double sigma = 0.2 / (2.0 + 0.01 * 2.0);
     EXPECT_NEAR(e.mean_relative, 0.797885 * sigma, 1e-6);
     EXPECT_NEAR(e.median_relative, 0.674490 * sigma, 0.03 * sigma) << "bins are a 16th of an octave wide";
@@ -133,10 +134,10 @@ TEST(EstimateError, TellsWhatCompareMeasuresOnSuchErrors)
     std::vector<float> light, error, off;
     for (int i = 0; i < 20000; ++i) {
         light.push_back(std::exp(normal(engine)));
-        error.push_back(0.05f * light.back() * std::exp(normal(engine)));
+        error.push_back(0.05f * light.back() * std::exp(0.5f * normal(engine)));
         off.push_back(light.back() + error.back() * normal(engine));
     }
-    const ErrorEstimate e = estimate_error(with_errors(off, error));
+    const ErrorEstimate e = estimate_errors(with_errors(off, error)).indirect;
     const ErrorMetrics m = compare_images(with_errors(off, error), with_errors(light, error), "indirect");
     EXPECT_NEAR(e.mean_relative, m.mean_relative_error, 0.05 * m.mean_relative_error);
     EXPECT_NEAR(e.median_relative, m.median_relative_error, 0.05 * m.median_relative_error);
@@ -145,7 +146,8 @@ TEST(EstimateError, TellsWhatCompareMeasuresOnSuchErrors)
 
 TEST(EstimateError, OfNothingIsNothing)
 {
-    for (const ErrorEstimate& e : {estimate_error({}), estimate_error(with_errors({0.0f, 0.0f}, {0.0f, 0.0f}))}) {
+    for (const ErrorEstimate& e : {estimate_errors({}).indirect, estimate_errors({}).image,
+                                   estimate_errors(with_errors({0.0f, 0.0f}, {0.0f, 0.0f})).indirect}) {
         EXPECT_EQ(e.mean_relative, 0.0);
         EXPECT_EQ(e.p95_relative, 0.0);
     }
@@ -170,8 +172,8 @@ TEST(EstimateError, OfARenderIsAboutItsError)
         settings_of(options).noise_target = accuracy / 2.0f;
         const RenderResult result = test::render_first(scene, options);
         const double measured = compare_images(result.image, reference, "indirect").mean_relative_error;
-        EXPECT_GT(result.stats.error.mean_relative, measured / 1.5) << accuracy;
-        EXPECT_LT(result.stats.error.mean_relative, measured * 1.6)
+        EXPECT_GT(result.stats.errors.indirect.mean_relative, measured / 1.5) << accuracy;
+        EXPECT_LT(result.stats.errors.indirect.mean_relative, measured * 1.6)
             << accuracy << ", with what noise the reference has";
     }
 }

@@ -164,8 +164,8 @@ TEST(LayerValues, OnDemandChangeNoOtherLayer)
     RenderOptions options = options_for({});
     options.layers.reset();
     const LayeredImage plain = render_of(scene, options);
-    options.layers = {"emission", "direct", "indirect", "indirect_error", "irradiance", "albedo",
-                      "normal",   "depth",  "records",  "position",       "motion",     kObjectLayer};
+    options.layers = {"emission", "direct", "direct_error", "indirect", "indirect_error", "irradiance", "albedo",
+                      "normal",   "depth",  "records",      "position", "motion",         kObjectLayer};
     options.motion = MotionFrom{nullptr, scene.cameras[0]};
     const LayeredImage more = render_of(scene, options);
     EXPECT_EQ(more.layers.size(), plain.layers.size() + 3);

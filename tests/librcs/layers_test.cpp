@@ -71,7 +71,7 @@ TEST(Layers, AreMadeIfAnOutputKeepsThemOrBeautyTakesThemIn)
     const std::vector<PlannedLayer> one = plan_layers({{"depth"}}, effects, 100.0);
     EXPECT_EQ(those(one, &PlannedLayer::kept), (std::set<std::string_view>{"beauty", "depth"}));
     EXPECT_EQ(those(one, &PlannedLayer::made),
-              (std::set<std::string_view>{"beauty", "depth", "direct", "indirect", "indirect_error"}));
+              (std::set<std::string_view>{"beauty", "depth", "direct", "direct_error", "indirect", "indirect_error"}));
     for (const PlannedLayer& planned : one)
         EXPECT_EQ(planned.bytes, planned.made ? 400.0 * planned.layer->channel_count() : 0.0) << planned.layer->name;
     EXPECT_THROW(plan_layers({{"deep"}}, effects, 100.0), Error);

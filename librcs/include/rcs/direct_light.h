@@ -20,6 +20,7 @@ struct DirectSettings {
     int lamp_picks = 0;  ///< 0: each triangle that matters gets shadow rays of its own; else so many of them, picked by
                          ///< what they would send, stand for all, and penumbras get no more: cheap and
                          ///< noisy. In [0, 1024]
+    bool error = false;  ///< pixels sampled twice, a few of them, tell the others' standard errors
     std::uint64_t seed = 1;
     std::optional<EffectSet> effects = std::nullopt;  ///< of a plan; none: what the scene has, wherever it lies
 };

@@ -4,7 +4,7 @@
 
 namespace rcs {
 
-/// What `compare` would say of the indirect layer against the truth, estimated from the render alone. The errors are
+/// What `compare` would say of a layer against the truth, estimated from the render alone. The errors are
 /// |I - R| / (R + 1 % of the mean of R) on luminance, as in ErrorMetrics.
 struct ErrorEstimate {
     double mean_relative = 0.0;
@@ -12,8 +12,14 @@ struct ErrorEstimate {
     double p95_relative = 0.0;
 };
 
-/// Sums up the layers `indirect` and `indirect_error`, taking the error of each pixel as normally distributed.
-/// All 0 where there is no such layer, or no light.
-ErrorEstimate estimate_error(const LayeredImage& image);
+/// Of the two that are told of every picture: 0 where there is no such light, or no estimate of it.
+struct ErrorEstimates {
+    ErrorEstimate image;     ///< of the layer beauty
+    ErrorEstimate indirect;  ///< of the layer indirect
+};
+
+/// Sums up layers and their standard errors, `direct_error` and `indirect_error`, taking the error of each pixel as
+/// normally distributed.
+ErrorEstimates estimate_errors(const LayeredImage& image);
 
 }  // namespace rcs

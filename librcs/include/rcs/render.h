@@ -68,7 +68,8 @@ struct RenderStats {
     LightCacheStats light_cache;  ///< of the bounces beyond the first
     std::uint64_t direct_shadow_rays = 0;
     GlossyStats traced;                 ///< narrow lobes, ray traced per pixel
-    ErrorEstimate error;                ///< of the picture's indirect light
+    ErrorEstimates errors;              ///< of the picture and of its indirect light
+    std::uint64_t probe_rays = 0;       ///< of gathers that judged the estimate
     std::uint64_t unserved_pixels = 0;  ///< visible pixels that no record reaches: 0 unless something is wrong
     std::string splat_method;           ///< "quads" or "tiles"
     std::string gl_renderer, gl_version, gl_platform;

@@ -41,6 +41,13 @@ public:
         return (at(x1, y1) - at(x0, y1)) - (at(x1, y0) - at(x0, y0));
     }
 
+    /// Pixels of that window.
+    double count_around(int x, int y, int reach) const
+    {
+        return static_cast<double>(std::min(width_, x + reach + 1) - std::max(0, x - reach)) *
+               static_cast<double>(std::min(height_, y + reach + 1) - std::max(0, y - reach));
+    }
+
 private:
     static std::size_t size(int n) { return static_cast<std::size_t>(n); }
     double& at(std::size_t x, std::size_t y) { return table_[y * (size(width_) + 1) + x]; }
@@ -143,7 +150,16 @@ ErrorMap error_map(const SplatBuffer& sums, const SplatStats& stats, float overl
     return errors;
 }
 
-MeanErrors mean_errors(const SplatBuffer& sums, const ErrorMap& errors)
+void scale(ErrorMap& map, const ErrorScale& scale)
+{
+    for (std::size_t i = 0; i < map.noise.size(); ++i) {
+        const auto factor = static_cast<float>(scale.of_map(kMeanAbsolute * static_cast<double>(map.total(i))));
+        map.noise[i] *= factor;
+        map.spread[i] *= factor;
+    }
+}
+
+MeanErrors mean_errors(const SplatBuffer& sums, const ErrorMap& errors, const ErrorScale& scale)
 {
     const std::size_t pixels = sums.weight.size();
     const auto light = [&](std::size_t i) {
@@ -156,35 +172,119 @@ MeanErrors mean_errors(const SplatBuffer& sums, const ErrorMap& errors)
     result.mean = mean;
     if (!(mean > 0.0)) return result;
     for (std::size_t i = 0; i < pixels; ++i) {
-        const double share =
-            kMeanAbsolute / static_cast<double>(pixels) * light(i) / (light(i) + kRelativeErrorFloor * mean);
-        result.noise += share * static_cast<double>(errors.noise[i]);
-        result.spread += share * static_cast<double>(errors.spread[i]);
-        result.total += share * static_cast<double>(errors.total(i));
+        const double part = light(i) / (light(i) + kRelativeErrorFloor * mean);
+        const double total = kMeanAbsolute * part * static_cast<double>(errors.total(i));
+        if (!(total > 0.0)) continue;
+        const double judged = scale.judged(total) / static_cast<double>(pixels);
+        result.noise += judged * static_cast<double>(errors.noise[i] / errors.total(i));
+        result.spread += judged * static_cast<double>(errors.spread[i] / errors.total(i));
+        result.total += judged;
     }
     return result;
 }
 
-ErrorEstimate estimate_error(const LayeredImage& image)
+namespace {
+
+// Where pixels are noisy by themselves, one says little of its own error: those around it do [px].
+constexpr int kNoiseReach = 8;
+// Relative error that is as good as all noise.
+constexpr double kAllNoise = 1.0;
+// Of light that is never negative, and right in the mean, the mean error is at most twice of it.
+constexpr double kMostOfMean = 2.0;
+
+/// A layer's luminance, and its standard errors: those that each pixel tells by itself, and those that its
+/// neighbourhood does.
+struct JudgedLayer {
+    int width = 0, height = 0;
+    std::vector<double> light, indirect, direct;
+};
+
+std::vector<double> luminances(const LayeredImage& image, const char* name)
 {
-    const auto light = image.layers.find("indirect"), error = image.layers.find("indirect_error");
-    if (light == image.layers.end() || error == image.layers.end()) return {};
-    const std::vector<float>& rgb = light->second.pixels;
-    const std::size_t pixels = error->second.pixels.size();
-    const auto value = [&](std::size_t i) {
-        return static_cast<double>(luminance({rgb[3 * i], rgb[3 * i + 1], rgb[3 * i + 2]}));
+    const auto found = image.layers.find(name);
+    if (found == image.layers.end()) return {};
+    const auto channels = static_cast<std::size_t>(found->second.channels);
+    std::vector<double> values(found->second.pixels.size() / channels);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        const float* const p = found->second.pixels.data() + channels * i;
+        values[i] = static_cast<double>(channels == 1 ? *p : luminance({p[0], p[1], p[2]}));
+    }
+    return values;
+}
+
+JudgedLayer judged_layer(const LayeredImage& image, const char* name, bool directly)
+{
+    JudgedLayer layer;
+    layer.light = luminances(image, name);
+    if (layer.light.empty()) return layer;
+    layer.width = image.layers.at(name).width, layer.height = image.layers.at(name).height;
+    layer.indirect = luminances(image, "indirect_error");
+    if (directly) layer.direct = luminances(image, "direct_error");
+    layer.indirect.resize(layer.light.size());
+    layer.direct.resize(layer.light.size());
+    return layer;
+}
+
+/// The mean relative error of all pixels near one, and how much they are noise, in [0, 1].
+class NoiseAround {
+public:
+    NoiseAround(const JudgedLayer& layer, double dark)
+        : width_(layer.width),
+          lights_(width_, layer.height),
+          squares_(width_, layer.height),
+          direct_(width_, layer.height)
+    {
+        lights_.fill([&](std::size_t i) { return layer.light[i] + dark; });
+        squares_.fill([&](std::size_t i) { return layer.indirect[i] * layer.indirect[i]; });
+        direct_.fill([&](std::size_t i) { return layer.direct[i]; });
+    }
+    struct Noise {
+        double error, part;
     };
+    Noise at(std::size_t i) const
+    {
+        const int x = static_cast<int>(i) % width_, y = static_cast<int>(i) / width_;
+        const double count = lights_.count_around(x, y, kNoiseReach);
+        const double indirect = std::sqrt(std::max(0.0, count * squares_.around(x, y, kNoiseReach)));
+        const double error =
+            kMeanAbsolute * std::hypot(indirect, direct_.around(x, y, kNoiseReach)) / lights_.around(x, y, kNoiseReach);
+        return {error / std::hypot(1.0, error / kMostOfMean), std::min(1.0, std::pow(error / kAllNoise, 6.0))};
+    }
+
+private:
+    int width_;
+    WindowSums lights_, squares_, direct_;
+};
+
+ErrorEstimate estimate_error(const JudgedLayer& layer, const ErrorScale& scale)
+{
+    const std::size_t pixels = layer.light.size();
     double mean = 0.0;
-    for (std::size_t i = 0; i < pixels; ++i) mean += value(i) / static_cast<double>(pixels);
+    for (const double light : layer.light) mean += light / static_cast<double>(pixels);
     if (!(mean > 0.0)) return {};
+    const double dark = kRelativeErrorFloor * mean;
+    const NoiseAround around(layer, dark);
     ErrorHistogram histogram;
     double sum = 0.0;
     for (std::size_t i = 0; i < pixels; ++i) {
-        const double sigma = static_cast<double>(error->second.pixels[i]) / (value(i) + kRelativeErrorFloor * mean);
-        histogram.add(sigma);
-        sum += sigma;
+        const NoiseAround::Noise noise = around.at(i);
+        // Direct light that is dark by chance is darker than the truth, which errors are relative to.
+        const double truth = std::hypot(layer.light[i] + dark, layer.direct[i]);
+        const double own = kMeanAbsolute * std::hypot(layer.indirect[i], layer.direct[i]) / truth;
+        histogram.add(std::lerp(scale.typical(own), noise.error, noise.part) / kMeanAbsolute);
+        sum += std::lerp(scale.judged(own), noise.error, noise.part);
     }
-    return {kMeanAbsolute * sum / static_cast<double>(pixels), histogram.percentile(0.5), histogram.percentile(0.95)};
+    return {sum / static_cast<double>(pixels), histogram.percentile(0.5), histogram.percentile(0.95)};
+}
+
+}  // namespace
+
+ErrorEstimates estimate_errors(const LayeredImage& image) { return estimate_errors(image, {}); }
+
+ErrorEstimates estimate_errors(const LayeredImage& image, const ErrorScale& scale)
+{
+    return {estimate_error(judged_layer(image, "beauty", true), scale),
+            estimate_error(judged_layer(image, "indirect", false), scale)};
 }
 
 }  // namespace rcs

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "accuracy/error_scale.h"
 #include "rcs/error_estimate.h"
 #include "rcs/splat.h"
 
@@ -18,14 +19,21 @@ struct ErrorMap {
 /// @param stats  of this splat alone: how large a record is on the image
 ErrorMap error_map(const SplatBuffer& sums, const SplatStats& stats, float overlap);
 
+/// As probes have found the errors to be.
+void scale(ErrorMap& map, const ErrorScale& scale);
+
+/// The same with what probes found. @param scale  of judging, not of the map
+ErrorEstimates estimate_errors(const LayeredImage& image, const ErrorScale& scale);
+
 /// The mean absolute value of a normal variable, over its standard deviation: sqrt(2 / pi).
 inline constexpr double kMeanAbsolute = 0.7978845608028654;
 
-/// Means over all pixels, as ErrorEstimate::mean_relative, if all light were the irradiance.
+/// Means over all pixels, as ErrorEstimate::mean_relative, if all light were the irradiance. @param scale  of
+/// judging, not of the map
 struct MeanErrors {
     double noise = 0.0, spread = 0.0, total = 0.0;
     double mean = 0.0;  ///< irradiance [W m^-2], on luminance
 };
-MeanErrors mean_errors(const SplatBuffer& sums, const ErrorMap& errors);
+MeanErrors mean_errors(const SplatBuffer& sums, const ErrorMap& errors, const ErrorScale& scale = {});
 
 }  // namespace rcs

@@ -52,6 +52,10 @@ void look_at(const SamplePass& pass, const Shading& shading, const PassLight& li
     if (!light.direct.irradiance.empty()) {
         s.direct = reflectance * light.direct.irradiance[i];
         if (!light.direct.glossy.empty()) s.direct += s.share * light.direct.glossy[i];
+        // The same shadow rays bring both.
+        if (!light.direct.irradiance_error.empty())
+            s.direct_error += luminance(reflectance) * light.direct.irradiance_error[i];
+        if (!light.direct.glossy_error.empty()) s.direct_error += luminance(s.share) * light.direct.glossy_error[i];
     }
     if (!light.traced.radiance.empty()) {
         s.traced = s.share * light.traced.radiance[i];

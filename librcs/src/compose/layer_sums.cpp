@@ -47,6 +47,9 @@ void add_error(const SamplePass&, const Sample& s, float* to)
     to[kOfRecords] += s.recorded_error;
 }
 
+/// Each pass by itself.
+void add_direct_error(const SamplePass&, const Sample& s, float* to) { *to += s.direct_error * s.direct_error; }
+
 void add_irradiance(const SamplePass& pass, const Sample& s, float* to)
 {
     if (pass.first) plus(to, s.irradiance);
@@ -172,6 +175,11 @@ void finish_error(int passes, Image& sums)
     sums = std::move(error);
 }
 
+void finish_direct_error(int passes, Image& sums)
+{
+    for (float& value : sums.pixels) value = std::sqrt(value) / static_cast<float>(passes);
+}
+
 void repeat_values(const Image& first, const std::vector<std::uint8_t>& met, Image& sums)
 {
     const auto channels = static_cast<std::size_t>(sums.channels);
@@ -186,6 +194,7 @@ constexpr LayerSum kSums[] = {
     {"beauty", 4, each<add_cover>, finish_mean, repeat_values},  // its colours come last, from its parts
     {"emission", 3, each<add_emission>, finish_mean, repeat_values},
     {"direct", 3, each<add_direct>, finish_mean, repeat_values},
+    {"direct_error", 1, each<add_direct_error>, finish_direct_error, repeat_values},
     {"indirect", 3, each<add_indirect>, finish_mean, repeat_values},
     {"indirect_error", kErrorParts, each<add_error>, finish_error, repeat_values},
     {"irradiance", 3, each<add_irradiance>, finish_mean, repeat_values},

@@ -20,15 +20,15 @@ namespace rcs {
 /// What the sample of a pixel shows, from which each layer takes its part; 0 where there is nothing of the kind.
 struct Sample {
     std::size_t pixel = 0;
-    bool covered = false;                              ///< by a surface
-    bool served = false;                               ///< by records
-    glm::vec3 share{0.0f};                             ///< of the surface's or the sky's light that reaches the eye
-    glm::vec3 direct{0.0f};                            ///< reflected light, `share` taken in [W m^-2 sr^-1]
-    glm::vec3 traced{0.0f};                            ///< indirect light by rays, likewise
-    glm::vec3 recorded{0.0f};                          ///< ... and by records
-    glm::vec3 irradiance{0.0f};                        ///< that records tell [W m^-2]
-    float traced_error = 0.0f, recorded_error = 0.0f;  ///< standard errors of their luminance
-    float records = 0.0f;                              ///< that cover the pixel
+    bool covered = false;        ///< by a surface
+    bool served = false;         ///< by records
+    glm::vec3 share{0.0f};       ///< of the surface's or the sky's light that reaches the eye
+    glm::vec3 direct{0.0f};      ///< reflected light, `share` taken in [W m^-2 sr^-1]
+    glm::vec3 traced{0.0f};      ///< indirect light by rays, likewise
+    glm::vec3 recorded{0.0f};    ///< ... and by records
+    glm::vec3 irradiance{0.0f};  ///< that records tell [W m^-2]
+    float direct_error = 0.0f, traced_error = 0.0f, recorded_error = 0.0f;  ///< standard errors of their luminance
+    float records = 0.0f;                                                   ///< that cover the pixel
 };
 
 struct PictureLayers;

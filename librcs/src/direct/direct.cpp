@@ -6,9 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "direct/direct_error.h"
 #include "direct/direct_point.h"
 #include "facts/scene_effects.h"
 #include "rcs/error.h"
+#include "util/color.h"
 
 namespace rcs {
 namespace {
@@ -37,19 +39,21 @@ constexpr std::size_t kTried = 8192;
 // Neighbours this near tell whether a lamp is in part hidden [px]: 25 pixels have shot at least 50 rays at it.
 constexpr int kReach = 2;
 
-/// What the pixel and its neighbours see together.
-LampSight sight_around(const std::vector<LampSight>& sight, int width, int height, int x, int y)
+/// Lamps that the pixel sees, and that it and its neighbours together see in part.
+std::uint64_t mixed_at(const std::vector<LampSight>& sight, const GBuffer& g, std::size_t i)
 {
+    if (sight.empty() || sight[i].seen() == 0) return 0;
+    const int x = static_cast<int>(i) % g.width, y = static_cast<int>(i) / g.width;
     LampSight all;
-    for (int ny = std::max(0, y - kReach); ny <= std::min(height - 1, y + kReach); ++ny) {
-        const std::size_t row = static_cast<std::size_t>(ny) * static_cast<std::size_t>(width);
-        for (int nx = std::max(0, x - kReach); nx <= std::min(width - 1, x + kReach); ++nx) {
+    for (int ny = std::max(0, y - kReach); ny <= std::min(g.height - 1, y + kReach); ++ny) {
+        const std::size_t row = static_cast<std::size_t>(ny) * static_cast<std::size_t>(g.width);
+        for (int nx = std::max(0, x - kReach); nx <= std::min(g.width - 1, x + kReach); ++nx) {
             const LampSight& s = sight[row + static_cast<std::size_t>(nx)];
             all.free |= s.free;
             all.hidden |= s.hidden;
         }
     }
-    return all;
+    return all.mixed() & sight[i].seen();
 }
 
 }  // namespace
@@ -100,11 +104,14 @@ DirectLightResult direct_light(const RayScene& rays, const GBuffer& gbuffer, con
     result.irradiance.assign(gbuffer.size(), glm::vec3(0.0f));
     if (highlights) result.glossy.assign(gbuffer.size(), glm::vec3(0.0f));
     std::vector<DirectLight::Workspace> workspaces(static_cast<std::size_t>(pool.size()));
-    const auto light_pixel = [&](std::size_t i, std::uint64_t mixed, DirectLight::Workspace& w) {
+    const auto light_at = [&](std::size_t i, std::uint64_t mixed, Stream stream, DirectLight::Workspace& w) {
         Bsdf bsdf;
-        const Lit lit = light.at(surface_of(gbuffer, i),
-                                 highlights ? viewer_of(gbuffer, view, shading, i, bsdf) : DirectLight::Viewer{},
-                                 stream_key(options.seed, Stream::direct, i), w, mixed);
+        return light.at(surface_of(gbuffer, i),
+                        highlights ? viewer_of(gbuffer, view, shading, i, bsdf) : DirectLight::Viewer{},
+                        stream_key(options.seed, stream, i), w, mixed);
+    };
+    const auto light_pixel = [&](std::size_t i, std::uint64_t mixed, DirectLight::Workspace& w) {
+        const Lit lit = light_at(i, mixed, Stream::direct, w);
         result.irradiance[i] = lit.irradiance;
         if (highlights) result.glossy[i] = lit.glossy;
     };
@@ -122,16 +129,24 @@ DirectLightResult direct_light(const RayScene& rays, const GBuffer& gbuffer, con
     // Penumbras are where a lamp is free at one pixel and hidden at the next.
     pool.parallel_for(sight.size(), 1024, [&](std::size_t begin, std::size_t end, int thread) {
         for (std::size_t i = begin; i < end; ++i) {
-            if (sight[i].seen() == 0) continue;
-            const int x = static_cast<int>(i % static_cast<std::size_t>(gbuffer.width));
-            const int y = static_cast<int>(i / static_cast<std::size_t>(gbuffer.width));
-            const std::uint64_t mixed =
-                sight_around(sight, gbuffer.width, gbuffer.height, x, y).mixed() & sight[i].seen();
+            const std::uint64_t mixed = mixed_at(sight, gbuffer, i);
             if (mixed == 0) continue;
             result.in_part[i] = 1;
             light_pixel(i, mixed, workspaces[static_cast<std::size_t>(thread)]);
         }
     });
+    if (options.error && light.averages()) {
+        const std::vector<std::uint32_t> pixels = checked_pixels(gbuffer, options.seed);
+        std::vector<CheckedPixel> checked(pixels.size());
+        pool.parallel_for(pixels.size(), 64, [&](std::size_t begin, std::size_t end, int thread) {
+            for (std::size_t k = begin; k < end; ++k) {
+                const Lit lit = light_at(pixels[k], mixed_at(sight, gbuffer, pixels[k]), Stream::direct_error,
+                                         workspaces[static_cast<std::size_t>(thread)]);
+                checked[k] = {pixels[k], luminance(lit.irradiance), luminance(lit.glossy)};
+            }
+        });
+        spread_errors(checked, gbuffer, result);
+    }
     for (const DirectLight::Workspace& w : workspaces) shadow_rays += w.rays;
     return result;
 }

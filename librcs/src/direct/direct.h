@@ -17,6 +17,8 @@ struct DirectLightResult {
     std::vector<glm::vec3> glossy;      ///< radiance towards the viewer by specular lobe and coat; empty without BSDFs
     std::vector<std::uint8_t> in_part;  ///< 1 where neighbours see a lamp with area or a peak in part, or lamps are
                                         ///< drawn: an average over few rays; empty where all lamps are without size
+    /// Standard errors of luminance, estimated; empty where there are none or DirectSettings::error does not ask.
+    std::vector<float> irradiance_error, glossy_error;
 };
 
 /// @param view  of `gbuffer`: says where each point is seen from

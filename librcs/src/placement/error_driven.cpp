@@ -45,9 +45,10 @@ struct StepLimits {
 /// The work on one view's records, and what it costs.
 class Steering {
 public:
-    Steering(Placement& placement, const View& view, float overlap, ThreadPool& pool,
+    Steering(Placement& placement, Probes& probes, const View& view, float overlap, ThreadPool& pool,
              const std::vector<Record>& records, const RecordStats& stats)
         : placement_(placement),
+          probes_(probes),
           view_(view),
           tolerance_(placement.options().error_tolerance),
           overlap_(overlap),
@@ -61,7 +62,6 @@ public:
     void reach(const RecordGoal& goal);
 
     RecordForecast forecast() const;
-    const MeanErrors& errors() const { return errors_; }
 
 private:
     bool step(const StepLimits& to);
@@ -84,6 +84,7 @@ private:
                                [](double sum, const RecordShare& s) { return sum + static_cast<double>(s.rays); });
     }
     Placement& placement_;
+    Probes& probes_;
     const View& view_;
     float tolerance_, overlap_;
     ThreadPool& pool_;
@@ -91,6 +92,7 @@ private:
     const RecordStats& stats_;
     SplatBuffer sums_;
     ErrorMap map_;
+    ErrorScale scale_;
     MeanErrors errors_;
     std::vector<RecordShare> shares_;  // of the placement's records
     float noise_scale_ = 1.0f;         // of the picture, over what the records' neighbours promise
@@ -109,7 +111,10 @@ void Steering::look()
     SplatStats stats;
     sums_ = splat_tiles(records_, placement_.surfaces(), view_, {tolerance_, overlap_}, pool_, stats);
     map_ = error_map(sums_, stats, overlap_);
-    errors_ = mean_errors(sums_, map_);
+    probes_.spend(Probes::worth(static_cast<double>(gathered())), sums_, map_);
+    scale_ = probes_.compare(sums_, map_);
+    scale(map_, scale_);
+    errors_ = mean_errors(sums_, map_, scale_);
     shares_ = share_out();
     look_seconds_ = seconds_since(start);
     least_look_ = std::min(least_look_, look_seconds_);
@@ -188,7 +193,7 @@ double Steering::rays_to(double error) const
 
 RecordForecast Steering::forecast() const
 {
-    return {sums_, map_, look_seconds_,
+    return {sums_, map_, scale_, look_seconds_,
             [path = walk_ahead(shares_, static_cast<float>(placement_.rays()), progress_, kLeastForecast),
              per_ray = least_per_ray_, look = least_look_](double error) {
                 const PathPoint to = read_path(path, kShareOfGoal * error);
@@ -291,14 +296,15 @@ void Steering::reach(const RecordGoal& goal)
 
 }  // namespace
 
-MeanErrors place_to_goal(Placement& placement, const View& view, float overlap, const Overture& overture,
-                         ThreadPool& pool, std::vector<Record>& records, RecordStats& stats,
-                         const std::function<std::optional<RecordGoal>(const RecordForecast&)>& set_goal)
+std::unique_ptr<Probes> place_to_goal(Placement& placement, const View& view, float overlap, const Overture& overture,
+                                      ThreadPool& pool, std::vector<Record>& records, RecordStats& stats,
+                                      const std::function<std::optional<RecordGoal>(const RecordForecast&)>& set_goal)
 {
-    Steering steering(placement, view, overlap, pool, records, stats);
+    std::unique_ptr<Probes> probes = placement.make_probes();
+    Steering steering(placement, *probes, view, overlap, pool, records, stats);
     steering.overture(overture.seconds, overture.target);
     if (const std::optional<RecordGoal> goal = set_goal(steering.forecast())) steering.reach(*goal);
-    return steering.errors();
+    return probes;
 }
 
 }  // namespace rcs

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -16,7 +17,8 @@ inline constexpr double kShareOfGoal = 0.87;
 /// What records cost so far, and what they would cost for a smaller error.
 struct RecordForecast {
     const SplatBuffer& sums;    ///< of the coarse records that the forecast is made from
-    const ErrorMap& errors;     ///< of those
+    const ErrorMap& errors;     ///< of those, as probes have found them
+    const ErrorScale& scale;    ///< of judging them
     double look_seconds = 0.0;  ///< a splat of irradiance and the estimate of its error
     /// Seconds from here to a mean relative error of the records' light.
     std::function<double(double)> seconds_to;
@@ -43,9 +45,9 @@ struct Overture {
 /// @param placement  with options().rays and spacing for the overture; options() are left as the last step used them,
 ///        so that further views are filled alike
 /// @param set_goal  asked after the overture; none stops there
-/// @return the mean relative error reached, as estimated
-MeanErrors place_to_goal(Placement& placement, const View& view, float overlap, const Overture& overture,
-                         ThreadPool& pool, std::vector<Record>& records, RecordStats& stats,
-                         const std::function<std::optional<RecordGoal>(const RecordForecast&)>& set_goal);
+/// @return the probes that the error was judged by
+std::unique_ptr<Probes> place_to_goal(Placement& placement, const View& view, float overlap, const Overture& overture,
+                                      ThreadPool& pool, std::vector<Record>& records, RecordStats& stats,
+                                      const std::function<std::optional<RecordGoal>(const RecordForecast&)>& set_goal);
 
 }  // namespace rcs

@@ -94,7 +94,8 @@ void validate(const RecordSettings& o)
 Placement::Placement(const LitScene& scene, const GBuffer& gbuffer, const View& view, const RecordSettings& options,
                      ThreadPool& pool, std::vector<Record>& records, RecordStats& stats,
                      std::function<void(float)> report)
-    : gbuffer_(gbuffer),
+    : scene_(scene),
+      gbuffer_(gbuffer),
       view_(view),
       options_(options),
       pool_(pool),

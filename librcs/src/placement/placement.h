@@ -2,9 +2,11 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <span>
 #include <vector>
 
+#include "accuracy/probes.h"
 #include "placement/allotment.h"
 #include "rcs/records.h"
 #include "records/gather.h"
@@ -29,6 +31,9 @@ public:
     /// Gathers again, with extra[i] times rays() more at record i.
     void refine(std::span<const int> extra);
 
+    /// Independent gathers in the same light.
+    std::unique_ptr<Probes> make_probes() const { return std::make_unique<Probes>(scene_, gbuffer_, options_, pool_); }
+
     RecordSettings& options() { return options_; }
     /// Hemisphere rays of one gather.
     int rays() const { return gatherer_.rays(); }
@@ -41,6 +46,7 @@ public:
     std::span<const std::uint32_t> pixels() const { return pixels_; }
 
 private:
+    LitScene scene_;
     const GBuffer& gbuffer_;
     const View& view_;
     RecordSettings options_;

@@ -189,6 +189,24 @@ void RecordGatherer::gather_more(const GBuffer& gbuffer, std::span<const std::ui
     stats.refined += wanted.size();
 }
 
+std::vector<Sounding> RecordGatherer::sound(const GBuffer& gbuffer, std::span<const std::uint32_t> pixels, int rays,
+                                            std::uint64_t sample, ThreadPool& pool) const
+{
+    const GatherSize size = first_size(rays, impl_->share);
+    std::vector<GatherWorkspace> workspaces(static_cast<std::size_t>(pool.size()), GatherWorkspace(size.grid.cells));
+    const std::uint64_t seed = stream_key(impl_->seed, Stream::probes, sample);
+    std::vector<Sounding> found(pixels.size());
+    pool.parallel_for(pixels.size(), 4, [&](std::size_t begin, std::size_t end, int thread) {
+        GatherWorkspace& w = workspaces[static_cast<std::size_t>(thread)];
+        for (std::size_t i = begin; i < end; ++i) {
+            const Record r = impl_->gatherer.gather(birth_at(gbuffer, pixels[i], seed), size, w);
+            found[i] = {static_cast<double>(luminance(r.irradiance)), r.rays};
+            w.looks.clear();
+        }
+    });
+    return found;
+}
+
 std::vector<Record> gather_records(const LitScene& scene, const GBuffer& gbuffer,
                                    const std::vector<std::uint32_t>& pixels, const RecordSettings& options,
                                    ThreadPool& pool, RecordStats& stats)

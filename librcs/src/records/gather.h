@@ -10,6 +10,12 @@
 
 namespace rcs {
 
+/// Irradiance at a place, on luminance [W m^-2].
+struct Sounding {
+    double light = 0.0;
+    int rays = 0;
+};
+
 /// gather_records() for many batches on one scene: what depends on the scene and options alone is
 /// prepared once.
 class RecordGatherer {
@@ -31,6 +37,12 @@ public:
     void gather_more(const GBuffer& gbuffer, std::span<const std::uint32_t> pixels, std::span<const int> extra,
                      std::span<Record> records, ThreadPool& pool, RecordStats& stats,
                      const std::function<void(float)>& report) const;
+
+    /// What arrives at pixels by gathers that no record has part in, of about `rays` rays each. Nothing is learned from
+    /// them.
+    /// @param sample  sets them apart: each has its own rays
+    std::vector<Sounding> sound(const GBuffer& gbuffer, std::span<const std::uint32_t> pixels, int rays,
+                                std::uint64_t sample, ThreadPool& pool) const;
 
 private:
     struct Impl;

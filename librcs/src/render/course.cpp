@@ -66,13 +66,13 @@ double error_within(const SecondsTo& seconds_to, double seconds)
 }
 
 /// The error of the first view's picture, lit like this. @param lobes  factor of the error of traced lobes
-double picture_error(const Frame& frame, PassLight light, float lobes)
+double picture_error(const Frame& frame, PassLight light, float lobes, const ErrorScale& scale)
 {
     for (float& error : light.traced.error) error *= lobes;
     LayeredImage picture;
     accumulate_pass(frame.gbuffer, frame.view(), frame.shading, light, {}, nullptr, picture);
     finish_passes(1, picture);
-    return estimate_error(picture).mean_relative;
+    return estimate_errors(picture, scale).indirect.mean_relative;
 }
 
 /// Mean relative error that one round of traced lobes alone leaves.
@@ -81,7 +81,7 @@ double lobe_error(const Frame& frame, PassLight light)
     if (light.traced.radiance.empty()) return 0.0;
     for (auto* part : {&light.indirect_error.noise, &light.indirect_error.spread})
         std::fill(part->begin(), part->end(), 0.0f);
-    return picture_error(frame, std::move(light), 1.0f);
+    return picture_error(frame, std::move(light), 1.0f, {});
 }
 
 /// What the coarse records and one round of lobes say of the picture that will be, and what the stages took.
@@ -125,10 +125,10 @@ Prospect look_ahead(Frame& frame, const RecordForecast& records)
     light.indirect = records.sums;
     light.indirect_error = records.errors;
     p.of_lobes = lobe_error(frame, light) / std::sqrt(static_cast<double>(course.passes));
-    p.of_records = std::max(1e-6, picture_error(frame, std::move(light), 0.0f));
+    p.of_records = std::max(1e-6, picture_error(frame, std::move(light), 0.0f, records.scale));
     // Records leave room for the lobes: they stop short of the goal, and are not all of the light.
-    p.left_by_records =
-        1.0 - kShareOfGoal * p.of_records / std::max(1e-6, mean_errors(records.sums, records.errors).total);
+    p.left_by_records = 1.0 - kShareOfGoal * p.of_records /
+                                  std::max(1e-6, mean_errors(records.sums, records.errors, records.scale).total);
     p.round_seconds = seconds_of(stats, "glossy") * course.passes;
     return p;
 }
@@ -243,8 +243,8 @@ void steer_records(Frame& frame, bool go_on)
         if (!go_on) return std::nullopt;
         return deadline.is_set() ? goal_in_time(frame, prospect) : RecordGoal{prospect.target};
     };
-    place_to_goal(placement, frame.view(), frame.asked.overlap, {most, target_error(frame.asked)}, frame.session.pool(),
-                  frame.records, stats, set_goal);
+    frame.probes = place_to_goal(placement, frame.view(), frame.asked.overlap, {most, target_error(frame.asked)},
+                                 frame.session.pool(), frame.records, stats, set_goal);
     frame.course.records = placement.options();
 }
 
@@ -253,8 +253,9 @@ bool wants_more_lobes(const Frame& frame, int rounds)
     const TargetError* target = std::get_if<TargetError>(&frame.asked.quality);
     if (!target || frame.light.traced.radiance.empty() || rounds >= kMostLobeRounds) return false;
     // Every pass traces by itself.
-    const double error = picture_error(frame, frame.light, 1.0f / std::sqrt(static_cast<float>(frame.course.passes)));
-    return error > target->error && picture_error(frame, frame.light, 0.0f) < 0.98 * error;
+    const double error =
+        picture_error(frame, frame.light, 1.0f / std::sqrt(static_cast<float>(frame.course.passes)), frame.error_scale);
+    return error > target->error && picture_error(frame, frame.light, 0.0f, frame.error_scale) < 0.98 * error;
 }
 
 void add_round(TracedLight& light, const TracedLight& more, int rounds)

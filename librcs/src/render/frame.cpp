@@ -64,9 +64,13 @@ void describe(const Frame& f, LayeredImage& image)
     image.metadata["rcs:camera"] = f.camera.name;
     describe_options(f, image);
     image.metadata["rcs:splat"] = stats.splat_method;
-    image.metadata["rcs:error-mean"] = number(stats.error.mean_relative);
-    image.metadata["rcs:error-median"] = number(stats.error.median_relative);
-    image.metadata["rcs:error-p95"] = number(stats.error.p95_relative);
+    const auto tell = [&](const std::string& prefix, const ErrorEstimate& error) {
+        image.metadata[prefix + "-mean"] = number(error.mean_relative);
+        image.metadata[prefix + "-median"] = number(error.median_relative);
+        image.metadata[prefix + "-p95"] = number(error.p95_relative);
+    };
+    tell("rcs:image-error", stats.errors.image);
+    tell("rcs:indirect-error", stats.errors.indirect);
     image.metadata["rcs:renderer"] = stats.gl_renderer;
     image.metadata["rcs:records"] = number(f.records.size());
 }
@@ -74,7 +78,7 @@ void describe(const Frame& f, LayeredImage& image)
 void warn(const Frame& f)
 {
     if (!f.hooks.log) return;
-    const double reached = f.result.stats.error.mean_relative, target = target_error(f.asked);
+    const double reached = f.result.stats.errors.indirect.mean_relative, target = target_error(f.asked);
     if (target > 0.0 && reached > kNotReached * target)
         f.hooks.log(LogLevel::warning, "the error of indirect light is estimated as " + percent(reached) +
                                            ", not the " + percent(target) + " wanted");
@@ -133,7 +137,8 @@ RenderResult finish(Frame& f)
     RenderStats& stats = result.stats;
     timed(stats, f.hooks.progress, "compose", [&] { finish_passes(f.course.passes, result.image); });
     if (f.needs(Effect::error_estimate))
-        stats.error = timed(stats, f.hooks.progress, "error", [&] { return estimate_error(result.image); });
+        stats.errors =
+            timed(stats, f.hooks.progress, "error", [&] { return estimate_errors(result.image, f.error_scale); });
     keep_layers(f.layers, result.image);
     f.tally.finish(f.session.gl(), f.session.pool(), f.records, result.image, stats.counts);
     describe(f, result.image);

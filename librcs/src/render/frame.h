@@ -6,6 +6,8 @@
 
 #include <glm/glm.hpp>
 
+#include "accuracy/error_scale.h"
+#include "accuracy/probes.h"
 #include "compose/compose.h"
 #include "compose/shared_samples.h"
 #include "gbuffer/shading.h"
@@ -40,6 +42,8 @@ struct Frame {
     const LightCache* light_cache = nullptr;
     std::unique_ptr<GatherGuide> guide = {};
     std::optional<SharedSamples> shared = {};
+    std::unique_ptr<Probes> probes = {};  ///< that a goal was steered by, until the first view is judged
+    ErrorScale error_scale = {};          ///< what probes found of the first view's error map
 
     // The pass: surfaces in view, those seen through others one layer after the other, and their light.
     int pass = -1;

@@ -68,6 +68,7 @@ Settings make_settings(const RenderOptions& asked, const EffectPlan& plan, const
     s.direct.area_samples = of_pass(s.direct.area_samples, plan.passes);
     s.direct.penumbra_samples = of_pass(s.direct.penumbra_samples, plan.passes);
     s.direct.effects = s.effects;
+    s.direct.error = s.needs(Effect::error_estimate);
     s.lobes = {.rays_per_pixel = rays_of_round(of_pass(asked.lobe_rays, plan.passes), asked.quality),
                .bounces = plan.bounces};
     s.records = record_settings(asked);

@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "accuracy/error_estimate.h"
+#include "accuracy/probes.h"
 #include "gbuffer/views.h"
 #include "placement/view_fit.h"
 #include "records/guided_gathers.h"
@@ -46,6 +48,26 @@ void prepare_records(Frame& f)
     fit_to_view(f.gbuffer, f.view(), f.records);
     f.guide = make_gather_guide({f.rays, f.light_cache}, f.gbuffer, f.view(), f.course.records, f.session.pool());
     if (f.guide) f.stats().records.lit_points = f.guide->lit().points.size();
+}
+
+/// What independent gathers at some of the first view's pixels say of its error.
+ErrorScale probe(Frame& f)
+{
+    return timed(f, "probes", [&] {
+        if (!f.probes)
+            f.probes = std::make_unique<Probes>(LitScene(f.rays, f.light_cache, f.guide.get()), f.gbuffer,
+                                                f.course.records, f.session.pool());
+        const ErrorMap& map = f.light.indirect_error;
+        // Also those of earlier views: the same records say the same of their error.
+        const double rays = std::accumulate(f.records.begin(), f.records.end(), 0.0, [](double sum, const Record& r) {
+            return sum + static_cast<double>(r.rays);
+        });
+        f.probes->spend(Probes::worth(rays), f.light.indirect, map);
+        f.stats().probe_rays = f.probes->rays();
+        const ErrorScale found = f.probes->compare(f.light.indirect, map);
+        f.probes.reset();
+        return found;
+    });
 }
 
 TracedLight trace_round(Frame& f, int round)
@@ -152,6 +174,8 @@ void splat_records(Frame& f)
     if (!settings.error_sums) return;
     f.light.indirect_error = timed(f, "error", [&] { return error_map(f.light.indirect, splats, settings.overlap); });
     ++stats.counts.error_passes;
+    if (f.is_first_view()) f.error_scale = probe(f);
+    scale(f.light.indirect_error, f.error_scale);
 }
 
 void trace_more_lobes(Frame& f)

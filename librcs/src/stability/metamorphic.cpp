@@ -115,7 +115,7 @@ void compare_pictures(CaseRun& run, const RenderResult& got, const RenderResult&
                        words + ", mean of " + layer + " light, of the picture");
     }
     const double pixels = mean_difference(a, b, "indirect"),
-                 most = kMostDifference * expected.stats.error.mean_relative + 1e-4;
+                 most = kMostDifference * expected.stats.errors.indirect.mean_relative + 1e-4;
     run.require(pixels <= most, words + ": pixels of indirect light differ by " + text_of(pixels) +
                                     ", noise explains " + text_of(most));
 }

@@ -22,7 +22,9 @@ enum class Stream : std::uint64_t {
     reference,
     glossy,
     light_cache,
-    lit_points
+    lit_points,
+    probes,
+    direct_error
 };
 
 inline std::uint64_t stream_key(std::uint64_t seed, Stream stream, std::uint64_t index)

@@ -1,0 +1,175 @@
+#include "accuracy/probes.h"
+
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "direct/direct.h"
+#include "gbuffer/shading.h"
+#include "gbuffer/views.h"
+#include "rcs/rcs.h"
+#include "support/session.h"
+#include "util/color.h"
+
+namespace rcs {
+namespace {
+
+TEST(ErrorScale, IsReadBetweenParts)
+{
+    const ErrorScale scale({{0.01, 0.02, 0.02, 0.01}, {0.1, 0.05, 0.1, 0.05}});
+    EXPECT_NEAR(scale.of_map(0.01), 2.0, 1e-12);
+    EXPECT_NEAR(scale.of_map(0.1), 0.5, 1e-12);
+    EXPECT_NEAR(scale.of_map(std::sqrt(0.001)), 1.0, 1e-12) << "by logarithms";
+    EXPECT_NEAR(scale.of_map(1e-6), 2.0, 1e-12);
+    EXPECT_NEAR(scale.of_map(1.0), 0.5, 1e-12);
+    EXPECT_NEAR(scale.judged(0.05), 0.1, 1e-12);
+    EXPECT_NEAR(scale.judged(0.01), 0.01, 1e-12);
+    EXPECT_NEAR(scale.typical(0.02), 0.01, 1e-12);
+    EXPECT_EQ(ErrorScale().of_map(0.3), 1.0);
+    EXPECT_EQ(ErrorScale().judged(0.3), 0.3);
+}
+
+/// Records of a view, and what is splatted from them.
+struct Placed {
+    Scene scene;
+    ThreadPool pool;
+    RayScene rays;
+    View view;
+    GBuffer gbuffer;
+    RecordSettings settings;
+    std::vector<Record> records;
+
+    explicit Placed(const std::string& name, int threads = 2)
+        : scene(load_scene(name)),
+          pool(threads),
+          rays(build_ray_scene(scene, pool)),
+          view(make_views(scene.cameras[0], 64, 64, 1)[0]),
+          gbuffer(render_gbuffer(test::shared_gl(), rays, view, 1.0f, pool))
+    {
+        RecordStats stats;
+        place_records({rays}, gbuffer, view, settings, pool, records, stats);
+    }
+    Placed(const Placed&) = delete;
+
+    ErrorScale judge() { return look().scale; }
+
+    struct Look {
+        ErrorScale scale;
+        double error;  ///< mean relative, of all
+    };
+    Look look()
+    {
+        SplatStats stats;
+        const SplatSettings splat{settings.error_tolerance, 3.0f, true};
+        const SplatBuffer sums = splat_tiles(records, gbuffer, view, splat, pool, stats);
+        ErrorMap map = error_map(sums, stats, 3.0f);
+        Probes probes({rays}, gbuffer, settings, pool);
+        probes.spend(1e5, sums, map);
+        const ErrorScale found = probes.compare(sums, map);
+        scale(map, found);
+        return {found, mean_errors(sums, map, found).total};
+    }
+};
+
+TEST(Probes, FindWhatAllRecordsHaveWrongTogether)
+{
+    Placed placed("demo:cornell");
+    EXPECT_LT(placed.look().error, 0.12);
+    for (Record& r : placed.records) {
+        r.irradiance *= 1.5f;
+        for (auto* gradient : {&r.rotation_gradient, &r.translation_gradient})
+            for (glm::vec3& g : *gradient) g *= 1.5f;
+    }
+    // They agree as well as before, but a third of what they say is not there.
+    EXPECT_NEAR(placed.look().error, 0.5, 0.1);
+}
+
+TEST(Probes, DoNotDependOnTheThreads)
+{
+    Placed one("demo:ajar", 1), three("demo:ajar", 3);
+    const ErrorScale a = one.judge(), b = three.judge();
+    for (const double told : {0.001, 0.01, 0.03, 0.1, 0.5}) {
+        EXPECT_EQ(a.of_map(told), b.of_map(told));
+        EXPECT_EQ(a.judged(told), b.judged(told));
+    }
+    EXPECT_NE(a.of_map(0.03), 1.0);
+}
+
+TEST(DirectError, IsWhatSeedsScatterBy)
+{
+    constexpr int kSeeds = 12;
+    for (const char* name : {"demo:blinds", "demo:cornell"}) {
+        const Scene scene = load_scene(name);
+        ThreadPool pool(2);
+        const RayScene rays = build_ray_scene(scene, pool);
+        const View view = make_views(scene.cameras[0], 64, 64, 1)[0];
+        const GBuffer gbuffer = render_gbuffer(test::shared_gl(), rays, view, 1.0f, pool);
+        std::vector<double> sum(gbuffer.size()), off(gbuffer.size());
+        std::vector<std::vector<float>> light;
+        double told = 0.0, scatter = 0.0;
+        for (int seed = 1; seed <= kSeeds; ++seed) {
+            DirectSettings settings{.area_samples = 4, .penumbra_samples = 16, .error = true};
+            settings.seed = static_cast<std::uint64_t>(seed);
+            std::uint64_t shadow_rays = 0;
+            const DirectLightResult lit = direct_light(rays, gbuffer, view, Shading{}, settings, pool, shadow_rays);
+            ASSERT_FALSE(lit.irradiance_error.empty()) << name;
+            for (std::size_t i = 0; i < sum.size(); ++i) {
+                sum[i] += static_cast<double>(luminance(lit.irradiance[i])) / kSeeds;
+                told += static_cast<double>(lit.irradiance_error[i]);
+            }
+            std::vector<float>& l = light.emplace_back();
+            for (const glm::vec3& e : lit.irradiance) l.push_back(luminance(e));
+        }
+        for (const std::vector<float>& l : light)
+            for (std::size_t i = 0; i < sum.size(); ++i) scatter += std::abs(static_cast<double>(l[i]) - sum[i]);
+        EXPECT_GT(scatter, 0.0);
+        EXPECT_NEAR(kMeanAbsolute * told / scatter, 1.0, 0.3) << name;
+    }
+}
+
+/// A picture against the path tracer's, as `compare` has it.
+void expect_to_hold(const char* name, const RenderResult& result, const LayeredImage& reference)
+{
+    const auto expect = [&](const char* layer, const ErrorEstimate& told) {
+        const ErrorMetrics found = compare_images(result.image, reference, layer);
+        EXPECT_GT(told.mean_relative, 0.67 * found.mean_relative_error) << name << ' ' << layer;
+        EXPECT_LT(told.mean_relative, 1.5 * found.mean_relative_error) << name << ' ' << layer;
+    };
+    expect("beauty", result.stats.errors.image);
+    expect("indirect", result.stats.errors.indirect);
+}
+
+TEST(ErrorEstimates, HoldOfThePictureAndOfItsIndirectLight)
+{
+    for (const char* name : {"demo:ajar", "demo:blinds", "demo:cornell", "demo:spheres"}) {
+        const Scene scene = load_scene(name);
+        ThreadPool pool(2);
+        const View view{scene.cameras[0], 128, 128, {0.5, 0.5}};
+        ReferenceOptions paths;
+        paths.samples = 4096;
+        paths.stride = 4;
+        const LayeredImage reference = render_reference(build_ray_scene(scene, pool), view, paths, pool);
+        RenderOptions options;
+        options.width = options.height = 128;
+        options.aa = 1;
+        expect_to_hold(name, test::render_first(scene, options), reference);
+    }
+}
+
+TEST(ErrorEstimates, AreTheSameForAnyNumberOfThreads)
+{
+    RenderOptions options;
+    options.width = options.height = 64;
+    const Scene scene = load_scene("demo:blinds");
+    const RenderResult one = test::render_first(scene, options, 1), three = test::render_first(scene, options, 3);
+    EXPECT_GT(one.stats.errors.image.mean_relative, 0.0);
+    EXPECT_EQ(one.stats.errors.image.mean_relative, three.stats.errors.image.mean_relative);
+    EXPECT_EQ(one.stats.errors.indirect.p95_relative, three.stats.errors.indirect.p95_relative);
+    EXPECT_GT(one.stats.probe_rays, 0u);
+}
+
+}  // namespace
+}  // namespace rcs
