@@ -67,6 +67,7 @@ void add_render(Json& json, const RunReport& report)
     json["waves"] = stats.records.waves;
     json["refined_records"] = stats.records.refined;
     json["lit_points"] = stats.records.lit_points;
+    json["gathered_lamps"] = stats.records.gathered_lamps;
     json["unserved_pixels"] = stats.unserved_pixels;
     json["rays"] = {{"hemisphere", stats.records.hemisphere_rays},    {"refining", stats.records.refining_rays},
                     {"hemisphere_shadow", stats.records.shadow_rays}, {"look", stats.records.looks},

@@ -40,7 +40,8 @@ struct Place {
 
     LightSurvey survey(std::uint64_t seed)
     {
-        return survey_light(rays, scene_effects(rays), points, view, 128, seed, pool);
+        return survey_light({rays, HitRadiance(rays, nullptr, scene_effects(rays)), least_hit_alpha(128)}, points, view,
+                            seed, pool);
     }
 };
 
@@ -119,13 +120,13 @@ TEST_P(GuidedGathers, FindTheLightThatRaysFind)
     RecordSettings settings;
     settings.radiance = true;
     const GatherSize many{make_hemisphere_grid(16384), 0}, few{make_hemisphere_grid(64), 64};
-    const Sums truth = gather(place, Gatherer(place.rays, settings, nullptr, nullptr), many, 1, nullptr);
+    const Sums truth = gather(place, Gatherer(place.rays, settings), many, 1, nullptr);
     Sums found;
     constexpr int kSeeds = 24, kRounds = 4;
     for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
         GatherGuide guide(place.survey(seed), 16384.0, place.pool);
         ASSERT_TRUE(guide.has_light());
-        const Gatherer guided(place.rays, settings, nullptr, &guide);
+        const Gatherer guided({place.rays, nullptr, &guide}, settings);
         for (std::uint64_t round = 0; round < kRounds; ++round) {
             const Sums s = gather(place, guided, few, 100 * seed + round, &guide);
             const double part = 1.0 / (kSeeds * kRounds);

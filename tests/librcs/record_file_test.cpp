@@ -55,6 +55,10 @@ std::vector<Record> random_records(int count)
         r.closeness = 0.25f;
         r.breadth = 0.5f;
         for (int i = 0; i < (k % 2 == 0 ? 108 : 0); ++i) r.radiance.push_back(unit(engine) - 0.5f);
+        if (k % 3 != 0) continue;
+        r.gathered_lamps = static_cast<std::uint32_t>(k);
+        r.of_lamps = 0.5f * r.irradiance;
+        for (std::size_t i = 0; i < r.radiance.size(); ++i) r.radiance_of_lamps.push_back(unit(engine));
     }
     return records;
 }
@@ -94,16 +98,16 @@ TEST(RecordFile, KeepsItsFormatWithinAVersion)
     r.rays = 128;
     r.footprint = 0.5f;
     const std::string bytes = to_bytes({"scene", "settings"}, {r});
-    ASSERT_EQ(bytes.size(), 12u + 4 + 4 + 5 + 4 + 8 + 4 + 38 * 4);
-    EXPECT_EQ(bytes.substr(0, 25), std::string("rcs records\n\1\0\0\0\5\0\0\0scene", 25));
+    ASSERT_EQ(bytes.size(), 12u + 4 + 4 + 5 + 4 + 8 + 4 + 43 * 4);
+    EXPECT_EQ(bytes.substr(0, 25), std::string("rcs records\n\2\0\0\0\5\0\0\0scene", 25));
     const auto word = [&](std::size_t i) { return bytes.substr(41 + 4 * i, 4); };
     EXPECT_EQ(word(6), std::string("\0\0\x80\x3f", 4)) << "irradiance 1";
     EXPECT_EQ(word(8), std::string("\0\0\x40\x40", 4)) << "irradiance 3";
-    EXPECT_EQ(word(27), std::string("\0\0\x80\x40", 4)) << "harmonic mean distance 4";
-    EXPECT_EQ(word(29), std::string("\0\0\x80\x7f", 4)) << "gradient reach infinite";
-    EXPECT_EQ(word(30), std::string("\x80\0\0\0", 4)) << "128 rays";
-    EXPECT_EQ(word(31), std::string("\0\0\0\x3f", 4)) << "footprint 0.5";
-    EXPECT_EQ(word(37), std::string("\0\0\0\0", 4)) << "no radiance";
+    EXPECT_EQ(word(30), std::string("\0\0\x80\x40", 4)) << "harmonic mean distance 4";
+    EXPECT_EQ(word(32), std::string("\0\0\x80\x7f", 4)) << "gradient reach infinite";
+    EXPECT_EQ(word(33), std::string("\x80\0\0\0", 4)) << "128 rays";
+    EXPECT_EQ(word(34), std::string("\0\0\0\x3f", 4)) << "footprint 0.5";
+    EXPECT_EQ(word(42), std::string("\0\0\0\0", 4)) << "no radiance of lamps";
 }
 
 TEST(RecordFile, CutShortOrWithAnyBitFlippedIsOneErrorThatNamesIt)
@@ -132,8 +136,8 @@ TEST(RecordFile, CutShortOrWithAnyBitFlippedIsOneErrorThatNamesIt)
     }
     EXPECT_NE(message(whole + "x").find("a.records"), std::string::npos);
     EXPECT_NE(message("").find("a.records is no record file"), std::string::npos);
-    EXPECT_NE(message(std::string("rcs records\n\2\0\0\0", 16) + std::string(16, '0'))
-                  .find("version 2, this build reads version 1"),
+    EXPECT_NE(message(std::string("rcs records\n\1\0\0\0", 16) + std::string(16, '0'))
+                  .find("version 1, this build reads version 2"),
               std::string::npos);
 }
 

@@ -14,6 +14,9 @@
 
 namespace rcs {
 
+/// Lamps whose light records gather, as they gather that of the sky (method.md).
+struct GatheredLamps;
+
 struct DirectSettings {
     int area_samples = 16;  ///< shadow rays per pixel towards lamps with area where visibility is uniform, in [1, 1024]
     int penumbra_samples = 64;  ///< the same where it is mixed, in [area_samples, 65536]
@@ -23,6 +26,7 @@ struct DirectSettings {
     bool error = false;  ///< pixels sampled twice, a few of them, tell the others' standard errors
     std::uint64_t seed = 1;
     std::optional<EffectSet> effects = std::nullopt;  ///< of a plan; none: what the scene has, wherever it lies
+    const GatheredLamps* gathered = nullptr;  ///< the diffuse part of their light is left to records; null: none
 };
 
 /// @throws Error bad_argument: the field, its value and its range

@@ -23,6 +23,7 @@ struct Record {
     glm::vec3 position{0.0f};            ///< p_k [m]
     glm::vec3 normal{0.0f, 0.0f, 1.0f};  ///< n_k, unit
     glm::vec3 irradiance{0.0f};          ///< E_k [W m^-2]
+    glm::vec3 of_lamps{0.0f};            ///< part of E_k that gathered lamps send straight here [W m^-2]
     /// Per colour: gradient for a rotation of the normal; E changes by dot(cross(n_k, n), g) [W m^-2 rad^-1]
     std::array<glm::vec3, 3> rotation_gradient{};
     /// Per colour: gradient for a move within the tangent plane; E changes by dot(p - p_k, g) [W m^-3]
@@ -42,9 +43,12 @@ struct Record {
         1.0f;  ///< its least R_k over RecordSettings::min_reach, in (0, 1]: less where the error asks for it
     float breadth = 1.0f;  ///< of the last splat's influence, in (0, 1]: less than 1 where records lie as close
                            ///< as they may and their expansions still disagree
+    std::uint32_t gathered_lamps = 0;  ///< GatheredLamps::id; records of others must not be mixed with them
     /// Incoming radiance times cosine in spherical harmonics of scene space (Krivanek et al. 2005, with the cosine
-    /// taken in): 36 coefficients of red, of green, of blue [W m^-2]. Empty unless options.radiance asked for it.
+    /// taken in), that of gathered lamps left out: 36 coefficients of red, of green, of blue [W m^-2]. Empty unless
+    /// options.radiance asked for it.
     std::vector<float> radiance;
+    std::vector<float> radiance_of_lamps;  ///< the same of gathered lamps alone; empty as well where there are none
 };
 
 /// How records are placed and gathered.
@@ -69,8 +73,9 @@ struct RecordStats {
     std::uint64_t records = 0;
     std::uint64_t hemisphere_rays = 0;
     std::uint64_t shadow_rays = 0;
-    std::uint64_t looks = 0;       ///< shadow rays of records to lit points
-    std::uint64_t lit_points = 0;  ///< that records look at; 0: rays alone find their light
+    std::uint64_t looks = 0;           ///< shadow rays of records to lit points
+    std::uint64_t lit_points = 0;      ///< that records look at; 0: rays alone find their light
+    std::uint64_t gathered_lamps = 0;  ///< surfaces whose own light records gather, in place of pixels' shadow rays
     std::uint64_t waves = 0;
     std::uint64_t refined = 0;        ///< records that got more rays because their neighbourhood was noisy
     std::uint64_t refining_rays = 0;  ///< those rays and looks, also part of the others
@@ -78,14 +83,19 @@ struct RecordStats {
 
 /// Where gathers look for light besides where their rays lead: made by the renderer for a view (method.md).
 class GatherGuide;
+/// Lamps whose light records gather, as they gather that of the sky (method.md).
+struct GatheredLamps;
 
 /// What gather rays see: the scene, and on its surfaces the light of later bounces.
 struct LitScene {
     const RayScene& rays;
-    const LightCache* cache;  ///< of RecordSettings::bounces - 1 bounces, where that is more than 0; else unused
-    GatherGuide* guide;       ///< tells gathers where to look; null: they look everywhere
+    const LightCache* cache;        ///< of RecordSettings::bounces - 1 bounces, where that is more than 0; else unused
+    GatherGuide* guide;             ///< tells gathers where to look; null: they look everywhere
+    const GatheredLamps* gathered;  ///< null: none
 
-    LitScene(const RayScene& r, const LightCache* c = nullptr, GatherGuide* g = nullptr) : rays(r), cache(c), guide(g)
+    LitScene(const RayScene& r, const LightCache* c = nullptr, GatherGuide* g = nullptr,
+             const GatheredLamps* lamps = nullptr)
+        : rays(r), cache(c), guide(g), gathered(lamps)
     {
     }
 };

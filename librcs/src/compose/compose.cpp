@@ -1,6 +1,7 @@
 #include "compose/compose.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 #include "radiance/lobes.h"
@@ -23,6 +24,11 @@ glm::vec3 glossy_radiance(const GBuffer& g, const Shading& shading, const SplatB
            (glm::vec3(sums.glossy_r[i], sums.glossy_g[i], sums.glossy_b[i]) / sums.weight[i]);
 }
 
+glm::vec3 mean_irradiance(const SplatBuffer& sums, std::size_t i)
+{
+    return glm::vec3(sums.weighted_r[i], sums.weighted_g[i], sums.weighted_b[i]) / sums.weight[i];
+}
+
 /// What records say at a visible point.
 void add_recorded(const SamplePass& pass, const Shading& shading, const PassLight& light, glm::vec3 reflectance,
                   Sample& s)
@@ -31,7 +37,18 @@ void add_recorded(const SamplePass& pass, const Shading& shading, const PassLigh
     const SplatBuffer& sums = light.indirect;
     s.served = sums.weight[i] > 0.0f;
     if (!s.served) return;
-    s.irradiance = glm::vec3(sums.weighted_r[i], sums.weighted_g[i], sums.weighted_b[i]) / sums.weight[i];
+    s.irradiance = mean_irradiance(sums, i);
+    if (light.of_lamps.width != 0) {
+        const glm::vec3 of_lamps = glm::min(mean_irradiance(light.of_lamps, i), s.irradiance);
+        s.irradiance -= of_lamps;
+        glm::vec3 reflected = reflectance * of_lamps;
+        if (shading.has_lobes())
+            reflected += s.share * glossy_radiance(pass.gbuffer, shading, light.of_lamps, i,
+                                                   outgoing_at(pass.gbuffer, pass.view.camera, i));
+        s.direct += reflected;
+        if (!light.indirect_error.noise.empty())
+            s.direct_error = std::hypot(s.direct_error, light.indirect_error.total(i) * luminance(reflected));
+    }
     s.recorded = reflectance * s.irradiance;
     if (shading.has_lobes())
         s.recorded +=

@@ -20,7 +20,8 @@ struct PassLight {
     const PictureLayers* layers = nullptr;  ///< that are made; never null
     DirectLightResult direct;
     SplatBuffer indirect;     ///< the records' sums; width 0: none
-    ErrorMap indirect_error;  ///< of it
+    SplatBuffer of_lamps;     ///< the part of them that gathered lamps send; width 0: there are none
+    ErrorMap indirect_error;  ///< of both
     TracedLight traced;       ///< indirect light of lobes that are ray traced
 };
 

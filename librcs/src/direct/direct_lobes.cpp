@@ -40,8 +40,9 @@ void DirectLight::choose_samples(const SurfacePoint& point, const Workspace& w, 
 {
     if (!lobes.any) return;
     const float alpha = narrowest(lobes.bsdf, lobes.reflecting);
-    bool narrow = alpha < kLampsAlpha &&
-                  (candidates_.draws() || (sky_.has_peaks() && lobe_solid_angle(alpha) < sky_.peak_solid_angle()));
+    bool narrow = lobes.lit_by_gathered != 0u;
+    narrow |= alpha < kLampsAlpha &&
+              (candidates_.draws() || (sky_.has_peaks() && lobe_solid_angle(alpha) < sky_.peak_solid_angle()));
     if (!narrow && alpha < kLampsAlpha) {
         float lamps = 0.0f;
         for (const LampView& lamp : w.lamps) lamps += solid_angle(lamp.corner.data());
@@ -134,7 +135,14 @@ void DirectLight::add_lobe_rays(const SurfacePoint& point, const Lobes& lobes, s
         if ((active >> i & 1u) == 0u) continue;
         float towards = 0.0f;
         const glm::vec3 radiance = light_along(point, lobes, w.packet, i, towards);
-        lit.glossy += weights.weight[i] * radiance * samples[i].weight *
+        // Only rays along lobes find gathered lamps.
+        const bool gathered = options_.gathered && w.packet.geometry[i] != RayPacket::kMiss && !lobes.is_behind &&
+                              options_.gathered->has(w.packet.instance(i));
+        if (gathered) towards = 0.0f;
+        const glm::vec3 reflected = gathered
+                                        ? glossy(lobes, lobes.lit_by_gathered, samples[i].incoming) / samples[i].density
+                                        : samples[i].weight;
+        lit.glossy += weights.weight[i] * radiance * reflected *
                       (power_heuristic(lobes.counted * samples[i].density, towards) / n);
     }
 }

@@ -58,6 +58,9 @@ DirectLight::Lobes DirectLight::make_lobes(const Viewer& viewer) const
     // What comes through from behind is found by rays, straight ones or those along the lobe; but punctual lamps by
     // none.
     lobes.reflecting = reflecting_lobes(lobes.bsdf);
+    if (options_.gathered && options_.gathered->any())
+        lobes.lit_by_gathered =
+            options_.gathered->by_direction ? lobes.reflecting & ~lobes.bsdf.those(lit_by_records) : lobes.reflecting;
     lobes.lit_behind = lobes_lit_behind(lobes.bsdf);
     lobes.transmitting = transmitting_lobes(lobes.bsdf) & ~lobes.lit_behind;
     lobes.outgoing = viewer.outgoing;
@@ -65,11 +68,11 @@ DirectLight::Lobes DirectLight::make_lobes(const Viewer& viewer) const
     return lobes;
 }
 
-glm::vec3 DirectLight::glossy(const Lobes& lobes, glm::vec3 to_light) const
+glm::vec3 DirectLight::glossy(const Lobes& lobes, LobeSet which, glm::vec3 to_light) const
 {
     const float cosine = glm::dot(lobes.bsdf.normal, to_light);
     if (!(cosine > 0.0f) || !(glm::dot(lobes.bsdf.geometric_normal, to_light) > 0.0f)) return glm::vec3(0.0f);
-    return cosine * evaluate(lobes.bsdf, lobes.outgoing, to_light, lobes.reflecting);
+    return cosine * evaluate(lobes.bsdf, lobes.outgoing, to_light, which);
 }
 
 Lit DirectLight::at(const SurfacePoint& point, const Viewer& viewer, std::uint64_t key, Workspace& w,
@@ -80,6 +83,7 @@ Lit DirectLight::at(const SurfacePoint& point, const Viewer& viewer, std::uint64
     if (lobes.lit_behind == 0u) return lit;
     const LampSight sight = w.sight;
     Lobes none;
+    none.is_behind = true;
     const Lit behind = on_this_side(other_side(point), none, mix64(key + 1), w, mixed);
     lit.glossy += kInversePi * albedo(lobes.bsdf, lobes.outgoing, lobes.lit_behind) * behind.irradiance;
     w.sight.free |= sight.free;
@@ -122,7 +126,7 @@ void DirectLight::add_punctual(const SurfacePoint& point, const Lobes& lobes, Wo
             continue;
         }
         lit.irradiance += cosine * arriving;
-        if (lobes.any) lit.glossy += arriving * glossy(lobes, s.to_light);
+        if (lobes.any) lit.glossy += arriving * glossy(lobes, lobes.reflecting, s.to_light);
     }
 }
 
@@ -137,6 +141,7 @@ void DirectLight::find_lamps(const SurfacePoint& point, const Lobes& lobes, Rand
         for (std::size_t i = 0; i < 3; ++i) corner[i] = triangle.corner[i] - point.position;
         const float behind = glm::dot(triangle.normal, corner[0]);
         if ((behind > 0.0f && !triangle.double_sided) || lies_on_plane(triangle, point)) continue;
+        if (is_gathered(triangle, lobes)) continue;
         // Only the part above the horizon: sampling the rest would be in vain.
         glm::vec3 polygon[4];
         const int corners = clip_to_horizon(corner.data(), 3, point.shading_normal, polygon);
@@ -155,7 +160,7 @@ void DirectLight::find_lamps(const SurfacePoint& point, const Lobes& lobes, Rand
                 const glm::vec3 centre = lamp.corner[0] + lamp.corner[1] + lamp.corner[2];
                 const float cosine = glm::dot(lobes.bsdf.normal, glm::normalize(centre));
                 const float highlight =
-                    cosine > 0.0f ? luminance(glossy(lobes, glm::normalize(centre))) / cosine : 0.0f;
+                    cosine > 0.0f ? luminance(glossy(lobes, lobes.reflecting, glm::normalize(centre))) / cosine : 0.0f;
                 lamp.importance *= lobes.diffuse + std::min(highlight, kMostHighlight * kInversePi) + 0.01f;
             }
             w.lamps.push_back(lamp);
@@ -194,7 +199,7 @@ void DirectLight::shoot(const SurfacePoint& point, const Lobes& lobes, LampView&
             triangle.varied ? radiance_at(rays_, triangle, point.position + s.position) : triangle.radiance;
         if (triangle.varied) w.radiance.push_back(radiance);
         if (!lobes.any) continue;
-        glm::vec3 g = lamp.scale * s.inverse_density * radiance * glossy(lobes, to_light);
+        glm::vec3 g = lamp.scale * s.inverse_density * radiance * glossy(lobes, lobes.reflecting, to_light);
         if (lobes.samples > 0)
             g *= power_heuristic(towards,
                                  lobes.counted * density(lobes.bsdf, lobes.outgoing, to_light, lobes.reflecting));
@@ -325,7 +330,7 @@ void DirectLight::add_peaks(const SurfacePoint& point, const Lobes& lobes, std::
             w.shadow.add(ray_from(point, s.direction));
             w.radiance.push_back(cosine / s.density * s.radiance);
             if (!lobes.any) continue;
-            glm::vec3 g = s.radiance * glossy(lobes, s.direction) / s.density;
+            glm::vec3 g = s.radiance * glossy(lobes, lobes.reflecting, s.direction) / s.density;
             if (lobes.samples > 0) {
                 const float towards = static_cast<float>(options_.area_samples) * s.density;
                 g *= power_heuristic(

@@ -7,6 +7,7 @@
 #include <glm/glm.hpp>
 
 #include "lamps/candidates.h"
+#include "lamps/gathered_lamps.h"
 #include "lamps/lights.h"
 #include "lamps/power_heuristic.h"
 #include "material/bsdf.h"
@@ -97,18 +98,24 @@ private:
     struct Lobes {
         Bsdf bsdf;
         LobeSet reflecting = 0, transmitting = 0, lit_behind = 0;
+        LobeSet lit_by_gathered = 0;  // of the reflecting ones, those whose rays find gathered lamps: records do not
         glm::vec3 outgoing{0.0f};
         float diffuse = 0.0f;         // luminance of the diffuse albedo over pi
         int samples = 0;              // rays along the lobes
         float counted = 0.0f;         // as how many the heuristic counts them
         float total_estimate = 0.0f;  // of all triangles; set where there are samples
         bool any = false;
+        bool is_behind = false;  // of the surface that records lie on
     };
 
     Lit on_this_side(const SurfacePoint& point, Lobes& lobes, std::uint64_t key, Workspace& w,
                      std::uint64_t mixed) const;
     Lobes make_lobes(const Viewer& viewer) const;
-    glm::vec3 glossy(const Lobes& lobes, glm::vec3 to_light) const;  // f x cosine
+    glm::vec3 glossy(const Lobes& lobes, LobeSet which, glm::vec3 to_light) const;  // f x cosine
+    bool is_gathered(const EmissiveTriangle& triangle, const Lobes& lobes) const
+    {
+        return options_.gathered && !lobes.is_behind && options_.gathered->has(triangle.instance);
+    }
     void choose_samples(const SurfacePoint& point, const Workspace& w, Lobes& lobes) const;
 
     void add_punctual(const SurfacePoint& point, const Lobes& lobes, Workspace& w, Lit& lit) const;

@@ -62,11 +62,13 @@ Bsdf plain_layer(const Material& m)
 
 }  // namespace
 
-HitRadiance::HitRadiance(const RayScene& rays, const LightCache* cache, const EffectSet& effects)
+HitRadiance::HitRadiance(const RayScene& rays, const LightCache* cache, const EffectSet& effects,
+                         const GatheredLamps* gathered)
     : rays_(rays),
       scene_(rays.scene()),
       cache_(cache),
       lights_(collect_lights(rays, effects)),
+      gathered_(gathered && gathered->finder ? gathered : nullptr),
       sky_(effects.has(Effect::environment) ? scene_.sky_radiance : glm::vec3(0.0f)),
       environment_(effects.has(Effect::environment) ? environment_of(rays) : black_environment()),
       has_sky_(effects.has(Effect::environment)),
@@ -90,16 +92,37 @@ HitRadiance::HitRadiance(const RayScene& rays, const LightCache* cache, const Ef
     }
 }
 
+namespace {
+
+Hit hit_of(const HitPacket& packet, int lane)
+{
+    return {packet.ray.t_max[lane], packet.u[lane], packet.v[lane], packet.instance(lane), packet.primitive[lane]};
+}
+
+}  // namespace
+
 MaterialValues HitRadiance::values(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const
 {
-    const Hit at{packet.ray.t_max[lane], packet.u[lane], packet.v[lane], packet.instance(lane), packet.primitive[lane]};
-    return values(at, hit.point, -ray_direction(packet.ray, lane), hit.uv_per_length * cone_width);
+    return values(hit_of(packet, lane), hit.point, -ray_direction(packet.ray, lane), hit.uv_per_length * cone_width);
 }
 
 MaterialValues HitRadiance::values(const Hit& hit, const SurfacePoint& point, glm::vec3 outgoing, float width) const
 {
     if (has_textures_) tally(Count::hit_textures);
     return material_at(rays_, hit, point, outgoing, {{width, 0.0f}, {0.0f, width}, !has_textures_});
+}
+
+void HitRadiance::leave_to_finder(const SurfacePoint& point, RandomStream& random, HitLights::Sample& lamp) const
+{
+    constexpr float kLeastPart = 0.25f;  // smaller ones are brought by fewer rays
+    const std::size_t punctual = lights_.lights().punctual.size();
+    const std::vector<EmissiveTriangle>& triangles = lights_.lights().triangles;
+    if (lamp.irradiance == glm::vec3(0.0f) || lamp.lamp < punctual || lamp.lamp - punctual >= triangles.size()) return;
+    const EmissiveTriangle& triangle = triangles[lamp.lamp - punctual];
+    if (!gathered_->has(triangle.instance)) return;
+    float part = gathered_->finder->part_left(point, lamp, triangle);
+    if (part < kLeastPart) part = random.next() * kLeastPart < part ? kLeastPart : 0.0f;
+    lamp.irradiance *= part;
 }
 
 bool HitRadiance::may_find_light(glm::vec3 origin, glm::vec3 unit_direction) const
@@ -110,10 +133,15 @@ bool HitRadiance::may_find_light(glm::vec3 origin, glm::vec3 unit_direction) con
 
 glm::vec3 HitRadiance::emission(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const
 {
-    const Material& material = scene_.materials[static_cast<std::size_t>(hit.point.material)];
-    return material.unlit || emitted_radiance(material, hit.point.front) == glm::vec3(0.0f)
+    return emission(hit_of(packet, lane), hit.point, -ray_direction(packet.ray, lane), hit.uv_per_length * cone_width);
+}
+
+glm::vec3 HitRadiance::emission(const Hit& hit, const SurfacePoint& point, glm::vec3 outgoing, float width) const
+{
+    const Material& material = scene_.materials[static_cast<std::size_t>(point.material)];
+    return material.unlit || emitted_radiance(material, point.front) == glm::vec3(0.0f)
                ? glm::vec3(0.0f)
-               : values(packet, lane, hit, cone_width).emission;
+               : values(hit, point, outgoing, width).emission;
 }
 
 float HitRadiance::density_of_lamp(const SurfacePoint& origin, const HitPacket& packet, int lane) const

@@ -11,6 +11,8 @@
 
 #include "cells/light_cache_impl.h"
 #include "hit_light/hit_light.h"
+#include "hit_light/lamp_finder.h"
+#include "lamps/gathered_lamps.h"
 #include "material/bsdf.h"
 #include "rays/hit_surface.h"
 #include "rays/surface.h"
@@ -31,7 +33,9 @@ int mip_level(const Texture& texture, float uv_per_length, float cone_width);
 class HitRadiance {
 public:
     /// @param cache  may be null: then there is no more than the direct part
-    HitRadiance(const RayScene& rays, const LightCache* cache, const EffectSet& effects);
+    /// @param gathered  may be null, else it says how their light is found
+    HitRadiance(const RayScene& rays, const LightCache* cache, const EffectSet& effects,
+                const GatheredLamps* gathered = nullptr);
 
     bool has_cache() const { return cache_ != nullptr; }
     glm::vec3 sky_radiance() const { return sky_; }
@@ -65,6 +69,13 @@ public:
     bool may_find_light(glm::vec3 origin, glm::vec3 unit_direction) const;
     /// What lamps send from a hit to the ray's origin.
     glm::vec3 emission(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width) const;
+    /// The same, wherever. @param outgoing  unit   @param width  of the texture filter
+    glm::vec3 emission(const Hit& hit, const SurfacePoint& point, glm::vec3 outgoing, float width) const;
+    /// The number, as of HitLights::Sample, of a triangle that emits.
+    std::uint32_t lamp_number(const Hit& hit) const
+    {
+        return lights_.triangle_lamp(lights_.lights().emissive_triangle(hit.instance, hit.primitive));
+    }
     /// How often each_light() at the ray's origin finds a lamp there, the soft sky, and its peaks [1/sr].
     float density_of_lamp(const SurfacePoint& origin, const HitPacket& packet, int lane) const;
     float density_of_sky(const SurfacePoint& origin, glm::vec3 direction) const
@@ -114,12 +125,15 @@ public:
                 const Add& add) const;
 
 private:
+    /// What of a sample's light the finder of gathered lamps does not bring; often nothing.
+    void leave_to_finder(const SurfacePoint& point, RandomStream& random, HitLights::Sample& lamp) const;
     MaterialValues values(const Hit& hit, const SurfacePoint& point, glm::vec3 outgoing, float width) const;
 
     const RayScene& rays_;
     const Scene& scene_;
     const LightCache* cache_;
     HitLights lights_;
+    const GatheredLamps* gathered_;  // with a finder, or null
     glm::vec3 sky_;
     const Environment& environment_;
     bool has_sky_, has_textures_;
@@ -142,12 +156,18 @@ inline glm::vec3 ray_direction(const RayPacket& ray, int lane)
 template <typename Add>
 void HitRadiance::each_light(const SurfacePoint& point, RandomStream& random, const Add& add) const
 {
-    const HitLights::Sample lamp = lights_.sample(point, random);
-    if (lamp.irradiance != glm::vec3(0.0f)) {
+    const auto add_lamp = [&](const HitLights::Sample& lamp) {
+        if (lamp.irradiance == glm::vec3(0.0f)) return;
         tally(Count::hit_lamp_rays);
         add(lamp.shadow_ray, std::numbers::inv_pi_v<float> * lamp.irradiance,
             [&] { return lights_.density(point, lamp.lamp, lamp.to_light); });
+    };
+    HitLights::Sample lamp = lights_.sample(point, random);
+    if (gathered_) {
+        leave_to_finder(point, random, lamp);
+        add_lamp(gathered_->finder->sample(point, random));
     }
+    add_lamp(lamp);
     if (has_sky_) {
         // Where the sky is black its samples must not move those that follow: a picture does not change by it.
         RandomStream of_black = random;

@@ -14,18 +14,41 @@ constexpr double kBound = 500.0;
 
 GatherGuide::GatherGuide(const LightSurvey& survey, double points, ThreadPool& pool) : importance_(survey.importance)
 {
-    for (std::uint32_t i = 0; i < survey.rays.impl().instances.size(); ++i)
-        lit_.push_back(rcs::can_be_lit(survey.rays, i));
+    const PlaceLight& light = survey.light;
+    for (std::uint32_t i = 0; i < light.rays.impl().instances.size(); ++i)
+        lit_.push_back(rcs::can_be_lit(light.rays, i));
     if (!(survey.bright > 0.0)) return;
     const PointDensity density = density_of_points(survey, points);
-    lit_points_ = light_places(survey.rays, survey.radiance, survey.least_hit_alpha,
-                               draw_places(survey, density, survey.seed + 6, pool), survey.seed + 8, pool);
+    lit_points_ = light_places(light, draw_places(survey, density, survey.seed + 6, pool), survey.seed + 8, pool);
     const float per_density = static_cast<float>(kBound / points);
     bound_ = {per_density * density.bright, per_density * density.seen, per_density * density.even};
     for (LitPoint& point : lit_points_.points) point.bound = bound(point.position, point.normal);
     clusters_ = LightClusters(lit_points_);
     clusters_.set_bounds(lit_points_.points);
     learned_ = LearnedVisibility(importance_.grid(), clusters_.size());
+}
+
+void GatherGuide::weigh_clusters(const Place& place, float* importance) const
+{
+    learned_.estimate(place.cells, importance);
+    clusters_.importance(place.position, place.normal, importance, importance);
+}
+
+bool GatherGuide::choose_of(std::size_t cluster, glm::vec3 position, glm::vec3 normal, float inverse_chance,
+                            glm::vec2 u, Choice& choice) const
+{
+    const LightClusters::Pick pick = clusters_.pick(cluster, position, normal, u);
+    if (!(pick.part > 0.0f)) return false;
+    choice = {pick.point, static_cast<std::uint16_t>(cluster), {}, 0.0f,
+              pick.part,  inverse_chance * pick.inverse_chance};
+    return true;
+}
+
+void GatherGuide::aim(glm::vec3 position, Choice& choice) const
+{
+    const glm::vec3 way = lit_points_.points[choice.point].position - position;
+    choice.distance = glm::length(way);
+    choice.direction = way / choice.distance;
 }
 
 void GatherGuide::choose(const Place& place, int count, RandomStream& random, std::vector<float>& scratch,
@@ -35,8 +58,7 @@ void GatherGuide::choose(const Place& place, int count, RandomStream& random, st
     const std::size_t clusters = clusters_.size();
     scratch.resize(clusters);
     float* const importance = scratch.data();
-    learned_.estimate(place.cells, importance);
-    clusters_.importance(place.position, place.normal, importance, importance);
+    weigh_clusters(place, importance);
     double total = 0.0;
     for (std::size_t i = 0; i < clusters; ++i) total += static_cast<double>(importance[i]);
     if (!(total > 0.0)) return;
@@ -48,24 +70,18 @@ void GatherGuide::choose(const Place& place, int count, RandomStream& random, st
         while (cluster + 1 < clusters && reached + static_cast<double>(importance[cluster]) <= at)
             reached += static_cast<double>(importance[cluster++]);
         const float u = random.next();
-        const LightClusters::Pick pick = clusters_.pick(cluster, place.position, place.normal, {u, random.next()});
-        if (!(importance[cluster] > 0.0f) || !(pick.part > 0.0f)) continue;
+        const glm::vec2 uv(u, random.next());
+        if (!(importance[cluster] > 0.0f)) continue;
+        Choice choice;
+        if (!choose_of(cluster, place.position, place.normal,
+                       static_cast<float>(stratum / static_cast<double>(importance[cluster])), uv, choice))
+            continue;
         // They lie anywhere in memory: asked for now, read below.
-        __builtin_prefetch(&lit_points_.points[pick.point]);
-        __builtin_prefetch(&lit_points_.lights[pick.point]);
-        const float inverse_of_cluster = static_cast<float>(stratum / static_cast<double>(importance[cluster]));
-        choices.push_back({pick.point,
-                           static_cast<std::uint16_t>(cluster),
-                           {},
-                           0.0f,
-                           pick.part,
-                           inverse_of_cluster * pick.inverse_chance});
+        __builtin_prefetch(&lit_points_.points[choice.point]);
+        __builtin_prefetch(&lit_points_.lights[choice.point]);
+        choices.push_back(choice);
     }
-    for (Choice& choice : choices) {
-        const glm::vec3 way = lit_points_.points[choice.point].position - place.position;
-        choice.distance = glm::length(way);
-        choice.direction = way / choice.distance;
-    }
+    for (Choice& choice : choices) aim(place.position, choice);
 }
 
 }  // namespace rcs

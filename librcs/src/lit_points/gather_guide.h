@@ -56,6 +56,17 @@ public:
     void choose(const Place& place, int count, RandomStream& random, std::vector<float>& scratch,
                 std::vector<Choice>& choices) const;
 
+    /// About what each cluster of points sends to a place, and is seen of it. @param importance  room for clusters()
+    void weigh_clusters(const Place& place, float* importance) const;
+    std::size_t clusters() const { return clusters_.size(); }
+    float power(std::size_t cluster) const { return clusters_.power(cluster); }
+    /// Chooses a point of a cluster by what it may send to a place. @param inverse_chance  of the cluster's choice
+    /// @return whether it sends anything
+    bool choose_of(std::size_t cluster, glm::vec3 position, glm::vec3 normal, float inverse_chance, glm::vec2 u,
+                   Choice& choice) const;
+    /// Sets the choice's way from a place.
+    void aim(glm::vec3 position, Choice& choice) const;
+
     LookCells cells(glm::vec3 position, glm::vec3 normal) const { return learned_.cells(position, normal); }
     const LitPoints& lit() const { return lit_points_; }
     void learn(std::span<const Look> looks) { learned_.learn(looks); }

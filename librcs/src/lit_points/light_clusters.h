@@ -21,6 +21,7 @@ public:
     explicit LightClusters(LitPoints& lit);
 
     std::size_t size() const { return first_.empty() ? 0 : first_.size() - 1; }
+    float power(std::size_t cluster) const { return power_[cluster]; }  ///< of its points together
 
     /// About what each cluster sends to a place if nothing stands between, times its visibility.
     /// @param importance, visibility  room for size(); may be the same

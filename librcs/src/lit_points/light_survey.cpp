@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include "light_cache/cell_rays.h"
 #include "util/color.h"
 #include "util/random.h"
 
@@ -13,6 +12,9 @@ namespace {
 
 // Rays of visible points for a first look around, and lit points, per pixel, and at least.
 constexpr double kSurveyRays = 0.125, kPilots = 0.06;
+// Visible points that learn what they see of lamps.
+constexpr double kPlaces = 0.03;
+constexpr std::size_t kLeastPlaces = 32768;
 constexpr double kLeast = 4096.0;
 constexpr std::size_t kGrain = 1024;
 // Of all points, what is spread evenly over what is seen, and evenly over everything.
@@ -38,29 +40,44 @@ std::vector<SurfaceSample> visible_points(const GBuffer& g, std::size_t count, s
     return points;
 }
 
-void note_seen(const RayScene& rays, const HitRadiance& radiance, const GBuffer& g, std::uint64_t seed,
-               ThreadPool& pool, Importance& importance)
+/// Where rays of visible points end, one after the other.
+std::vector<SurfaceSample> hits_of(const RayScene& rays, const HitRadiance& radiance,
+                                   const std::vector<SurfaceSample>& points, std::uint64_t seed, ThreadPool& pool)
 {
-    const std::vector<SurfaceSample> points = visible_points(g, count_for(g, kSurveyRays) / RayPacket::kWidth, seed);
-    if (points.empty()) return;
-    struct Seen {
-        glm::vec3 position, normal;
-    };
+    if (points.empty()) return {};
     const std::size_t groups = (points.size() + CellRays::kPackets - 1) / CellRays::kPackets;
-    std::vector<std::vector<Seen>> seen(groups);
+    std::vector<std::vector<SurfaceSample>> found(groups);
     std::vector<CellRays> workers(static_cast<std::size_t>(pool.size()), CellRays(rays, radiance));
     pool.parallel_for(groups, 8, [&](std::size_t begin, std::size_t end, int thread) {
         CellRays& worker = workers[static_cast<std::size_t>(thread)];
         for (std::size_t i = begin; i < end; ++i) {
             std::array<SurfaceSample, CellRays::kPackets> places;
             for (std::size_t p = 0; p < places.size(); ++p) places[p] = points[(i * places.size() + p) % points.size()];
-            worker.trace(places, stream_key(seed + 1, Stream::lit_points, i), false);
+            worker.trace(places, stream_key(seed, Stream::lit_points, i), false);
             for (const CellHit& hit : worker.hits())
-                if (hit.hit) seen[i].push_back({hit.surface.position, hit.surface.geometric_normal});
+                if (hit.hit) found[i].push_back(hit.surface);
         }
     });
-    for (const auto& group : seen)
-        for (const Seen& s : group) importance.note_seen(s.position, s.normal);
+    std::vector<SurfaceSample> all;
+    for (const auto& group : found) all.insert(all.end(), group.begin(), group.end());
+    return all;
+}
+
+void note_seen(const PlaceLight& light, const GBuffer& g, std::uint64_t seed, ThreadPool& pool, Importance& importance)
+{
+    const std::vector<SurfaceSample> points = visible_points(g, count_for(g, kSurveyRays) / RayPacket::kWidth, seed);
+    std::vector<SurfaceSample> seen = hits_of(light.rays, light.radiance, points, seed + 1, pool);
+    const auto note = [&] {
+        for (const SurfaceSample& p : seen) importance.note_seen(p.position, p.geometric_normal);
+    };
+    note();
+    // Lamps are looked for from there as well.
+    if (light.lamps) {
+        std::vector<SurfaceSample> some;
+        for (std::size_t i = 0; i < seen.size(); i += RayPacket::kWidth) some.push_back(seen[i]);
+        seen = hits_of(light.rays, light.radiance, some, seed + 2, pool);
+        note();
+    }
     importance.update();
 }
 
@@ -109,6 +126,17 @@ PointDensity mix(const LightSurvey& survey, double of_seen, double points)
 
 }  // namespace
 
+std::vector<SurfaceSample> places_in_view(const RayScene& rays, const HitRadiance& radiance, const GBuffer& gbuffer,
+                                          std::uint64_t seed, ThreadPool& pool)
+{
+    const std::vector<SurfaceSample> points =
+        visible_points(gbuffer, std::max(kLeastPlaces, count_for(gbuffer, kSurveyRays)) / RayPacket::kWidth, seed);
+    std::vector<SurfaceSample> places = hits_of(rays, radiance, points, seed + 1, pool);
+    const std::vector<SurfaceSample> visible = visible_points(gbuffer, count_for(gbuffer, kPlaces), seed + 2);
+    places.insert(places.end(), visible.begin(), visible.end());
+    return places;
+}
+
 PointDensity density_of_points(const LightSurvey& survey, double points) { return mix(survey, kSeenPart, points); }
 
 /// Points with this density, per area, wherever they lie: candidates are spread over the pieces in proportion to the
@@ -129,7 +157,7 @@ std::vector<PlaceToLight> draw_places(const LightSurvey& survey, const PointDens
         for (std::size_t k = begin * kGrain; k < std::min(candidates.size(), end * kGrain); ++k) {
             RandomStream random(stream_key(seed, Stream::lit_points, k));
             const float u = random.next(), v = random.next();
-            const PointOnPiece place = point_on(survey.rays, pieces[candidates[k]], {u, v});
+            const PointOnPiece place = point_on(survey.light.rays, pieces[candidates[k]], {u, v});
             const float wanted = density.at(survey.importance, place.point.position, place.point.geometric_normal);
             const int copies = static_cast<int>(wanted / most[candidates[k]] + random.next());
             for (int c = 0; c < copies; ++c) parts[k / kGrain].push_back({place, 1.0f / wanted});
@@ -140,23 +168,21 @@ std::vector<PlaceToLight> draw_places(const LightSurvey& survey, const PointDens
     return places;
 }
 
-LightSurvey survey_light(const RayScene& rays, const EffectSet& effects, const GBuffer& gbuffer, const View& view,
-                         int gather_rays, std::uint64_t seed, ThreadPool& pool)
+LightSurvey survey_light(const PlaceLight& light, const GBuffer& gbuffer, const View& view, std::uint64_t seed,
+                         ThreadPool& pool)
 {
-    LightSurvey s{rays,
-                  HitRadiance(rays, nullptr, effects),
-                  least_hit_alpha(gather_rays),
+    LightSurvey s{light,
                   stream_key(seed, Stream::lit_points, 0),
-                  Importance(make_cell_grid(bounds_of(rays.scene()), view)),
+                  Importance(make_cell_grid(bounds_of(light.rays.scene()), view)),
                   {}};
-    note_seen(rays, s.radiance, gbuffer, s.seed, pool, s.importance);
-    s.pieces = surface_pieces(rays, s.importance, s.seed + 2, pool);
+    note_seen(light, gbuffer, s.seed, pool, s.importance);
+    s.pieces = surface_pieces(light.rays, light.lamps, s.importance, s.seed + 2, pool);
     for (const SurfacePiece& piece : s.pieces) s.area += static_cast<double>(piece.area);
     s.seen = integral(s, {0.0f, 1.0f, 0.0f}, pool);
     if (!(s.seen > 0.0)) return s;
     const std::vector<PlaceToLight> pilots =
         draw_places(s, mix(s, 1.0 - kEvenPart, static_cast<double>(count_for(gbuffer, kPilots))), s.seed + 3, pool);
-    note_light(pilots, light_places(rays, s.radiance, s.least_hit_alpha, pilots, s.seed + 5, pool), s.importance);
+    note_light(pilots, light_places(light, pilots, s.seed + 5, pool), s.importance);
     s.bright = integral(s, {1.0f, 0.0f, 0.0f}, pool);
     return s;
 }

@@ -6,6 +6,7 @@
 #include <glm/glm.hpp>
 
 #include "hit_light/hit_radiance.h"
+#include "light_cache/cell_rays.h"
 #include "lit_points/importance.h"
 #include "lit_points/lit_points.h"
 #include "lit_points/surface_pieces.h"
@@ -27,18 +28,19 @@ struct PointDensity {
 
 /// What is found out before points are lit.
 struct LightSurvey {
-    const RayScene& rays;
-    HitRadiance radiance;
-    float least_hit_alpha;  ///< of lit points' lobes
+    PlaceLight light;
     std::uint64_t seed;
     Importance importance;
     std::vector<SurfacePiece> pieces;
     double area = 0.0, seen = 0.0, bright = 0.0;  ///< of all pieces: sum, and integrals of what is wanted there
 };
 /// Looks around from visible points, and for what is bright of what they see.
-/// @param gather_rays  of a record
-LightSurvey survey_light(const RayScene& rays, const EffectSet& effects, const GBuffer& gbuffer, const View& view,
-                         int gather_rays, std::uint64_t seed, ThreadPool& pool);
+LightSurvey survey_light(const PlaceLight& light, const GBuffer& gbuffer, const View& view, std::uint64_t seed,
+                         ThreadPool& pool);
+
+/// Visible points, and more of what they see: places whose light matters.
+std::vector<SurfaceSample> places_in_view(const RayScene& rays, const HitRadiance& radiance, const GBuffer& gbuffer,
+                                          std::uint64_t seed, ThreadPool& pool);
 
 /// About so many points in all, wherever they are wanted most.
 PointDensity density_of_points(const LightSurvey& survey, double points);

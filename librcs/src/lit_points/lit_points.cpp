@@ -52,8 +52,9 @@ void add_point(const PlaceToLight& p, const Reflection& reflection, const Arriva
 {
     const SurfacePoint& s = p.place.point;
     LitPoint point{s.position, 0.0f, s.geometric_normal, 0.0f};
-    LitPointLight light{p.area * arrival.white, arrival.to_light,       s.shading_normal,      s.position_error,
-                        reflection.color,       p.place.point.material, LitPointLight::kPlain, arrival.place};
+    LitPointLight light{p.area * arrival.white, arrival.to_light, s.shading_normal,
+                        s.position_error,       reflection.color, p.place.point.material,
+                        LitPointLight::kPlain,  arrival.place,    0};
     glm::vec3 albedo = reflection.color;
     if (reflection.bsdf.count > 0) {
         albedo = total_albedo(reflection.bsdf, reflection.bsdf.normal);
@@ -78,24 +79,44 @@ void make_relative(std::vector<LitPoint>& points)
     for (LitPoint& p : points) p.power = static_cast<float>(scale * static_cast<double>(p.power));
 }
 
-LitPoints light_batch(const RayScene& rays, const HitRadiance& radiance, float least_alpha,
-                      std::span<const PlaceToLight> places, std::uint64_t key)
+void add_lamp_point(const PlaceLight& light, const PlaceToLight& p, std::uint32_t place, LitPoints& out)
 {
+    const SurfacePoint& s = p.place.point;
+    const float width = p.place.uv_per_length * std::sqrt(p.area);
+    const glm::vec3 radiance = light.radiance.emission(p.place.hit, s, s.geometric_normal, width);
+    const float power = p.area * luminance(radiance);
+    if (!(power > 0.0f) || !std::isfinite(power)) return;
+    out.points.push_back({s.position, power, s.geometric_normal, 0.0f});
+    LitPointLight& point = out.lights.emplace_back();
+    point.radiance_area = p.area * radiance;
+    point.position_error = s.position_error;
+    point.bsdf = LitPointLight::kLamp;
+    point.place = place;
+    point.lamp = light.radiance.lamp_number(p.place.hit);
+}
+
+LitPoints light_batch(const PlaceLight& light, std::span<const PlaceToLight> places, std::uint64_t key)
+{
+    LitPoints lit;
+    if (light.lamps) {
+        for (std::size_t i = 0; i < places.size(); ++i)
+            add_lamp_point(light, places[i], static_cast<std::uint32_t>(i), lit);
+        return lit;
+    }
     ShadowBatch shadow;
     std::vector<Arrival> wanted;
     std::vector<Reflection> reflections;
     for (std::size_t i = 0; i < places.size(); ++i) {
-        reflections.push_back(reflection_at(radiance, least_alpha, places[i]));
+        reflections.push_back(reflection_at(light.radiance, light.least_alpha, places[i]));
         SurfacePoint bent = places[i].place.point;
         if (reflections.back().bsdf.count > 0) bent.shading_normal = reflections.back().bsdf.normal;
         RandomStream random(mix64(key + i));
-        radiance.direct(bent, random, [&](const Ray& ray, glm::vec3 white) {
+        light.radiance.direct(bent, random, [&](const Ray& ray, glm::vec3 white) {
             shadow.add(ray);
             wanted.push_back({static_cast<std::uint32_t>(i), white, ray.direction});
         });
     }
-    shadow.trace(rays);
-    LitPoints lit;
+    shadow.trace(light.rays);
     std::vector<Arrival> here;
     for (std::size_t i = 0, ray = 0; i < places.size(); ++i) {
         here.clear();
@@ -124,20 +145,20 @@ glm::vec3 LitPoints::end_of_ray(std::size_t point, glm::vec3 from) const
 glm::vec3 LitPoints::radiance_area(const HitRadiance& radiance, std::size_t point, glm::vec3 outgoing) const
 {
     const LitPointLight& l = lights[point];
+    if (l.bsdf == LitPointLight::kLamp) return l.radiance_area;
     if (l.bsdf == LitPointLight::kPlain)
         return l.radiance_area * radiance.reflectance(l.material, l.color, l.normal, outgoing, l.to_light);
     return l.radiance_area * std::numbers::pi_v<float> * evaluate(bsdfs[l.bsdf], outgoing, l.to_light);
 }
 
-LitPoints light_places(const RayScene& rays, const HitRadiance& radiance, float least_alpha,
-                       std::span<const PlaceToLight> places, std::uint64_t key, ThreadPool& pool)
+LitPoints light_places(const PlaceLight& light, std::span<const PlaceToLight> places, std::uint64_t key,
+                       ThreadPool& pool)
 {
     std::vector<LitPoints> parts((places.size() + kBatch - 1) / kBatch);
     pool.parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end, int) {
         for (std::size_t b = begin; b < end; ++b)
-            parts[b] =
-                light_batch(rays, radiance, least_alpha,
-                            places.subspan(b * kBatch, std::min(kBatch, places.size() - b * kBatch)), mix64(key ^ b));
+            parts[b] = light_batch(light, places.subspan(b * kBatch, std::min(kBatch, places.size() - b * kBatch)),
+                                   mix64(key ^ b));
     });
     LitPoints lit;
     for (const LitPoints& part : parts) {
@@ -145,10 +166,10 @@ LitPoints light_places(const RayScene& rays, const HitRadiance& radiance, float 
         const std::size_t first_place = static_cast<std::size_t>(&part - parts.data()) * kBatch;
         lit.points.insert(lit.points.end(), part.points.begin(), part.points.end());
         lit.bsdfs.insert(lit.bsdfs.end(), part.bsdfs.begin(), part.bsdfs.end());
-        for (LitPointLight light : part.lights) {
-            if (light.bsdf != LitPointLight::kPlain) light.bsdf += first;
-            light.place += static_cast<std::uint32_t>(first_place);
-            lit.lights.push_back(light);
+        for (LitPointLight point : part.lights) {
+            if (point.bsdf < LitPointLight::kLamp) point.bsdf += first;
+            point.place += static_cast<std::uint32_t>(first_place);
+            lit.lights.push_back(point);
         }
     }
     make_relative(lit.points);

@@ -7,12 +7,14 @@
 #include <glm/glm.hpp>
 
 #include "hit_light/hit_radiance.h"
+#include "lamps/gathered_lamps.h"
 #include "lit_points/surface_pieces.h"
 #include "rcs/thread_pool.h"
 
 namespace rcs {
 
-/// A point on a surface that reflects light of lamps or sky, and stands for the area around it: what choosing takes.
+/// A point on a surface that reflects light of lamps or sky, or on a lamp, and stands for the area around it: what
+/// choosing takes.
 struct LitPoint {
     glm::vec3 position;
     float power;       ///< luminance of radiance times area, about the same all around, over the mean of all; > 0
@@ -21,16 +23,18 @@ struct LitPoint {
 };
 /// The rest of it: what its light takes.
 struct LitPointLight {
-    static constexpr std::uint32_t kPlain = 0xffffffffu;
+    static constexpr std::uint32_t kPlain = 0xffffffffu, kLamp = 0xfffffffeu;
 
-    glm::vec3 radiance_area;  ///< radiance of a white surface times area [W sr^-1]
+    glm::vec3 radiance_area;  ///< radiance of a white surface, or of the lamp, times area [W sr^-1]
     glm::vec3 to_light;       ///< unit: where that comes from
     glm::vec3 normal;         ///< shading, unit
     float position_error;     ///< of its place [m]
     glm::vec3 color;          ///< of a plain surface's base
     int material;
-    std::uint32_t bsdf;   ///< index into LitPoints::bsdfs, of a surface that is not plain; kPlain
+    std::uint32_t bsdf;   ///< index into LitPoints::bsdfs, of a surface that is not plain; kPlain; kLamp: all above but
+                          ///< the first is unset
     std::uint32_t place;  ///< that was lit
+    std::uint32_t lamp;   ///< of a lamp: HitRadiance::lamp_number()
 };
 
 struct LitPoints {
@@ -49,10 +53,15 @@ struct PlaceToLight {
     PointOnPiece place;
     float area;  ///< [m^2]
 };
+/// How places are lit.
+struct PlaceLight {
+    const RayScene& rays;
+    HitRadiance radiance;                  ///< with or without a light cache: only lamps and sky count
+    float least_alpha;                     ///< of lobes, as at hits of rays: least_hit_alpha()
+    const GatheredLamps* lamps = nullptr;  ///< if given, places lie on them, and it is their own light that counts
+};
 /// Lights each place by one sample of the lamps and one of the sky. What stays dark is left out.
-/// @param radiance  with or without a light cache: only lamps and sky count
-/// @param least_alpha  of lobes, as at hits of rays: least_hit_alpha()
-LitPoints light_places(const RayScene& rays, const HitRadiance& radiance, float least_alpha,
-                       std::span<const PlaceToLight> places, std::uint64_t key, ThreadPool& pool);
+LitPoints light_places(const PlaceLight& light, std::span<const PlaceToLight> places, std::uint64_t key,
+                       ThreadPool& pool);
 
 }  // namespace rcs

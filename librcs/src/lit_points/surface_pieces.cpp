@@ -62,9 +62,15 @@ void cut(const Importance& importance, const std::array<Corner, 3>& c, int halvi
     out.push_back(piece);
 }
 
-void add_triangle(const RayScene& rays, const Importance& importance, std::uint32_t instance, std::uint32_t primitive,
+struct Range {
+    std::uint32_t instance, first, count;  // of primitives
+    bool front_only;
+};
+
+void add_triangle(const RayScene& rays, const Importance& importance, const Range& range, std::uint32_t primitive,
                   float weight, std::vector<SurfacePiece>& out)
 {
+    const std::uint32_t instance = range.instance;
     const RayInstance& i = instance_of(rays, instance);
     const std::array<glm::vec3, 3> c = triangle_corners(rays, instance, primitive);
     const glm::vec3 cross = glm::cross(c[1] - c[0], c[2] - c[0]);
@@ -75,8 +81,9 @@ void add_triangle(const RayScene& rays, const Importance& importance, std::uint3
     piece.primitive = primitive;
     piece.area = 0.5f * length * weight;
     const glm::vec3 face = cross * ((i.mirrored ? -1.0f : 1.0f) / length);
-    for (const glm::vec3& normal : {face, -face}) {  // rays see both, whatever the camera does
-        piece.normal = normal;
+    for (const float side : {1.0f, -1.0f}) {  // rays see both, whatever the camera does
+        if (side < 0.0f && range.front_only) continue;
+        piece.normal = side * face;
         cut(importance, {Corner{{0.0f, 0.0f}, c[0]}, Corner{{1.0f, 0.0f}, c[1]}, Corner{{0.0f, 1.0f}, c[2]}}, 0, piece,
             out);
     }
@@ -93,20 +100,19 @@ bool can_be_lit(const RayScene& rays, std::uint32_t instance)
     return traits.is(kReflects) && !traits.is(kSeeThrough) && !m.unlit && m.diffuse_transmission <= 0.0f;
 }
 
-std::vector<SurfacePiece> surface_pieces(const RayScene& rays, const Importance& importance, std::uint64_t seed,
-                                         ThreadPool& pool)
+std::vector<SurfacePiece> surface_pieces(const RayScene& rays, const GatheredLamps* lamps, const Importance& importance,
+                                         std::uint64_t seed, ThreadPool& pool)
 {
-    struct Range {
-        std::uint32_t instance, first, count;
-    };
     std::vector<Range> ranges;
     double triangles = 0.0;
     for (std::uint32_t i = 0; i < rays.impl().instances.size(); ++i) {
-        if (!can_be_lit(rays, i)) continue;
+        if (lamps ? !lamps->has(i) : !can_be_lit(rays, i)) continue;
+        const bool front_only =
+            lamps && !rays.scene().materials[static_cast<std::size_t>(instance_of(rays, i).material)].double_sided;
         const std::uint32_t count = static_cast<std::uint32_t>(instance_of(rays, i).mesh->triangles.size());
         triangles += count;
         for (std::uint32_t first = 0; first < count; first += kGrain)
-            ranges.push_back({i, first, std::min<std::uint32_t>(kGrain, count - first)});
+            ranges.push_back({i, first, std::min<std::uint32_t>(kGrain, count - first), front_only});
     }
     const float share = static_cast<float>(std::min(1.0, kMostTriangles / std::max(1.0, triangles)));
     std::vector<std::vector<SurfacePiece>> parts(ranges.size());
@@ -115,7 +121,7 @@ std::vector<SurfacePiece> surface_pieces(const RayScene& rays, const Importance&
             RandomStream random(stream_key(seed, Stream::lit_points, r));
             for (std::uint32_t t = 0; t < ranges[r].count; ++t)
                 if (share == 1.0f || random.next() < share)
-                    add_triangle(rays, importance, ranges[r].instance, ranges[r].first + t, 1.0f / share, parts[r]);
+                    add_triangle(rays, importance, ranges[r], ranges[r].first + t, 1.0f / share, parts[r]);
         }
     });
     std::vector<SurfacePiece> pieces;

@@ -5,6 +5,7 @@
 
 #include <glm/glm.hpp>
 
+#include "lamps/gathered_lamps.h"
 #include "lit_points/importance.h"
 #include "rays/surface.h"
 #include "rcs/ray_scene.h"
@@ -24,10 +25,11 @@ struct SurfacePiece {
 /// Whether light from an instance's surfaces may be gathered at points on them: not from what lets light through.
 bool can_be_lit(const RayScene& rays, std::uint32_t instance);
 
-/// All sides of surfaces that can be lit and reflect. Where there are more than a million triangles, some stand for the
-/// others, at random.
-std::vector<SurfacePiece> surface_pieces(const RayScene& rays, const Importance& importance, std::uint64_t seed,
-                                         ThreadPool& pool);
+/// All sides of surfaces that can be lit and reflect; or else those of lamps that emit. Where there are more than a
+/// million triangles, some stand for the others, at random.
+/// @param lamps  may be null: then it is what reflects
+std::vector<SurfacePiece> surface_pieces(const RayScene& rays, const GatheredLamps* lamps, const Importance& importance,
+                                         std::uint64_t seed, ThreadPool& pool);
 
 /// A point on a piece, uniformly. @param u  in [0, 1)^2
 struct PointOnPiece {

@@ -42,14 +42,18 @@ void add_gather(Record& record, const Record& more)
     const float share = static_cast<float>(more.rays) / static_cast<float>(record.rays + more.rays);
     const float before = record.noise * luminance(record.irradiance);
     record.irradiance = glm::mix(record.irradiance, more.irradiance, share);
+    record.of_lamps = glm::mix(record.of_lamps, more.of_lamps, share);
     for (std::size_t color = 0; color < 3; ++color) {
         record.rotation_gradient[color] =
             glm::mix(record.rotation_gradient[color], more.rotation_gradient[color], share);
         record.translation_gradient[color] =
             glm::mix(record.translation_gradient[color], more.translation_gradient[color], share);
     }
-    for (std::size_t k = 0; k < record.radiance.size(); ++k)
-        record.radiance[k] = glm::mix(record.radiance[k], more.radiance[k], share);
+    const auto mix = [&](std::vector<float>& values, const std::vector<float>& other) {
+        for (std::size_t k = 0; k < values.size(); ++k) values[k] = glm::mix(values[k], other[k], share);
+    };
+    mix(record.radiance, more.radiance);
+    mix(record.radiance_of_lamps, more.radiance_of_lamps);
     const float error = std::hypot((1.0f - share) * before, share * more.noise * luminance(more.irradiance));
     const float e = luminance(record.irradiance);
     record.noise = e > 0.0f ? std::min(1.0f, error / e) : 0.0f;
@@ -90,7 +94,7 @@ struct RecordGatherer::Impl {
 
     Impl(const LitScene& scene, const RecordSettings& options)
         : guide(scene.guide && scene.guide->share > 0.0f ? scene.guide : nullptr),
-          gatherer(scene.rays, options, options.bounces > 1 ? scene.cache : nullptr, guide),
+          gatherer({scene.rays, options.bounces > 1 ? scene.cache : nullptr, guide, scene.gathered}, options),
           asked(options.rays),
           share(guide ? guide->share : 0.0f),
           first(first_size(asked, share)),

@@ -87,13 +87,16 @@ void note_cells(const Basis& frame, const HitPacket& packet, const FacePacket& f
 /// What the rays went through on their way.
 void tint(int cells, GatherWorkspace& w)
 {
-    for (int c = 0; c < cells; ++c) {
-        const glm::vec3 weight = w.weights[static_cast<std::size_t>(c / kWidth)].weight[c % kWidth];
-        const std::size_t cell = static_cast<std::size_t>(c);
+    const auto weight_of = [&](std::size_t cell) {
+        return w.weights[cell / kWidth].weight[static_cast<int>(cell % kWidth)];
+    };
+    for (std::size_t cell = 0; cell < static_cast<std::size_t>(cells); ++cell) {
+        const glm::vec3 weight = weight_of(cell);
         w.samples.red[cell] *= weight.r;
         w.samples.green[cell] *= weight.g;
         w.samples.blue[cell] *= weight.b;
     }
+    for (LampHit& hit : w.lamp_hits) hit.radiance *= weight_of(hit.cell);
 }
 
 glm::vec3 to_scene(const Basis& frame, glm::vec3 local)
@@ -112,11 +115,11 @@ float gradient_reach(const Record& r)
 
 }  // namespace
 
-Gatherer::Gatherer(const RayScene& rays, const RecordSettings& options, const LightCache* cache,
-                   const GatherGuide* guide)
-    : rays_(rays),
-      radiance_(rays, cache, effects_or_scene(options.effects, rays)),
-      guide_(guide && guide->has_light() ? guide : nullptr),
+Gatherer::Gatherer(const LitScene& scene, const RecordSettings& options)
+    : rays_(scene.rays),
+      radiance_(scene.rays, scene.cache, effects_or_scene(options.effects, scene.rays), scene.gathered),
+      guide_(scene.guide && scene.guide->has_light() ? scene.guide : nullptr),
+      gathered_(scene.gathered && scene.gathered->any() ? scene.gathered : nullptr),
       has_bounce_(options.bounces > 0),
       keeps_radiance_(options.radiance)
 {
@@ -151,6 +154,13 @@ float Gatherer::rays_part(const HitPacket& packet, int lane, const HitSurface& h
     const float part = bound > 0.0f ? g / (g + bound) : 1.0f;
     if (part >= kLeastPart) return part;
     return random.next() * kLeastPart < part ? kLeastPart : 0.0f;
+}
+
+void Gatherer::note_lamp(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell,
+                         GatherWorkspace& w) const
+{
+    const glm::vec3 emission = radiance_.emission(packet, lane, hit, cone_width(cell, w));
+    if (emission != glm::vec3(0.0f)) w.lamp_hits.push_back({cell, emission});
 }
 
 RCS_ALWAYS_INLINE void Gatherer::shade_hit(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell,
@@ -204,13 +214,15 @@ void Gatherer::shade(const Basis& frame, const PacketCells& cells, std::uint64_t
     find_faces(rays_, packet, faces);
     note_cells(frame, packet, faces, cells, radiance_.sky_radiance(), w.z.data(), w.samples);
     if (radiance_.environment().has_image()) note_sky(packet, cells, w.samples);
-    if (!has_bounce_) return;
+    if (!has_bounce_ && !gathered_) return;
     HitSurface hits[kWidth];
     int lane_of[kWidth];
     int count = 0;
     for (int i = 0; i < cells.count; ++i) {
         if (!cells.is_active(i) || packet.geometry[i] == RayPacket::kMiss) continue;
-        if (!radiance_.has_cache() &&
+        const bool is_lamp = gathered_ && gathered_->has(packet.instance(i));
+        if (!is_lamp && !has_bounce_) continue;
+        if (!is_lamp && !radiance_.has_cache() &&
             !radiance_.may_be_lit(packet.instance(i), {faces.normal_x[i], faces.normal_y[i], faces.normal_z[i]}))
             continue;
         prefetch_hit(rays_, packet, i);
@@ -218,9 +230,11 @@ void Gatherer::shade(const Basis& frame, const PacketCells& cells, std::uint64_t
         lane_of[count++] = i;
     }
     for (int n = 0; n < count; ++n) {
-        complete_hit(rays_, packet, lane_of[n], hits[n]);
-        shade_hit(packet, lane_of[n], hits[n],
-                  static_cast<std::uint32_t>(cells.first) + static_cast<std::uint32_t>(lane_of[n]), key, w);
+        const int lane = lane_of[n];
+        complete_hit(rays_, packet, lane, hits[n]);
+        const std::uint32_t cell = static_cast<std::uint32_t>(cells.first) + static_cast<std::uint32_t>(lane);
+        if (gathered_ && gathered_->has(packet.instance(lane))) note_lamp(packet, lane, hits[n], cell, w);
+        if (has_bounce_) shade_hit(packet, lane, hits[n], cell, key, w);
     }
 }
 
@@ -251,6 +265,7 @@ void Gatherer::trace(const Birth& birth, const HemisphereGrid& grid, const Basis
     hemisphere_directions(grid, shift, w.x.data(), w.y.data(), w.z.data());
     w.shadow.clear();
     w.lights.clear();
+    w.lamp_hits.clear();
     const std::uint64_t light_key = mix64(birth.key + 1);
     for (int first = 0; first < grid.cells; first += kWidth) {
         const PacketCells cells = fill_packet(frame, birth, w, first, grid.cells);
@@ -286,31 +301,60 @@ std::vector<float> Gatherer::radiance(int cells, GatherWorkspace& w) const
     return w.radiance.coefficients(weight);
 }
 
+std::vector<float> Gatherer::radiance_of_lamps(int cells, GatherWorkspace& w) const
+{
+    const float weight = std::numbers::pi_v<float> / static_cast<float>(cells);
+    w.radiance.clear();
+    for (std::size_t k = 0; k < w.lamp_hits.size();) {
+        const std::size_t packet = w.lamp_hits[k].cell / kWidth;
+        float colors[3][kWidth] = {};
+        for (; k < w.lamp_hits.size() && w.lamp_hits[k].cell / kWidth == packet; ++k)
+            for (int color = 0; color < 3; ++color)
+                colors[color][w.lamp_hits[k].cell % kWidth] = w.lamp_hits[k].radiance[color];
+        w.radiance.add(w.packets[packet].ray, colors[0], colors[1], colors[2]);
+    }
+    return w.radiance.coefficients(weight);
+}
+
+/// Beside the light of all other surfaces, which the integrals have, that of gathered lamps.
+void Gatherer::add_lamps(const HemisphereGrid& grid, HemisphereIntegrals& integrals, GatherWorkspace& w,
+                         Record& record) const
+{
+    record.gathered_lamps = gathered_ ? gathered_->id : 0;
+    if (w.lamp_hits.empty()) return;
+    const glm::vec3 of_others = integrals.irradiance;
+    for (const LampHit& hit : w.lamp_hits) add(w.samples, hit.cell, hit.radiance);
+    integrals = integrate(grid, w.samples);
+    record.of_lamps = glm::max(integrals.irradiance - of_others, 0.0f);
+}
+
 Record Gatherer::gather(const Birth& birth, const GatherSize& size, GatherWorkspace& w) const
 {
     const HemisphereGrid& grid = size.grid;
     const Basis frame(birth.normal, to_unit_float(static_cast<std::uint32_t>(mix64(birth.key + 2))));
     trace(birth, grid, frame, w);
-    const HemisphereIntegrals integrals = integrate(grid, w.samples);
+    HemisphereIntegrals integrals = integrate(grid, w.samples);
     Record record;
     record.position = birth.position;
     record.normal = birth.normal;
-    record.irradiance = integrals.irradiance;
-    for (std::size_t i = 0; i < 3; ++i) {
-        record.rotation_gradient[i] = to_scene(frame, integrals.rotation_gradient[i]);
-        record.translation_gradient[i] = to_scene(frame, integrals.translation_gradient[i]);
-    }
-    w.error_of_rays = integrals.standard_error;
     w.error_of_looks = w.error_of_points = 0.0f;
     w.arrived.clear();
     if (guide_) look(birth, size.looks, w, record);
+    if (keeps_radiance_) record.radiance = radiance(grid.cells, w);  // before that of lamps, which it leaves out
+    if (keeps_radiance_ && gathered_) record.radiance_of_lamps = radiance_of_lamps(grid.cells, w);
+    add_lamps(grid, integrals, w, record);
+    record.irradiance += integrals.irradiance;
+    for (std::size_t i = 0; i < 3; ++i) {
+        record.rotation_gradient[i] += to_scene(frame, integrals.rotation_gradient[i]);
+        record.translation_gradient[i] += to_scene(frame, integrals.translation_gradient[i]);
+    }
+    w.error_of_rays = integrals.standard_error;
     const float error = std::hypot(w.error_of_rays, w.error_of_looks);
     record.harmonic_mean_distance = integrals.harmonic_mean_distance;
     record.minimum_distance = integrals.minimum_distance;
     record.gradient_reach = gradient_reach(record);
     record.footprint = birth.footprint;
     record.rays = size.rays();
-    if (keeps_radiance_) record.radiance = radiance(grid.cells, w);
     const float e = luminance(record.irradiance);
     record.noise = e > 0.0f ? std::min(1.0f, error / e) : 0.0f;
     return record;

@@ -6,6 +6,7 @@
 #include <glm/glm.hpp>
 
 #include "hit_light/hit_radiance.h"
+#include "lamps/gathered_lamps.h"
 #include "lit_points/gather_guide.h"
 #include "radiance/radiance_sums.h"
 #include "rays/hit_surface.h"
@@ -42,6 +43,12 @@ struct ShadowedLight {
     float uv_per_length;
 };
 
+/// Light of a gathered lamp that a cell's ray hit [W m^-2 sr^-1].
+struct LampHit {
+    std::uint32_t cell;
+    glm::vec3 radiance;
+};
+
 /// What a gather is made of.
 struct GatherSize {
     HemisphereGrid grid;
@@ -57,6 +64,7 @@ struct GatherWorkspace {
     std::vector<LaneWeights> weights;  ///< of the packets' rays, where surfaces let light through
     ShadowBatch shadow;
     std::vector<ShadowedLight> lights;  ///< what each shadow ray brings if it is free
+    std::vector<LampHit> lamp_hits;
     HemisphereSamples samples;
     RadianceSums radiance;
     std::vector<float> scratch;
@@ -98,8 +106,8 @@ struct PacketCells {
 /// Gathers one record at a time: what depends on the scene and options alone is prepared once.
 class Gatherer {
 public:
-    /// @param guide  may be null: then rays find all light
-    Gatherer(const RayScene& rays, const RecordSettings& options, const LightCache* cache, const GatherGuide* guide);
+    /// @param scene  its cache counts whatever the bounces; its guide may be null: then rays find all light
+    Gatherer(const LitScene& scene, const RecordSettings& options);
 
     Record gather(const Birth& birth, const GatherSize& size, GatherWorkspace& w) const;
 
@@ -107,6 +115,10 @@ private:
     void trace(const Birth& birth, const HemisphereGrid& grid, const Basis& frame, GatherWorkspace& w) const;
     void shade(const Basis& frame, const PacketCells& cells, std::uint64_t key, GatherWorkspace& w) const;
     void note_sky(const HitPacket& packet, const PacketCells& cells, HemisphereSamples& s) const;
+    void note_lamp(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell,
+                   GatherWorkspace& w) const;
+    void add_lamps(const HemisphereGrid& grid, HemisphereIntegrals& integrals, GatherWorkspace& w,
+                   Record& record) const;
     void shade_hit(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell, std::uint64_t key,
                    GatherWorkspace& w) const;
     float rays_part(const HitPacket& packet, int lane, const HitSurface& hit, float cosine, RandomStream random) const;
@@ -114,11 +126,13 @@ private:
     void shoot_looks(const Birth& birth, GatherWorkspace& w) const;
     void add_looks(float scale, GatherWorkspace& w) const;
     std::vector<float> radiance(int cells, GatherWorkspace& w) const;
+    std::vector<float> radiance_of_lamps(int cells, GatherWorkspace& w) const;
     void shoot_shadow_rays(GatherWorkspace& w) const;
 
     const RayScene& rays_;
     HitRadiance radiance_;
     const GatherGuide* guide_;
+    const GatheredLamps* gathered_;  // null: none
     bool has_bounce_;
     bool keeps_radiance_;
 };

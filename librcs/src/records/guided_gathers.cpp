@@ -120,20 +120,22 @@ std::unique_ptr<GatherGuide> make_gather_guide(const LitScene& scene, const GBuf
                                                const RecordSettings& settings, ThreadPool& pool)
 {
     if (settings.bounces == 0) return nullptr;
-    const LightCache* const cache = settings.bounces > 1 ? scene.cache : nullptr;
+    const LitScene lit{scene.rays, settings.bounces > 1 ? scene.cache : nullptr, nullptr, scene.gathered};
     const Probes probes{gbuffer, probe_pixels(gbuffer, settings.seed), settings.seed, pool};
     const GatherSize all{make_hemisphere_grid(settings.rays), 0};
     const GatherSize half{make_hemisphere_grid(settings.rays / 2), settings.rays - settings.rays / 2};
-    const Errors plain = gather_at(probes, Gatherer(scene.rays, settings, cache, nullptr), all, 0, nullptr);
+    const Errors plain = gather_at(probes, Gatherer(lit, settings), all, 0, nullptr);
     if (!(plain.all > 0.0)) return nullptr;
-    const LightSurvey survey = survey_light(scene.rays, effects_or_scene(settings.effects, scene.rays), gbuffer, view,
-                                            settings.rays, settings.seed, pool);
+    const PlaceLight light{
+        scene.rays, HitRadiance(scene.rays, nullptr, effects_or_scene(settings.effects, scene.rays), scene.gathered),
+        least_hit_alpha(settings.rays), nullptr};
+    const LightSurvey survey = survey_light(light, gbuffer, view, settings.seed, pool);
     double points = std::max(kLeastPoints, kPointsPerPixel * static_cast<double>(gbuffer.size()));
     const double most = kMostMore * points;
     for (bool first = true;; first = false) {
         auto guide = std::make_unique<GatherGuide>(survey, points, pool);
         if (!guide->has_light()) return nullptr;
-        const Gatherer guided(scene.rays, settings, cache, guide.get());
+        const Gatherer guided({lit.rays, lit.cache, guide.get(), lit.gathered}, settings);
         gather_at(probes, guided, half, 2, guide.get());  // to learn who sees what
         const Errors errors = gather_at(probes, guided, half, 4, guide.get());
         guide->share = best_share(errors, plain);

@@ -14,27 +14,29 @@ namespace rcs {
 namespace {
 
 constexpr std::string_view kMagic = "rcs records\n";
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 constexpr std::uint32_t kLongestKey = 4096;        // [bytes] of each of its texts
 constexpr std::size_t kRadiance = 3 * kHarmonics;  // values of a record that has radiance
-constexpr std::size_t kRecordBytes = 4 * 38;       // without radiance
+constexpr std::size_t kRecordBytes = 4 * 43;       // without radiance
 constexpr float kFarthest = 1e18f;                 // as for meshes: their product stays a float
 constexpr float kLeastFootprint = 1e-30f;          // below, one over a radius is no float
+constexpr float kSlightlyMore = 1.001f;            // by rounding, than all of it
 constexpr float kUnitLength = 1e-3f;               // a normal may be off by
 
 /// Shows `visit` every field of a record in turn. A record that gets a new member fails to compile here.
 template <typename AnyRecord, typename Visit>
 void visit_fields(AnyRecord& record, const Visit& visit)
 {
-    auto& [position, normal, irradiance, rotation_gradient, translation_gradient, harmonic_mean_distance,
+    auto& [position, normal, irradiance, of_lamps, rotation_gradient, translation_gradient, harmonic_mean_distance,
            minimum_distance, gradient_reach, rays, footprint, noise, spacing_radius, gradient_scale, closeness, breadth,
-           radiance] = record;
+           gathered_lamps, radiance, radiance_of_lamps] = record;
     const auto vector = [&](auto& v) {
         for (int i = 0; i < 3; ++i) visit(v[i]);
     };
     vector(position);
     vector(normal);
     vector(irradiance);
+    vector(of_lamps);
     for (auto& gradient : rotation_gradient) vector(gradient);
     for (auto& gradient : translation_gradient) vector(gradient);
     visit(harmonic_mean_distance);
@@ -47,6 +49,7 @@ void visit_fields(AnyRecord& record, const Visit& visit)
     visit(gradient_scale);
     visit(closeness);
     visit(breadth);
+    visit(gathered_lamps);
 }
 
 void put(std::string& bytes, std::uint32_t value)
@@ -112,6 +115,9 @@ std::string_view defect_of(const Record& r)
     if (!is_finite(r.normal) || !(std::abs(glm::length(r.normal) - 1.0f) <= kUnitLength)) return "a normal";
     if (!is_finite(r.irradiance) || !(std::min({r.irradiance.r, r.irradiance.g, r.irradiance.b}) >= 0.0f))
         return "an irradiance";
+    if (!is_finite(r.of_lamps) || !(std::min({r.of_lamps.r, r.of_lamps.g, r.of_lamps.b}) >= 0.0f) ||
+        glm::any(glm::greaterThan(r.of_lamps, r.irradiance * kSlightlyMore)))
+        return "a part of lamps";
     const auto finite = [](const glm::vec3& gradient) { return is_finite(gradient); };
     if (!std::all_of(r.rotation_gradient.begin(), r.rotation_gradient.end(), finite) ||
         !std::all_of(r.translation_gradient.begin(), r.translation_gradient.end(), finite))
@@ -124,8 +130,9 @@ std::string_view defect_of(const Record& r)
     if (!is_distance(r.noise) || std::isinf(r.noise)) return "a noise";
     if (!(r.gradient_scale >= 0.0f && r.gradient_scale <= 1.0f) || !is_part(r.closeness) || !is_part(r.breadth))
         return "a scale";
-    if (!std::all_of(r.radiance.begin(), r.radiance.end(), [](float value) { return std::isfinite(value); }))
-        return "a radiance";
+    for (const std::vector<float>* radiance : {&r.radiance, &r.radiance_of_lamps})
+        if (!std::all_of(radiance->begin(), radiance->end(), [](float value) { return std::isfinite(value); }))
+            return "a radiance";
     return {};
 }
 
@@ -135,10 +142,12 @@ Record read_record(Reader& reader)
 {
     Record record;
     visit_fields(record, [&](auto& value) { value = std::bit_cast<std::decay_t<decltype(value)>>(reader.number()); });
-    const std::uint32_t values = reader.number();
-    if (values != 0 && values != kRadiance) reader.damaged("a radiance of " + std::to_string(values) + " values");
-    record.radiance.reserve(values);
-    for (std::uint32_t i = 0; i < values; ++i) record.radiance.push_back(std::bit_cast<float>(reader.number()));
+    for (std::vector<float>* radiance : {&record.radiance, &record.radiance_of_lamps}) {
+        const std::uint32_t values = reader.number();
+        if (values != 0 && values != kRadiance) reader.damaged("a radiance of " + std::to_string(values) + " values");
+        radiance->reserve(values);
+        for (std::uint32_t i = 0; i < values; ++i) radiance->push_back(std::bit_cast<float>(reader.number()));
+    }
     return record;
 }
 
@@ -152,12 +161,15 @@ std::string to_bytes(const RecordKey& key, const std::vector<Record>& records)
     put(bytes, key.settings);
     put(bytes, static_cast<std::uint32_t>(records.size()));
     std::size_t size = bytes.size();
-    for (const Record& record : records) size += kRecordBytes + 4 * record.radiance.size();
+    for (const Record& record : records)
+        size += kRecordBytes + 4 * (record.radiance.size() + record.radiance_of_lamps.size());
     bytes.reserve(size);
     for (const Record& record : records) {
         visit_fields(record, [&](const auto& value) { put(bytes, std::bit_cast<std::uint32_t>(value)); });
-        put(bytes, static_cast<std::uint32_t>(record.radiance.size()));
-        for (const float value : record.radiance) put(bytes, std::bit_cast<std::uint32_t>(value));
+        for (const std::vector<float>* radiance : {&record.radiance, &record.radiance_of_lamps}) {
+            put(bytes, static_cast<std::uint32_t>(radiance->size()));
+            for (const float value : *radiance) put(bytes, std::bit_cast<std::uint32_t>(value));
+        }
     }
     return bytes;
 }

@@ -233,9 +233,9 @@ void steer_records(Frame& frame, bool go_on)
     };
     const Deadline& deadline = frame.deadline;
     RecordStats& stats = frame.stats().records;
-    Placement placement({frame.rays, frame.light_cache, frame.guide.get()}, frame.gbuffer, frame.view(),
-                        overture(frame.settings.records, frame.guide != nullptr), frame.session.pool(), frame.records,
-                        stats, report);
+    Placement placement({frame.rays, frame.light_cache, frame.guide.get(), &frame.gathered}, frame.gbuffer,
+                        frame.view(), overture(frame.settings.records, frame.guide != nullptr), frame.session.pool(),
+                        frame.records, stats, report);
     const double most = deadline.is_set() ? std::max(1e-3, kMostForOverture * deadline.left()) : 0.0;
     const auto set_goal = [&](const RecordForecast& cost) -> std::optional<RecordGoal> {
         const Prospect prospect = look_ahead(frame, cost);

@@ -11,7 +11,9 @@
 #include "compose/compose.h"
 #include "compose/shared_samples.h"
 #include "gbuffer/shading.h"
+#include "lamps/gathered_lamps.h"
 #include "lit_points/gather_guide.h"
+#include "lit_points/lamp_guide.h"
 #include "rcs/render.h"
 #include "render/course.h"
 #include "render/effect_counts.h"
@@ -40,6 +42,8 @@ struct Frame {
     std::vector<Record> without_radiance =
         {};  ///< of records handed over: no use to glossy surfaces, but to other views
     const LightCache* light_cache = nullptr;
+    GatheredLamps gathered = {};
+    std::unique_ptr<LampGuide> lamp_guide = {};  ///< of those, if there are any
     std::unique_ptr<GatherGuide> guide = {};
     std::optional<SharedSamples> shared = {};
     std::unique_ptr<Probes> probes = {};  ///< that a goal was steered by, until the first view is judged

@@ -8,6 +8,7 @@
 #include "gbuffer/views.h"
 #include "placement/view_fit.h"
 #include "records/guided_gathers.h"
+#include "records/lamps_to_gather.h"
 #include "render/frame.h"
 #include "render/stage_clock.h"
 #include "util/random.h"
@@ -42,11 +43,31 @@ bool weigh_behind(const Shading& shading, std::vector<glm::vec3>& weight)
     return any;
 }
 
+/// Parts the lamps between shadow rays and records, whose light is one kind in all records there are.
+void part_lamps(Frame& f)
+{
+    if (!f.needs(Effect::indirect_diffuse)) return;
+    f.gathered = lamps_to_gather({f.rays}, f.gbuffer, f.settings.records, f.session.pool());
+    const auto differs = [&](const Record& r) { return r.gathered_lamps != f.gathered.id; };
+    if (std::any_of(f.records.begin(), f.records.end(), differs)) {
+        f.gathered = {};
+        std::erase_if(f.records, differs);
+        std::erase_if(f.without_radiance, differs);
+    }
+    if (!f.gathered.any()) return;
+    f.stats().records.gathered_lamps =
+        static_cast<std::uint64_t>(std::count(f.gathered.of_instance.begin(), f.gathered.of_instance.end(), 1));
+    f.lamp_guide = std::make_unique<LampGuide>(f.rays, f.settings.effects, f.gathered, f.gbuffer, f.view(),
+                                               f.settings.seed, f.session.pool());
+    f.gathered.finder = f.lamp_guide.get();
+}
+
 /// What is at hand for the first view: records of other views, and where to look for light.
 void prepare_records(Frame& f)
 {
     fit_to_view(f.gbuffer, f.view(), f.records);
-    f.guide = make_gather_guide({f.rays, f.light_cache}, f.gbuffer, f.view(), f.course.records, f.session.pool());
+    f.guide = make_gather_guide({f.rays, f.light_cache, nullptr, &f.gathered}, f.gbuffer, f.view(), f.course.records,
+                                f.session.pool());
     if (f.guide) f.stats().records.lit_points = f.guide->lit().points.size();
 }
 
@@ -55,7 +76,7 @@ ErrorScale probe(Frame& f)
 {
     return timed(f, "probes", [&] {
         if (!f.probes)
-            f.probes = std::make_unique<Probes>(LitScene(f.rays, f.light_cache, f.guide.get()), f.gbuffer,
+            f.probes = std::make_unique<Probes>(LitScene(f.rays, f.light_cache, f.guide.get(), &f.gathered), f.gbuffer,
                                                 f.course.records, f.session.pool());
         const ErrorMap& map = f.light.indirect_error;
         // Also those of earlier views: the same records say the same of their error.
@@ -70,14 +91,22 @@ ErrorScale probe(Frame& f)
     });
 }
 
+SplatBuffer splat(Frame& f, const std::vector<Record>& records, const SplatSettings& settings, SplatStats& stats,
+                  const Shading* glossy)
+{
+    return f.settings.splat_method == SplatMethod::quads
+               ? splat_quads(f.session.gl(), records, f.gbuffer, f.view(), settings, stats, glossy)
+               : splat_tiles(records, f.gbuffer, f.view(), settings, f.session.pool(), stats, glossy);
+}
+
 TracedLight trace_round(Frame& f, int round)
 {
     ++f.stats().counts.lobe_passes;
     return timed(f, "glossy", [&] {
         LobeSettings settings = f.settings.lobes;
         settings.seed = stream_key(f.direct.seed, Stream::glossy, static_cast<std::uint64_t>(round));
-        return trace_lobes(f.rays, {f.rays, f.light_cache, f.settings.effects}, f.gbuffer, f.view(), f.shading,
-                           settings, f.session.pool(), f.stats().traced);
+        return trace_lobes(f.rays, {f.rays, f.light_cache, f.settings.effects, &f.gathered}, f.gbuffer, f.view(),
+                           f.shading, settings, f.session.pool(), f.stats().traced);
     });
 }
 
@@ -122,7 +151,11 @@ void light_directly(Frame& f)
     f.light = {};
     f.light.layers = &f.layers;
     if (!f.settings.has_lamps) return;
-    if (f.is_first_view()) f.direct = f.course.direct = affordable_direct(f);
+    if (f.is_first_view()) {
+        part_lamps(f);
+        f.direct = f.course.direct = affordable_direct(f);
+    }
+    f.direct.gathered = &f.gathered;
     f.light.direct = timed(f, "direct", [&] {
         return direct_light(f.rays, f.gbuffer, f.view(), f.shading, f.direct, f.session.pool(),
                             f.stats().direct_shadow_rays);
@@ -142,8 +175,8 @@ void place_records(Frame& f)
         if (f.is_first_view()) prepare_records(f);
         if (f.is_first_view() && has_goal(f.asked)) return steer_records(f, true);
         // Records of earlier passes are shared; this one adds where it sees what they did not.
-        place_records({f.rays, f.light_cache, f.guide.get()}, f.gbuffer, f.view(), f.course.records, f.session.pool(),
-                      f.records, f.stats().records, f.hooks.progress);
+        place_records({f.rays, f.light_cache, f.guide.get(), &f.gathered}, f.gbuffer, f.view(), f.course.records,
+                      f.session.pool(), f.records, f.stats().records, f.hooks.progress);
     });
 }
 
@@ -163,15 +196,17 @@ void splat_records(Frame& f)
     const Shading* const glossy = f.settings.records.radiance ? &f.shading : nullptr;
     RenderStats& stats = f.stats();
     SplatStats splats;
-    f.light.indirect = timed(f, "splat", [&] {
-        return f.settings.splat_method == SplatMethod::quads
-                   ? splat_quads(f.session.gl(), f.records, f.gbuffer, f.view(), settings, splats, glossy)
-                   : splat_tiles(f.records, f.gbuffer, f.view(), settings, f.session.pool(), splats, glossy);
-    });
+    f.light.indirect = timed(f, "splat", [&] { return splat(f, f.records, settings, splats, glossy); });
+    if (f.gathered.any()) {
+        settings.error_sums = false;
+        SplatStats again;
+        f.light.of_lamps =
+            timed(f, "splat", [&] { return splat(f, of_gathered_lamps(f.records), settings, again, glossy); });
+    }
     ++(glossy ? stats.counts.glossy_splats : stats.counts.splats);
     stats.splats.splats += splats.splats;
     stats.splats.samples += splats.samples;
-    if (!settings.error_sums) return;
+    if (!f.settings.splat.error_sums) return;
     f.light.indirect_error = timed(f, "error", [&] { return error_map(f.light.indirect, splats, settings.overlap); });
     ++stats.counts.error_passes;
     if (f.is_first_view()) f.error_scale = probe(f);

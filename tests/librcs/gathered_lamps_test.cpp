@@ -1,0 +1,185 @@
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "facts/scene_effects.h"
+#include "gbuffer/views.h"
+#include "lit_points/lamp_guide.h"
+#include "rcs/metrics.h"
+#include "rcs/reference.h"
+#include "records/lamps_to_gather.h"
+#include "support/effect_scenes.h"
+#include "support/floor_points.h"
+#include "support/session.h"
+#include "util/color.h"
+
+namespace rcs {
+namespace {
+
+/// A room 4 m wide, 3 m high, 4 m deep, with a window of 1 m in its right wall, and a huge panel far behind that.
+/// @param roughness  of floor and walls, dielectric
+Scene window_room(float roughness, float panel_size = 60.0f)
+{
+    Scene scene;
+    Material plaster;
+    plaster.base_color = glm::vec3(0.6f, 0.5f, 0.4f);
+    plaster.roughness = roughness;
+    plaster.specular = 1.0f;
+    plaster.double_sided = true;
+    const int m = test::add_surface(scene, plaster);
+    test::add_mesh(scene, test::quad({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}, m));
+    test::add_mesh(scene, test::quad({-2, 3, -2}, {4, 0, 0}, {0, 0, 4}, m));
+    test::add_mesh(scene, test::quad({-2, 0, -2}, {4, 0, 0}, {0, 3, 0}, m));
+    test::add_mesh(scene, test::quad({-2, 0, 2}, {0, 3, 0}, {4, 0, 0}, m));
+    test::add_mesh(scene, test::quad({-2, 0, -2}, {0, 3, 0}, {0, 0, 4}, m));
+    test::add_mesh(scene, test::quad({2, 0, -2}, {0, 0, 4}, {0, 1, 0}, m));
+    test::add_mesh(scene, test::quad({2, 2, -2}, {0, 0, 4}, {0, 1, 0}, m));
+    test::add_mesh(scene, test::quad({2, 1, -2}, {0, 0, 1.5f}, {0, 1, 0}, m));
+    test::add_mesh(scene, test::quad({2, 1, 0.5f}, {0, 0, 1.5f}, {0, 1, 0}, m));
+    Material sky;
+    sky.base_color = glm::vec3(0.0f);
+    sky.emission = glm::vec3(8.0f, 9.0f, 10.0f);
+    const float half = 0.5f * panel_size;
+    test::add_mesh(scene, test::quad({22.0f, -half, -half}, {0, 0, panel_size}, {0, panel_size, 0},
+                                     test::add_surface(scene, sky)));
+    scene.cameras = {look_at_camera("camera", {-1.0, 1.5, 1.8}, {0.3, 1.2, -2.0}, 0.9)};
+    return scene;
+}
+
+struct Place {
+    Scene scene;
+    ThreadPool pool{2};
+    RayScene rays;
+    GBuffer points;
+    View view;
+
+    explicit Place(Scene s)
+        : scene(std::move(s)), rays(build_ray_scene(scene, pool)), view(make_views(scene.cameras[0], 64, 64, 1)[0])
+    {
+        std::vector<glm::vec2> floor;
+        for (int i = 0; i < 400; ++i)
+            floor.emplace_back(-1.9f + 0.2f * static_cast<float>(i / 20), -1.9f + 0.2f * static_cast<float>(i % 20));
+        points = test::points_on_floor(floor);
+    }
+    Place(const Place&) = delete;
+
+    GatheredLamps lamps() { return lamps_to_gather(LitScene{rays}, points, RecordSettings{}, pool); }
+};
+
+TEST(LampsToGather, AreHugeOnesOfWhichLittleIsSeen)
+{
+    EXPECT_TRUE(Place(window_room(1.0f)).lamps().has(9));
+    EXPECT_FALSE(Place(window_room(1.0f)).lamps().has(0));
+    EXPECT_FALSE(Place(window_room(1.0f, 2.0f)).lamps().any()) << "small: its shadows are sharp";
+    Scene open = window_room(1.0f);
+    open.instances.erase(open.instances.begin() + 5, open.instances.begin() + 9);
+    EXPECT_FALSE(Place(std::move(open)).lamps().any()) << "nothing hides it";
+    EXPECT_FALSE(Place(test::lit_room()).lamps().any());
+}
+
+struct Mean {
+    double light = 0.0, variance = 0.0;  // the latter of the mean
+};
+
+Mean mean_at(const Place& place, const HitRadiance& light, const SurfacePoint& p, int count, std::uint64_t seed)
+{
+    double sum = 0.0, squares = 0.0;
+    for (int k = 0; k < count; ++k) {
+        RandomStream random(stream_key(seed, Stream::gather, static_cast<std::uint64_t>(k)));
+        double found = 0.0;
+        light.direct(p, random, [&](const Ray& ray, glm::vec3 white) {
+            if (!occluded(place.rays, ray)) found += static_cast<double>(luminance(white));
+        });
+        sum += found;
+        squares += found * found;
+    }
+    const double mean = sum / count;
+    return {mean, (squares / count - mean * mean) / count};
+}
+
+/// At places where rays end: in the room, and close to the panel. Points on lamps are another matter of chance.
+TEST(LampGuide, FindsTheLightThatSamplesFind)
+{
+    Place place(window_room(1.0f));
+    const GatheredLamps lamps = place.lamps();
+    ASSERT_TRUE(lamps.any());
+    const EffectSet effects = scene_effects(place.rays);
+    const HitRadiance plain(place.rays, nullptr, effects);
+    constexpr int kGuides = 6, kMany = 1 << 17, kFew = 1 << 13;
+    double noise_plain = 0.0, noise_guided = 0.0;
+    struct Spot {
+        glm::vec3 position, normal;
+    };
+    const Spot spots[] = {
+        {{0, 0, 0}, {0, 1, 0}}, {{-1.5f, 0, 0.5f}, {0, 1, 0}}, {{-2, 1.5f, 0.3f}, {1, 0, 0}}, {{21, 0, 0}, {0, 1, 0}}};
+    for (const auto& [at, normal] : spots) {
+        SurfacePoint p{};
+        p.position = at;
+        p.geometric_normal = p.shading_normal = normal;
+        p.position_error = 1e-5f;
+        const Mean truth = mean_at(place, plain, p, kMany, 1);
+        ASSERT_GT(truth.light, 0.0) << at.x;
+        double mean = 0.0, square = 0.0;
+        for (std::uint64_t seed = 0; seed < kGuides; ++seed) {
+            GatheredLamps guided = lamps;
+            const LampGuide guide(place.rays, effects, lamps, place.points, place.view, seed, place.pool);
+            guided.finder = &guide;
+            const Mean found = mean_at(place, HitRadiance(place.rays, nullptr, effects, &guided), p, kFew, seed + 2);
+            mean += found.light / kGuides;
+            square += found.light * found.light / kGuides;
+            if (at.x < 2.0f) noise_guided += found.variance * kFew / (truth.light * truth.light) / kGuides;
+        }
+        const double error = std::sqrt(truth.variance + (square - mean * mean) / kGuides);
+        EXPECT_NEAR(mean, truth.light, 4.0 * error) << at.x;
+        EXPECT_LT(error, 0.05 * truth.light) << at.x;
+        if (at.x < 2.0f) noise_plain += truth.variance * kMany / (truth.light * truth.light);
+    }
+    EXPECT_LT(noise_guided, 0.25 * noise_plain) << "the places in the room";
+}
+
+class GatheredLampsRender : public testing::TestWithParam<float> {};
+
+/// The light falls into the layers that the path tracer has it in.
+TEST_P(GatheredLampsRender, LightsAsThePathTracerDoes)
+{
+    const Scene scene = window_room(GetParam());
+    RenderOptions options;
+    options.width = options.height = 64;
+    options.aa = 1;
+    settings_of(options).rays = 1024;
+    settings_of(options).error_tolerance = 0.1f;
+    const RenderResult result = test::render_first(scene, options);
+    EXPECT_EQ(result.stats.records.gathered_lamps, 1u);
+    ThreadPool pool(2);
+    const RayScene rays = build_ray_scene(scene, pool);
+    const LayeredImage reference =
+        render_reference(rays, {scene.cameras[0], 64, 64, {0.5, 0.5}}, {.samples = 32768, .stride = 6}, pool);
+    for (const char* layer : {"direct", "indirect", "beauty"}) {
+        const ErrorMetrics metrics = compare_images(result.image, reference, layer);
+        EXPECT_NEAR(metrics.ratio_of_means, 1.0, 0.02) << layer;
+        EXPECT_LT(metrics.mean_relative_error, 0.1) << layer;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Roughness, GatheredLampsRender, testing::Values(1.0f, 0.6f, 0.2f));
+
+TEST(GatheredLamps, RecordsOfOtherLampsAreNotMixedIn)
+{
+    const Scene scene = window_room(1.0f);
+    RenderOptions options;
+    options.width = options.height = 48;
+    options.aa = 1;
+    std::vector<Record> records = test::render_first(scene, options).records;
+    ASSERT_FALSE(records.empty());
+    for (const Record& r : records) ASSERT_NE(r.gathered_lamps, 0u);
+    const RenderResult again = test::render_first(scene, options, 2, records);
+    EXPECT_EQ(again.stats.records.records, 0u) << "all are at hand";
+    for (Record& r : records) r.gathered_lamps ^= 2u;
+    const RenderResult afresh = test::render_first(scene, options, 2, records);
+    EXPECT_GT(afresh.stats.records.records, 0u);
+}
+
+}  // namespace
+}  // namespace rcs
