@@ -107,7 +107,7 @@ TEST(LampGuide, FindsTheLightThatSamplesFind)
     ASSERT_TRUE(lamps.any());
     const EffectSet effects = scene_effects(place.rays);
     const HitRadiance plain(place.rays, nullptr, effects);
-    constexpr int kGuides = 4, kMany = 1 << 16, kFew = 1 << 12;
+    constexpr int kGuides = 4, kMany = 1 << 17, kFew = 1 << 12;
     double noise_plain = 0.0, noise_guided = 0.0;
     struct Spot {
         glm::vec3 position, normal;
@@ -133,7 +133,7 @@ TEST(LampGuide, FindsTheLightThatSamplesFind)
         }
         const double error = std::sqrt(truth.variance + (square - mean * mean) / kGuides);
         EXPECT_NEAR(mean, truth.light, 4.0 * error) << at.x;
-        EXPECT_LT(error, 0.05 * truth.light) << at.x;
+        EXPECT_LT(error, 0.08 * truth.light) << at.x;
         if (at.x < 2.0f) noise_plain += truth.variance * kMany / (truth.light * truth.light);
     }
     EXPECT_LT(noise_guided, 0.25 * noise_plain) << "the places in the room";
@@ -155,7 +155,7 @@ TEST_P(GatheredLampsRender, LightsAsThePathTracerDoes)
     ThreadPool pool(2);
     const RayScene rays = build_ray_scene(scene, pool);
     const LayeredImage reference =
-        render_reference(rays, {scene.cameras[0], 64, 64, {0.5, 0.5}}, {.samples = 16384, .stride = 8}, pool);
+        render_reference(rays, {scene.cameras[0], 64, 64, {0.5, 0.5}}, {.samples = 32768, .stride = 6}, pool);
     for (const char* layer : {"direct", "indirect", "beauty"}) {
         const ErrorMetrics metrics = compare_images(result.image, reference, layer);
         EXPECT_NEAR(metrics.ratio_of_means, 1.0, 0.02) << layer;
