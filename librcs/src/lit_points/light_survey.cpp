@@ -94,25 +94,24 @@ void note_light(std::span<const PlaceToLight> pilots, const LitPoints& lit, Impo
     importance.update();
 }
 
-/// Brings up to date what is most important on each piece: that takes longer than all that is made of it.
-void look_at_pieces(LightSurvey& survey, ThreadPool& pool)
+/// The largest density at each piece's probes.
+std::vector<float> most_of(const LightSurvey& survey, const PointDensity& density, ThreadPool& pool)
 {
-    survey.most.assign(survey.pieces.size(), {});
-    pool.parallel_for(survey.most.size(), kGrain, [&](std::size_t begin, std::size_t end, int) {
+    std::vector<float> result(survey.pieces.size());
+    pool.parallel_for(result.size(), kGrain, [&](std::size_t begin, std::size_t end, int) {
         for (std::size_t i = begin; i < end; ++i)
-            for (const glm::vec3& probe : survey.pieces[i].probe) {
-                const Importance::Value value = survey.importance.at(probe, survey.pieces[i].normal);
-                survey.most[i].seen = std::max(survey.most[i].seen, value.seen);
-                survey.most[i].bright = std::max(survey.most[i].bright, value.bright);
-            }
+            for (const glm::vec3& probe : survey.pieces[i].probe)
+                result[i] = std::max(result[i], density.at(survey.importance, probe, survey.pieces[i].normal));
     });
+    return result;
 }
 
-double integral(const LightSurvey& survey, const PointDensity& density)
+double integral(const LightSurvey& survey, const PointDensity& density, ThreadPool& pool)
 {
+    const std::vector<float> most = most_of(survey, density, pool);
     double sum = 0.0;
-    for (std::size_t i = 0; i < survey.most.size(); ++i)
-        sum += static_cast<double>(density.of(survey.most[i])) * static_cast<double>(survey.pieces[i].area);
+    for (std::size_t i = 0; i < most.size(); ++i)
+        sum += static_cast<double>(most[i]) * static_cast<double>(survey.pieces[i].area);
     return sum;
 }
 
@@ -141,15 +140,16 @@ std::vector<SurfaceSample> places_in_view(const RayScene& rays, const HitRadianc
 PointDensity density_of_points(const LightSurvey& survey, double points) { return mix(survey, kSeenPart, points); }
 
 /// Points with this density, per area, wherever they lie: candidates are spread over the pieces in proportion to the
-/// largest importance found on each, and one stands for as many points as the density at its own place asks for.
+/// largest density found on each, and one stands for as many points as the density at its own place asks for.
 std::vector<PlaceToLight> draw_places(const LightSurvey& survey, const PointDensity& density, std::uint64_t seed,
                                       ThreadPool& pool)
 {
     const std::span<const SurfacePiece> pieces = survey.pieces;
+    const std::vector<float> most = most_of(survey, density, pool);
     std::vector<std::uint32_t> candidates;  // pieces
     double next = static_cast<double>(RandomStream(seed).next()), sum = 0.0;
     for (std::size_t i = 0; i < pieces.size(); ++i) {
-        sum += static_cast<double>(density.of(survey.most[i])) * static_cast<double>(pieces[i].area);
+        sum += static_cast<double>(most[i]) * static_cast<double>(pieces[i].area);
         for (; next < sum; next += 1.0) candidates.push_back(static_cast<std::uint32_t>(i));
     }
     std::vector<std::vector<PlaceToLight>> parts((candidates.size() + kGrain - 1) / kGrain);
@@ -159,7 +159,7 @@ std::vector<PlaceToLight> draw_places(const LightSurvey& survey, const PointDens
             const float u = random.next(), v = random.next();
             const PointOnPiece place = point_on(survey.light.rays, pieces[candidates[k]], {u, v});
             const float wanted = density.at(survey.importance, place.point.position, place.point.geometric_normal);
-            const int copies = static_cast<int>(wanted / density.of(survey.most[candidates[k]]) + random.next());
+            const int copies = static_cast<int>(wanted / most[candidates[k]] + random.next());
             for (int c = 0; c < copies; ++c) parts[k / kGrain].push_back({place, 1.0f / wanted});
         }
     });
@@ -178,14 +178,12 @@ LightSurvey survey_light(const PlaceLight& light, const GBuffer& gbuffer, const 
     note_seen(light, gbuffer, s.seed, pool, s.importance);
     s.pieces = surface_pieces(light.rays, light.lamps, s.importance, s.seed + 2, pool);
     for (const SurfacePiece& piece : s.pieces) s.area += static_cast<double>(piece.area);
-    look_at_pieces(s, pool);
-    s.seen = integral(s, {0.0f, 1.0f, 0.0f});
+    s.seen = integral(s, {0.0f, 1.0f, 0.0f}, pool);
     if (!(s.seen > 0.0)) return s;
     const std::vector<PlaceToLight> pilots =
         draw_places(s, mix(s, 1.0 - kEvenPart, static_cast<double>(count_for(gbuffer, kPilots))), s.seed + 3, pool);
     note_light(pilots, light_places(light, pilots, s.seed + 5, pool), s.importance);
-    look_at_pieces(s, pool);
-    s.bright = integral(s, {1.0f, 0.0f, 0.0f});
+    s.bright = integral(s, {1.0f, 0.0f, 0.0f}, pool);
     return s;
 }
 

@@ -21,9 +21,9 @@ struct PointDensity {
 
     float at(const Importance& importance, glm::vec3 position, glm::vec3 normal) const
     {
-        return of(importance.at(position, normal));
+        const Importance::Value value = importance.at(position, normal);
+        return bright * value.bright + seen * value.seen + even;
     }
-    float of(const Importance::Value& value) const { return bright * value.bright + seen * value.seen + even; }
 };
 
 /// What is found out before points are lit.
@@ -32,7 +32,6 @@ struct LightSurvey {
     std::uint64_t seed;
     Importance importance;
     std::vector<SurfacePiece> pieces;
-    std::vector<Importance::Value> most = {};  ///< of each piece: the largest importance of either kind at its probes
     double area = 0.0, seen = 0.0, bright = 0.0;  ///< of all pieces: sum, and integrals of what is wanted there
 };
 /// Looks around from visible points, and for what is bright of what they see.
