@@ -94,21 +94,29 @@ void note_light(std::span<const PlaceToLight> pilots, const LitPoints& lit, Impo
     importance.update();
 }
 
+/// Looks importance up at the pieces' probes.
+void look_up_importance(LightSurvey& survey, ThreadPool& pool)
+{
+    survey.at_probes.resize(survey.pieces.size());
+    pool.parallel_for(survey.pieces.size(), kGrain, [&](std::size_t begin, std::size_t end, int) {
+        for (std::size_t i = begin; i < end; ++i)
+            for (std::size_t p = 0; p < SurfacePiece::kProbes; ++p)
+                survey.at_probes[i][p] = survey.importance.at(survey.pieces[i].probe[p], survey.pieces[i].normal);
+    });
+}
+
 /// The largest density at each piece's probes.
-std::vector<float> most_of(const LightSurvey& survey, const PointDensity& density, ThreadPool& pool)
+std::vector<float> most_of(const LightSurvey& survey, const PointDensity& density)
 {
     std::vector<float> result(survey.pieces.size());
-    pool.parallel_for(result.size(), kGrain, [&](std::size_t begin, std::size_t end, int) {
-        for (std::size_t i = begin; i < end; ++i)
-            for (const glm::vec3& probe : survey.pieces[i].probe)
-                result[i] = std::max(result[i], density.at(survey.importance, probe, survey.pieces[i].normal));
-    });
+    for (std::size_t i = 0; i < result.size(); ++i)
+        for (const Importance::Value& value : survey.at_probes[i]) result[i] = std::max(result[i], density.at(value));
     return result;
 }
 
-double integral(const LightSurvey& survey, const PointDensity& density, ThreadPool& pool)
+double integral(const LightSurvey& survey, const PointDensity& density)
 {
-    const std::vector<float> most = most_of(survey, density, pool);
+    const std::vector<float> most = most_of(survey, density);
     double sum = 0.0;
     for (std::size_t i = 0; i < most.size(); ++i)
         sum += static_cast<double>(most[i]) * static_cast<double>(survey.pieces[i].area);
@@ -145,7 +153,7 @@ std::vector<PlaceToLight> draw_places(const LightSurvey& survey, const PointDens
                                       ThreadPool& pool)
 {
     const std::span<const SurfacePiece> pieces = survey.pieces;
-    const std::vector<float> most = most_of(survey, density, pool);
+    const std::vector<float> most = most_of(survey, density);
     std::vector<std::uint32_t> candidates;  // pieces
     double next = static_cast<double>(RandomStream(seed).next()), sum = 0.0;
     for (std::size_t i = 0; i < pieces.size(); ++i) {
@@ -174,16 +182,19 @@ LightSurvey survey_light(const PlaceLight& light, const GBuffer& gbuffer, const 
     LightSurvey s{light,
                   stream_key(seed, Stream::lit_points, 0),
                   Importance(make_cell_grid(bounds_of(light.rays.scene()), view)),
+                  {},
                   {}};
     note_seen(light, gbuffer, s.seed, pool, s.importance);
     s.pieces = surface_pieces(light.rays, light.lamps, s.importance, s.seed + 2, pool);
     for (const SurfacePiece& piece : s.pieces) s.area += static_cast<double>(piece.area);
-    s.seen = integral(s, {0.0f, 1.0f, 0.0f}, pool);
+    look_up_importance(s, pool);
+    s.seen = integral(s, {0.0f, 1.0f, 0.0f});
     if (!(s.seen > 0.0)) return s;
     const std::vector<PlaceToLight> pilots =
         draw_places(s, mix(s, 1.0 - kEvenPart, static_cast<double>(count_for(gbuffer, kPilots))), s.seed + 3, pool);
     note_light(pilots, light_places(light, pilots, s.seed + 5, pool), s.importance);
-    s.bright = integral(s, {1.0f, 0.0f, 0.0f}, pool);
+    look_up_importance(s, pool);
+    s.bright = integral(s, {1.0f, 0.0f, 0.0f});
     return s;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -19,10 +20,10 @@ namespace rcs {
 struct PointDensity {
     float bright = 0.0f, seen = 0.0f, even = 0.0f;
 
+    float at(const Importance::Value& value) const { return bright * value.bright + seen * value.seen + even; }
     float at(const Importance& importance, glm::vec3 position, glm::vec3 normal) const
     {
-        const Importance::Value value = importance.at(position, normal);
-        return bright * value.bright + seen * value.seen + even;
+        return at(importance.at(position, normal));
     }
 };
 
@@ -32,6 +33,8 @@ struct LightSurvey {
     std::uint64_t seed;
     Importance importance;
     std::vector<SurfacePiece> pieces;
+    /// Of each piece's probes, as they are now: every density asks for them.
+    std::vector<std::array<Importance::Value, SurfacePiece::kProbes>> at_probes;
     double area = 0.0, seen = 0.0, bright = 0.0;  ///< of all pieces: sum, and integrals of what is wanted there
 };
 /// Looks around from visible points, and for what is bright of what they see.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -15,10 +16,12 @@ namespace rcs {
 
 /// Part of one side of a triangle: where anything nearby is seen, a few cells of the grid long at most.
 struct SurfacePiece {
+    static constexpr std::size_t kProbes = 4;
+
     std::uint32_t instance, primitive;
     glm::vec2 corner[3];  ///< barycentric weights of the triangle's second and third corner
     glm::vec3 normal;     ///< scene space, unit, on this side
-    glm::vec3 probe[4];   ///< places on it
+    glm::vec3 probe[kProbes];   ///< places on it
     float area;           ///< that it stands for [m^2], more than its own where triangles were left out
 };
 
