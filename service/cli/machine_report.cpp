@@ -1,12 +1,10 @@
 #include "cli/machine_report.h"
 
-#include <algorithm>
 #include <cstdio>
 #include <fstream>
 #include <thread>
 
-#include <OpenImageIO/imageio.h>
-
+#include "rcs/image_io.h"
 #include "rcs/machine.h"
 #include "rcs/tone_map.h"
 #include "rcs/version.h"
@@ -29,14 +27,6 @@ std::string memory(const std::string& key)
     return "unknown";
 }
 
-std::string image_formats()
-{
-    std::string formats;
-    OIIO::getattribute("format_list", formats);
-    std::replace(formats.begin(), formats.end(), ',', ' ');
-    return formats.empty() ? "unknown" : formats;
-}
-
 }  // namespace
 
 MachineReport describe_machine(GlContext& gl, const ThreadPool& pool, const LogFunction& log)
@@ -47,7 +37,7 @@ MachineReport describe_machine(GlContext& gl, const ThreadPool& pool, const LogF
     const ToneMapper mapper(ToneMapOptions{}, log);
     report.emplace_back("OpenColorIO configuration",
                         mapper.config_name() + ", " + mapper.display() + ", " + mapper.view());
-    report.emplace_back("OpenImageIO formats", image_formats());
+    report.emplace_back("OpenImageIO formats", readable_image_formats());
     report.emplace_back("threads",
                         std::to_string(pool.size()) + " of " + std::to_string(std::thread::hardware_concurrency()));
     report.emplace_back("memory free", memory("MemAvailable") + " of " + memory("MemTotal"));

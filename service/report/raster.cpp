@@ -1,22 +1,19 @@
 #include "report/raster.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
 #include <string>
 
-#include <OpenImageIO/imagebuf.h>
-#include <OpenImageIO/imagebufalgo.h>
 #include <glm/glm.hpp>
 
 #include "rcs/error.h"
+#include "report/font.h"
 
 namespace rcs::service {
 namespace {
 
 constexpr double kScale = 2.0;  ///< pixels for each of the layout's
-constexpr const char* kFont = "DejaVuSans";
 
 /// How a role looks on white.
 struct Style {
@@ -99,23 +96,28 @@ void draw_point(Image& image, glm::dvec2 center, const Style& style, bool disc)
           [&](glm::dvec2 p) { return 0.5 - distance(p) - rim; });
 }
 
-void draw_text(Image& image, const Shape& shape, const Style& style)
+/// What a raster needs beside the picture.
+Font plot_font() { return Font(kFontSize * kScale); }
+
+/// @param shape  its text begins, is centred or ends at its place, by its anchor
+void draw_text(Image& image, const Font& font, const Shape& shape, const Style& style)
 {
-    using OIIO::ImageBufAlgo::TextAlignX;
-    OIIO::ImageBuf buffer(OIIO::ImageSpec(image.width, image.height, 3, OIIO::TypeDesc::FLOAT), image.pixels.data());
-    const TextAlignX align = shape.anchor == 0.0   ? TextAlignX::Left
-                             : shape.anchor == 1.0 ? TextAlignX::Right
-                                                   : TextAlignX::Center;
-    const std::array<float, 3> color{style.color.r, style.color.g, style.color.b};
-    if (!OIIO::ImageBufAlgo::render_text(buffer, static_cast<int>(std::lround(shape.at[0] * kScale)),
-                                         static_cast<int>(std::lround(shape.at[1] * kScale)), shape.text,
-                                         static_cast<int>(kFontSize * kScale), kFont, color, align,
-                                         OIIO::ImageBufAlgo::TextAlignY::Baseline)) {
-        throw Error(ErrorCode::internal, "cannot draw text: " + buffer.geterror());
+    const std::vector<Glyph> glyphs = font.glyphs(shape.text);
+    double width = 0.0;
+    for (const Glyph& glyph : glyphs) width += glyph.advance;
+    double pen = std::round(shape.at[0] * kScale - shape.anchor * width);
+    const double baseline = std::round(shape.at[1] * kScale);
+    for (const Glyph& glyph : glyphs) {
+        const glm::dvec2 corner(pen + glyph.left, baseline - glyph.top);
+        paint(image, corner, corner + glm::dvec2(glyph.width, glyph.height), style.color, [&](glm::dvec2 p) {
+            return glyph.cover(static_cast<int>(std::floor(p.x - corner.x)),
+                               static_cast<int>(std::floor(p.y - corner.y)));
+        });
+        pen += glyph.advance;
     }
 }
 
-void draw(Image& image, const Shape& shape)
+void draw(Image& image, const Font& font, const Shape& shape)
 {
     const Style style = style_of(shape.role);
     const glm::dvec2 first = kScale * glm::dvec2(shape.at[0], shape.at[1]);
@@ -131,26 +133,21 @@ void draw(Image& image, const Shape& shape)
             draw_point(image, first, style, shape.kind == Shape::Kind::disc);
             break;
         case Shape::Kind::text:
-            draw_text(image, shape, style);
+            draw_text(image, font, shape, style);
             break;
     }
 }
 
 }  // namespace
 
-void check_plot_font()
-{
-    const OIIO::ROI size = OIIO::ImageBufAlgo::text_size("0", static_cast<int>(kFontSize), kFont);
-    if (size.defined() && size.width() > 0) return;
-    throw Error(ErrorCode::not_found, std::string("the plot needs the font ") + kFont +
-                                          ", which is not installed; Debian's package is fonts-dejavu-core");
-}
+void check_plot_font() { plot_font(); }
 
 Image raster(const std::vector<Shape>& shapes)
 {
     Image image(static_cast<int>(kPlotWidth * kScale), static_cast<int>(kPlotHeight * kScale), 3);
     std::fill(image.pixels.begin(), image.pixels.end(), 1.0f);
-    for (const Shape& shape : shapes) draw(image, shape);
+    const Font font = plot_font();
+    for (const Shape& shape : shapes) draw(image, font, shape);
     return image;
 }
 

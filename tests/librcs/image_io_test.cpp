@@ -187,6 +187,24 @@ TEST(Png, KeepsAlphaLinear)
     EXPECT_NEAR(read_image(folder / "a.png").layers.at("beauty").pixels[3], 0.2f, 1e-6f);
 }
 
+TEST(Png, DividesColoursByAlphaAndCannotGoBeyondTheLargestCode)
+{
+    const TemporaryFolder folder;
+    Image display(2, 1, 4);
+    display.pixels = {0.3f, 0.05f, 0.0f, 0.3f, 0.5f, std::numeric_limits<float>::quiet_NaN(), -1.0f, 0.0f};
+    write_display_image(folder / "a.png", display);
+    const std::string bytes = bytes_of(folder / "a.png");
+    EXPECT_EQ(static_cast<int>(bytes[24]), 8) << "bits";
+    EXPECT_EQ(static_cast<int>(bytes[25]), 6) << "RGBA";
+    const std::vector<float> read = read_image(folder / "a.png").layers.at("beauty").pixels;
+    // Reading multiplies by alpha again, of codes.
+    const float alpha = 77.0f / 255.0f;
+    EXPECT_FLOAT_EQ(read[3], alpha);
+    EXPECT_GT(read[0], 0.05f);
+    EXPECT_EQ(read[2], 0.0f);
+    for (std::size_t i = 4; i < 8; ++i) EXPECT_EQ(read[i], 0.0f) << i;
+}
+
 TEST(Jpeg, ResemblesThePicture)
 {
     const TemporaryFolder folder;

@@ -6,6 +6,7 @@
 #include <csignal>
 #include <cstdint>
 #include <cstring>
+#include <filesystem>
 #include <limits>
 #include <sstream>
 #include <string>
@@ -273,6 +274,28 @@ TEST(CommandLine, ADryRunPrintsAForecastOrThatThereIsNone)
     const Outcome dark = rcsplat({"render", "demo:cornell", "--size", "48x48", "--bounces", "0", "--dry-run"});
     EXPECT_EQ(dark.code, 0) << dark.err;
     EXPECT_EQ(dark.out, "there is no indirect light to forecast the error of\n");
+}
+
+TEST(CommandLine, OnlyReadingPicturesTakesTheModuleThatReadsThem)
+{
+    const TemporaryFolder folder;
+    for (const auto& entry : std::filesystem::directory_iterator(RCS_BIN_DIR "/../lib"))
+        if (entry.path().filename().string().starts_with("librcs.so"))
+            std::filesystem::copy(entry.path(), folder / entry.path().filename().string(),
+                                  std::filesystem::copy_options::copy_symlinks);
+    const char* const before = getenv("LD_LIBRARY_PATH");
+    const std::string restored = before ? before : "";
+    setenv("LD_LIBRARY_PATH", folder.path().c_str(), 1);
+    for (const std::string ending : {"png", "jpg", "exr"}) {
+        const Outcome written = rcsplat(small_render("demo:cornell", {"-o", folder / ("a." + ending)}));
+        EXPECT_EQ(written.code, 0) << written.err;
+    }
+    const Outcome read = rcsplat({"compare", folder / "a.exr", folder / "a.exr"});
+    EXPECT_EQ(read.code, kFailure);
+    EXPECT_NE(read.err.find("cannot read image files: "), std::string::npos) << read.err;
+    EXPECT_NE(read.err.find("librcs-images-"), std::string::npos) << read.err;
+    setenv("LD_LIBRARY_PATH", restored.c_str(), 1);
+    EXPECT_EQ(rcsplat({"compare", folder / "a.exr", folder / "a.exr"}).code, 0);
 }
 
 TEST(CommandLine, AnInterruptEndsItWithoutLeavingFiles)

@@ -33,4 +33,7 @@ void write_display_image(const std::string& path, const Image& display, const Im
 /// (sRGB-decoded to linear if its values are integers) as "beauty" alone.
 LayeredImage read_image(const std::string& path);
 
+/// What OpenImageIO reads: names with blanks between them.
+std::string readable_image_formats();
+
 }  // namespace rcs

@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <filesystem>
 #include <map>
 #include <memory>
 #include <utility>
 
-#include <OpenImageIO/imageio.h>
-
+#include "image/image_reader.h"
 #include "rcs/error.h"
 #include "rcs/layers.h"
 #include "util/one_line.h"
@@ -53,16 +51,16 @@ int take_part(std::string& layer)
     return 0;
 }
 
-std::map<std::string, std::vector<ChannelPlace>> layers_of(const OIIO::ImageSpec& spec)
+std::map<std::string, std::vector<ChannelPlace>> layers_of(const ImageFileSpec& spec)
 {
     std::map<std::string, std::vector<ChannelPlace>> layers;
-    for (int c = 0; c < spec.nchannels; ++c) {
-        const std::string& name = spec.channelnames[static_cast<std::size_t>(c)];
+    for (int c = 0; c < spec.channels; ++c) {
+        const std::string& name = spec.channel_names[static_cast<std::size_t>(c)];
         const std::size_t dot = name.rfind('.');
         std::string layer = dot == std::string::npos ? "beauty" : name.substr(0, dot);
         const std::string suffix = dot == std::string::npos ? name : name.substr(dot + 1);
         const int part = take_part(layer);
-        layers[layer].push_back({part * spec.nchannels + channel_rank(suffix, c), c});
+        layers[layer].push_back({part * spec.channels + channel_rank(suffix, c), c});
     }
     for (auto& [name, places] : layers) {
         std::stable_sort(places.begin(), places.end(),
@@ -71,12 +69,12 @@ std::map<std::string, std::vector<ChannelPlace>> layers_of(const OIIO::ImageSpec
     return layers;
 }
 
-Image take_channels(const std::vector<float>& pixels, const OIIO::ImageSpec& spec,
+Image take_channels(const std::vector<float>& pixels, const ImageFileSpec& spec,
                     const std::vector<ChannelPlace>& places)
 {
     Image image(spec.width, spec.height, static_cast<int>(places.size()));
-    const std::size_t count = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
-    const auto stride = static_cast<std::size_t>(spec.nchannels);
+    const std::size_t count = spec.texels();
+    const auto stride = static_cast<std::size_t>(spec.channels);
     for (std::size_t c = 0; c < places.size(); ++c) {
         const auto from = static_cast<std::size_t>(places[c].channel);
         for (std::size_t i = 0; i < count; ++i) {
@@ -87,15 +85,15 @@ Image take_channels(const std::vector<float>& pixels, const OIIO::ImageSpec& spe
 }
 
 /// Grey, RGB or RGBA of a file without layers; alpha beside grey and what follows RGBA is left out.
-Image take_picture(const std::vector<float>& pixels, const OIIO::ImageSpec& spec)
+Image take_picture(const std::vector<float>& pixels, const ImageFileSpec& spec)
 {
-    const int channels = spec.nchannels == 2 ? 1 : std::min(spec.nchannels, 4);
+    const int channels = spec.channels == 2 ? 1 : std::min(spec.channels, 4);
     std::vector<ChannelPlace> places;
     for (int c = 0; c < channels; ++c) {
         places.push_back({c, c});
     }
     Image image = take_channels(pixels, spec, places);
-    if (!spec.format.is_floating_point()) {
+    if (spec.type != SampleType::real) {
         for (std::size_t i = 0; i < image.pixels.size(); ++i) {
             if (channels != 4 || i % 4 != 3) {
                 image.pixels[i] = linear_from_srgb(image.pixels[i]);
@@ -116,30 +114,32 @@ LayeredImage read_image(const std::string& path)
     if (!std::filesystem::is_regular_file(path, ignored)) {
         throw Error(ErrorCode::bad_file, "image file " + path + " is not a regular file");
     }
-    const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path);
-    if (!input) {
-        fail_read(path, OIIO::geterror());
-    }
-    const OIIO::ImageSpec spec = input->spec();
-    std::vector<float> pixels(static_cast<std::size_t>(spec.image_pixels()) * static_cast<std::size_t>(spec.nchannels));
-    if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeFloat, pixels.data())) {
-        fail_read(path, input->geterror());
-    }
+    std::string why;
+    const std::unique_ptr<ImageReader> input = image_module().open_file(path, why);
+    if (!input) fail_read(path, why);
+    const ImageFileSpec& spec = input->spec();
+    if (spec.depth > 1) fail_read(path, "it holds a volume");
+    std::vector<float> pixels(spec.texels() * static_cast<std::size_t>(spec.channels));
+    if (!input->read_rows(0, spec.height, spec.channels, SampleType::real, pixels.data()))
+        fail_read(path, input->error());
     LayeredImage image;
-    if (std::strcmp(input->format_name(), "openexr") == 0) {
+    if (spec.format == "openexr") {
         for (const auto& [name, places] : layers_of(spec)) {
             image.layers[name] = take_channels(pixels, spec, places);
         }
     } else {
         image.layers["beauty"] = take_picture(pixels, spec);
     }
-    for (const OIIO::ParamValue& attribute : spec.extra_attribs) {
-        const std::string key = attribute.name().string();
-        if (key.rfind(kMetadataPrefix, 0) == 0) {
-            image.metadata[key] = attribute.get_string();
-        }
-    }
+    for (const auto& [key, value] : spec.attributes)
+        if (key.rfind(kMetadataPrefix, 0) == 0) image.metadata[key] = value;
     return image;
+}
+
+std::string readable_image_formats()
+{
+    std::string formats = image_module().formats();
+    std::replace(formats.begin(), formats.end(), ',', ' ');
+    return formats;
 }
 
 }  // namespace rcs

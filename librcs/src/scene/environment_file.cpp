@@ -5,8 +5,7 @@
 #include <string>
 #include <vector>
 
-#include <OpenImageIO/imageio.h>
-
+#include "image/image_reader.h"
 #include "rcs/error.h"
 #include "rcs/scene.h"
 #include "util/one_line.h"
@@ -27,14 +26,14 @@ constexpr int kRows = 64;
     throw Error(ErrorCode::bad_file, "cannot read environment image " + path + ": " + one_line(why));
 }
 
-void check_size(const std::string& path, const OIIO::ImageSpec& spec)
+void check_size(const std::string& path, const ImageFileSpec& spec)
 {
     const std::int64_t texels = static_cast<std::int64_t>(spec.width) * spec.height;
     if (spec.width >= 1 && spec.height >= 1 && spec.width <= kMaxSide && spec.height <= kMaxSide &&
-        texels <= kMaxTexels && spec.depth <= 1 && spec.nchannels >= 1 && spec.nchannels <= 64)
+        texels <= kMaxTexels && spec.depth <= 1 && spec.channels >= 1 && spec.channels <= 64)
         return;
     fail(path, "it has " + std::to_string(spec.width) + " x " + std::to_string(spec.height) + " texels of " +
-                   std::to_string(spec.nchannels) + " channels, expected sides in [1, " + std::to_string(kMaxSide) +
+                   std::to_string(spec.channels) + " channels, expected sides in [1, " + std::to_string(kMaxSide) +
                    "] and at most " + std::to_string(kMaxTexels) + " texels");
 }
 
@@ -42,20 +41,11 @@ void check_size(const std::string& path, const OIIO::ImageSpec& spec)
 struct Channels {
     int red = 0, green = 0, blue = 0;
 };
-Channels find_channels(const OIIO::ImageSpec& spec)
+Channels find_channels(const ImageFileSpec& spec)
 {
-    const int r = spec.channelindex("R"), g = spec.channelindex("G"), b = spec.channelindex("B");
+    const int r = spec.channel("R"), g = spec.channel("G"), b = spec.channel("B");
     if (r >= 0 && g >= 0 && b >= 0) return {r, g, b};
-    return spec.nchannels >= 3 ? Channels{0, 1, 2} : Channels{0, 0, 0};
-}
-
-bool read_rows(OIIO::ImageInput& input, const OIIO::ImageSpec& spec, int begin, int end, float* values)
-{
-    const int y0 = spec.y + begin, y1 = spec.y + end;
-    if (spec.tile_width > 0)
-        return input.read_tiles(0, 0, spec.x, spec.x + spec.width, y0, y1, spec.z, spec.z + std::max(spec.depth, 1), 0,
-                                spec.nchannels, OIIO::TypeDesc::FLOAT, values);
-    return input.read_scanlines(0, 0, y0, y1, spec.z, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, values);
+    return spec.channels >= 3 ? Channels{0, 1, 2} : Channels{0, 0, 0};
 }
 
 /// Light that is no number or negative is none; what overflowed is as bright as a half float can be.
@@ -76,25 +66,26 @@ struct Repair {
 
 EnvironmentImage load_environment(const std::string& path, const LogFunction& log)
 {
-    const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path);
-    if (!input) fail(path, OIIO::geterror());
-    const OIIO::ImageSpec spec = input->spec();
+    std::string why;
+    const std::unique_ptr<ImageReader> input = image_module().open_file(path, why);
+    if (!input) fail(path, why);
+    const ImageFileSpec& spec = input->spec();
     check_size(path, spec);
     const Channels channels = find_channels(spec);
-    const bool is_srgb = !spec.format.is_floating_point();
+    const bool is_srgb = spec.type != SampleType::real;
 
     EnvironmentImage image;
     image.name = path;
     image.width = spec.width;
     image.height = spec.height;
-    image.radiance.resize(static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height));
-    const std::size_t n = static_cast<std::size_t>(spec.nchannels), width = static_cast<std::size_t>(spec.width);
+    image.radiance.resize(spec.texels());
+    const std::size_t n = static_cast<std::size_t>(spec.channels), width = static_cast<std::size_t>(spec.width);
     const int rows = spec.tile_height > 0 ? spec.tile_height : kRows;
     std::vector<float> values(width * n * static_cast<std::size_t>(std::min(rows, spec.height)));
     Repair repair;
     for (int begin = 0; begin < spec.height; begin += rows) {
         const int end = std::min(begin + rows, spec.height);
-        if (!read_rows(*input, spec, begin, end, values.data())) fail(path, input->geterror());
+        if (!input->read_rows(begin, end, spec.channels, SampleType::real, values.data())) fail(path, input->error());
         glm::vec3* target = image.radiance.data() + static_cast<std::size_t>(begin) * width;
         for (std::size_t i = 0; i < width * static_cast<std::size_t>(end - begin); ++i) {
             const float* texel = values.data() + i * n;

@@ -8,9 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
-
+#include "image/image_reader.h"
 #include "rcs/error.h"
 #include "scene/gltf_file.h"
 #include "scene/texture.h"
@@ -76,15 +74,15 @@ struct FloatCodes {
 };
 
 template <class Sample, class Codes>
-Texture::Level read_level(OIIO::ImageInput& input, OIIO::TypeDesc type, const Codes& codes, const std::string& where)
+Texture::Level read_level(ImageReader& input, SampleType type, const Codes& codes, const std::string& where)
 {
-    const OIIO::ImageSpec& spec = input.spec();
-    const int channels = std::min(spec.nchannels, 4);
+    const ImageFileSpec& spec = input.spec();
+    const int channels = std::min(spec.channels, 4);
     Texture::Level level{spec.width, spec.height, {}};
-    const std::size_t count = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
+    const std::size_t count = spec.texels();
     std::vector<Sample> samples(count * static_cast<std::size_t>(channels));
-    if (!input.read_image(0, 0, 0, channels, type, samples.data())) {
-        throw Error(ErrorCode::bad_file, where + " cannot be decoded: " + on_one_line(input.geterror()));
+    if (!input.read_rows(0, spec.height, channels, type, samples.data())) {
+        throw Error(ErrorCode::bad_file, where + " cannot be decoded: " + on_one_line(input.error()));
     }
     // One or two channels are grey, without or with alpha.
     const std::size_t green = channels >= 3 ? 1 : 0;
@@ -101,30 +99,29 @@ Texture::Level read_level(OIIO::ImageInput& input, OIIO::TypeDesc type, const Co
     return level;
 }
 
-Texture::Level read_level(OIIO::ImageInput& input, ColorSpace space, const std::string& where)
+Texture::Level read_level(ImageReader& input, ColorSpace space, const std::string& where)
 {
-    switch (input.spec().format.basetype) {
-        case OIIO::TypeDesc::UINT8:
-            return read_level<std::uint8_t>(input, OIIO::TypeDesc::UINT8, IntegerCodes{codes_of(256, space)}, where);
-        case OIIO::TypeDesc::UINT16:
-            return read_level<std::uint16_t>(input, OIIO::TypeDesc::UINT16, IntegerCodes{codes_of(65536, space)},
-                                             where);
-        case OIIO::TypeDesc::HALF:
-        case OIIO::TypeDesc::FLOAT:
-            return read_level<float>(input, OIIO::TypeDesc::FLOAT, FloatCodes{}, where);
-        default:
-            throw Error(ErrorCode::unsupported, where + " has samples of type " + input.spec().format.c_str() +
-                                                    ", expected 8 or 16 bit integers, half or float");
+    switch (input.spec().type) {
+        case SampleType::uint8:
+            return read_level<std::uint8_t>(input, SampleType::uint8, IntegerCodes{codes_of(256, space)}, where);
+        case SampleType::uint16:
+            return read_level<std::uint16_t>(input, SampleType::uint16, IntegerCodes{codes_of(65536, space)}, where);
+        case SampleType::real:
+            return read_level<float>(input, SampleType::real, FloatCodes{}, where);
+        case SampleType::other:
+            break;
     }
+    throw Error(ErrorCode::unsupported, where + " has samples of type " + input.spec().type_name +
+                                            ", expected 8 or 16 bit integers, half or float");
 }
 
 /// @param bytes  the size of the encoded image
-void check_size(const OIIO::ImageSpec& spec, const char* reader, std::size_t bytes, std::int64_t most_texels,
+void check_size(const ImageFileSpec& spec, const char* reader, std::size_t bytes, std::int64_t most_texels,
                 const std::string& where)
 {
     const std::int64_t texels = std::int64_t{spec.width} * spec.height;
     const std::int64_t most = std::min(kMaxTexels, most_texels);
-    if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.nchannels < 1 || spec.width > kMaxSide ||
+    if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.channels < 1 || spec.width > kMaxSide ||
         spec.height > kMaxSide || texels > most) {
         throw Error(ErrorCode::unsupported, where + " has " + std::to_string(spec.width) + " x " +
                                                 std::to_string(spec.height) + " texels, expected sides in [1, " +
@@ -133,7 +130,7 @@ void check_size(const OIIO::ImageSpec& spec, const char* reader, std::size_t byt
     }
     // Deflate packs at most 258 bytes into two bits: 1032 to 1.
     const auto given = static_cast<std::int64_t>(bytes) * 1032 * 8;
-    if (reader == kPng && texels * spec.nchannels > given) {
+    if (reader == kPng && texels * spec.channels > given) {
         throw Error(ErrorCode::bad_file, where + " cannot be decoded: it has fewer bytes than " +
                                              std::to_string(spec.width) + " x " + std::to_string(spec.height) +
                                              " texels need");
@@ -144,11 +141,7 @@ void check_size(const OIIO::ImageSpec& spec, const char* reader, std::size_t byt
 
 bool reads_webp()
 {
-    static const bool reads = [] {
-        const bool found = OIIO::ImageInput::create("webp") != nullptr;
-        OIIO::geterror();  // cleared
-        return found;
-    }();
+    static const bool reads = image_module().reads("webp");
     return reads;
 }
 
@@ -158,14 +151,9 @@ Texture decode_texture(std::span<const std::uint8_t> bytes, ColorSpace space, st
     const char* reader = reader_name(bytes);
     if (!reader) throw Error(ErrorCode::unsupported, where + " is no PNG, JPEG, WebP, TIFF or EXR image");
 
-    OIIO::Filesystem::IOMemReader memory(bytes.data(), bytes.size());
-    OIIO::Filesystem::IOProxy* proxy = &memory;
-    OIIO::ImageSpec wish;
-    wish.attribute("oiio:UnassociatedAlpha", 1);  // glTF's colours are not multiplied by alpha
-    // Named twice: readers that are given a wish look for the proxy there and forget the argument.
-    wish.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
-    const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(reader, &wish, proxy);
-    if (!input) throw Error(ErrorCode::bad_file, where + " cannot be decoded: " + on_one_line(OIIO::geterror()));
+    std::string why;
+    const std::unique_ptr<ImageReader> input = image_module().open_memory(reader, bytes, why);
+    if (!input) throw Error(ErrorCode::bad_file, where + " cannot be decoded: " + on_one_line(why));
     check_size(input->spec(), reader, bytes.size(), most_texels, where);
     return make_texture(std::move(name), read_level(*input, space, where));
 }
