@@ -1,5 +1,9 @@
 #include "cli/arguments.h"
 
+#include <numbers>
+#include <string_view>
+
+#include "rcs/camera_path.h"
 #include "wire/limits.h"
 
 namespace rcs::service {
@@ -14,6 +18,43 @@ std::string listed(const std::vector<std::string>& names)
     return text;
 }
 
+/// A camera that is none of the scene's.
+void add_placed_camera(CLI::App& app, SceneArguments& arguments)
+{
+    const auto place = [&](const char* name, std::string& text, const char* help) {
+        return app.add_option(name, text, help)->type_name("X,Y,Z")->check(checked_by(parse_place), "");
+    };
+    CLI::Option* eye = place("--eye", arguments.eye, "A camera that stands there, in place of the scene's [m]");
+    CLI::Option* target = place("--target", arguments.target, "What that camera looks at [m]")->needs(eye);
+    eye->needs(target)->excludes("--camera");
+    place("--up", arguments.up, "Upwards in its picture; default: 0,1,0")->needs(eye);
+    add_number(app, "--fov", arguments.fov, {0, 179, true}, "Its vertical field of view [degrees]")->needs(eye);
+    app.add_option("--camera-path", arguments.camera_path,
+                   "A camera that moves with --time, in place of the scene's: keys in a JSON file (docs/batches.md)")
+        ->type_name("FILE")
+        ->excludes("--camera")
+        ->excludes(eye);
+}
+
+/// What the command line says of a camera of its own.
+CameraPath path_of(const SceneArguments& arguments)
+{
+    if (!arguments.camera_path.empty()) return load_camera_path(arguments.camera_path);
+    CameraKey key;
+    key.eye = parse_place(arguments.eye);
+    key.target = parse_place(arguments.target);
+    if (!arguments.up.empty()) key.up = parse_place(arguments.up);
+    key.yfov = arguments.fov * std::numbers::pi / 180.0;
+    const CameraPath path{{key}};
+    try {
+        validate(path);
+    } catch (const Error& e) {
+        const std::string_view what = e.what();
+        throw Error(e.code(), "--" + std::string(what.substr(what.find('.') + 1)));  // "keys[0].target is ..."
+    }
+    return path;
+}
+
 }  // namespace
 
 void add_scene_arguments(CLI::App& app, SceneArguments& arguments, Size default_size)
@@ -23,6 +64,7 @@ void add_scene_arguments(CLI::App& app, SceneArguments& arguments, Size default_
         ->type_name("SCENE");
     app.add_option("--camera", arguments.camera, "Name of the scene's camera, or its number from 0; default: the first")
         ->type_name("NAME");
+    add_placed_camera(app, arguments);
     app.add_option("--lens-shift", arguments.lens_shift,
                    "Moves the picture beside the camera's axis, in its heights, each in [-10, 10]: 0,0.5 puts the "
                    "horizon at the lower edge")
@@ -55,9 +97,11 @@ SceneChoice scene_choice(const SceneArguments& arguments)
     return choice;
 }
 
-CameraChoice camera_choice(const SceneArguments& arguments)
+CameraChoice camera_choice(const SceneArguments& arguments, std::optional<double> time)
 {
     CameraChoice choice{arguments.camera, {}, {}};
+    if (!arguments.eye.empty() || !arguments.camera_path.empty())
+        choice = camera_at(path_of(arguments), time.value_or(0.0));
     if (!arguments.lens_shift.empty()) choice.lens_shift = parse_lens_shift(arguments.lens_shift);
     return choice;
 }

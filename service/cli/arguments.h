@@ -16,8 +16,13 @@ namespace rcs::service {
 
 /// What is looked at: common to all commands that trace rays.
 struct SceneArguments {
+    static constexpr double kDefaultFov = 45.0;
+
     std::string scene;
     std::string camera;
+    std::string eye, target, up;        ///< "X,Y,Z" of a camera beside the scene's; empty: none, up +Y
+    double fov = kDefaultFov;           ///< of that camera, vertically [degrees]
+    std::string camera_path;            ///< a file; empty: none
     std::string lens_shift;             ///< "RIGHT,UP"; empty: the camera's
     std::string environment = "scene";  ///< the scene's own, "none", "R,G,B" or an image file
     double environment_rotation = 0.0;  ///< of the image [degrees]
@@ -29,7 +34,8 @@ void add_scene_arguments(CLI::App& app, SceneArguments& arguments, Size default_
 
 // What these say, as the library takes it.
 SceneChoice scene_choice(const SceneArguments& arguments);
-CameraChoice camera_choice(const SceneArguments& arguments);
+/// @param time  of the picture [s]; none: the rest pose, where a camera path begins at 0
+CameraChoice camera_choice(const SceneArguments& arguments, std::optional<double> time);
 
 /// Where pictures go and how they are shown.
 struct OutputArguments {

@@ -153,7 +153,8 @@ void measure_accuracy(const AccuracyArguments& arguments, const CLI::App& comman
     Session session = begin_session(arguments.scene, bar);
     RunReport run = begin_report(command, arguments.scene, session.pool());
     session.show(load(arguments.scene, bar, run));
-    const View view{choose_camera(session.scene(), camera_choice(arguments.scene)), run.width, run.height};
+    const View view{choose_camera(session.scene(), camera_choice(arguments.scene, arguments.scene.time)), run.width,
+                    run.height};
     build_rays(session, EffectChoice{}, bar, run);
     prepare_folders(arguments, plan);
     AccuracyReport report = run_sweep(session, view, plan, bar.log(), bar.progress());

@@ -143,7 +143,7 @@ void examine(const DoctorArguments& arguments)
     if (!arguments.scene.scene.empty()) {
         RunReport unused;
         scene = load(arguments.scene, bar, unused);
-        camera = choose_camera(scene, camera_choice(arguments.scene));
+        camera = choose_camera(scene, camera_choice(arguments.scene, arguments.scene.time));
     }
     bar.finish();
     if (!arguments.json) print_machine(report);
@@ -210,7 +210,8 @@ void add_doctor_command(CLI::App& app, Action& action)
         ->check([](const std::string& text) { return check_text(parse_log_level, text); }, "")
         ->capture_default_str();
     // Of no use without a scene to load.
-    for (const char* option : {"--camera", "--time", "--size", "--environment", "--environment-rotation"})
+    for (const char* option :
+         {"--camera", "--eye", "--camera-path", "--time", "--size", "--environment", "--environment-rotation"})
         command.get_option(option)->needs(command.get_option("--scene"));
     command.footer("Ends with 0 only if every case passes.\nExample: rcsplat doctor --quick");
     command.callback([arguments, &action] { action = [arguments] { examine(*arguments); }; });

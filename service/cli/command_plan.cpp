@@ -24,7 +24,7 @@ void print_plan(const RenderArguments& arguments, const CLI::App& command)
     Session session = begin_session(arguments.scene, bar);
     RunReport report = begin_report(command, arguments.scene, session.pool(), &options);
     session.show(load(arguments.scene, bar, report));
-    const Camera camera = choose_camera(session.scene(), camera_choice(arguments.scene));
+    const Camera camera = choose_camera(session.scene(), camera_choice(arguments.scene, arguments.scene.time));
     const RayScene& rays = build_rays(session, options.effects, bar, report);
     const EffectPlan plan = timed(report, "plan", [&] { return plan_effects(rays, camera, options); });
     bar.finish();

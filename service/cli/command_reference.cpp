@@ -37,7 +37,8 @@ void trace_reference(const ReferenceArguments& arguments, const CLI::App& comman
     ThreadPool& pool = session.pool();
     RunReport report = begin_report(command, arguments.scene, pool);
     session.show(load(arguments.scene, bar, report));
-    const View view{choose_camera(session.scene(), camera_choice(arguments.scene)), report.width, report.height};
+    const View view{choose_camera(session.scene(), camera_choice(arguments.scene, arguments.scene.time)), report.width,
+                    report.height};
     report.camera = view.camera.name;
     const RayScene& rays = build_rays(session, EffectChoice{}, bar, report);
 

@@ -109,11 +109,12 @@ void render_scene(const RenderArguments& arguments, const std::string& record_fi
                               parse_tone_map(arguments.output), bar.log());
     check_text_path(arguments.report.stats_file);
     KeptRecords kept(record_file);
+    const CameraChoice looked_through = camera_choice(arguments.scene, arguments.scene.time);
 
     Session session = begin_session(arguments.scene, bar);
     RunReport report = begin_report(command, arguments.scene, session.pool(), &options);
     session.show(load(arguments.scene, bar, report));
-    const Camera camera = choose_camera(session.scene(), camera_choice(arguments.scene));
+    const Camera camera = choose_camera(session.scene(), looked_through);
     report.camera = camera.name;
     options.motion = motion_from(arguments, session.scene());
     kept.load(session, options, report);

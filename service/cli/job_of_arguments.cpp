@@ -104,8 +104,9 @@ v1::Frame request_frame(const RenderArguments& arguments, int number, std::optio
 {
     v1::Frame frame;
     frame.set_number(number);
-    if (!arguments.scene.camera.empty()) frame.set_camera_name(utf8_text(arguments.scene.camera));
-    const CameraChoice camera = camera_choice(arguments.scene);
+    const CameraChoice camera = camera_choice(arguments.scene, time);
+    if (!camera.name.empty()) frame.set_camera_name(utf8_text(camera.name));
+    if (camera.given) *frame.mutable_camera_given() = to_message(*camera.given);
     if (camera.lens_shift) *frame.mutable_lens_shift() = to_message(*camera.lens_shift);
     if (time) frame.set_time(*time);
     if (const auto motion = motion_choice(arguments, time)) *frame.mutable_motion() = to_message(*motion);

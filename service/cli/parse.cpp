@@ -55,6 +55,18 @@ MotionTime parse_motion_time(const std::string& text)
     return {parse_time(text), text.starts_with('+') || text.starts_with('-')};
 }
 
+glm::dvec3 parse_place(const std::string& text)
+{
+    const char* cursor = text.c_str();
+    glm::dvec3 place(0.0);
+    for (int i = 0; i < 3; ++i) {
+        if ((i > 0 && *cursor++ != ',') || !take_number(cursor, place[i]))
+            throw Error(ErrorCode::bad_argument, text + " is not X,Y,Z, three finite numbers");
+    }
+    if (*cursor != '\0') throw Error(ErrorCode::bad_argument, text + " is not X,Y,Z, three finite numbers");
+    return place;
+}
+
 glm::dvec2 parse_lens_shift(const std::string& text)
 {
     const char* cursor = text.c_str();

@@ -28,6 +28,8 @@ struct MotionTime {
     bool is_relative = false;
 };
 MotionTime parse_motion_time(const std::string& text);
+/// "1.5,0,-2".
+glm::dvec3 parse_place(const std::string& text);
 /// "0.1,-0.5", to the right and up, in heights of the picture.
 glm::dvec2 parse_lens_shift(const std::string& text);
 /// What --environment says: nothing, a constant, or the name of a file.

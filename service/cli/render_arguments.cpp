@@ -63,9 +63,11 @@ std::optional<MotionChoice> motion_choice(const RenderArguments& arguments, std:
                         "--motion-time " + arguments.motion_time + " is relative to --time, which is not given");
         choice.time = other.is_relative ? *time + other.seconds : other.seconds;
     }
+    if (!arguments.scene.camera_path.empty()) choice.camera = camera_choice(arguments.scene, choice.time);
     if (!arguments.motion_camera.empty()) {
-        choice.camera = camera_choice(arguments.scene);
+        choice.camera = camera_choice(arguments.scene, time);
         choice.camera->name = arguments.motion_camera;
+        choice.camera->given.reset();
     }
     return choice;
 }
@@ -74,7 +76,8 @@ std::optional<MotionFrom> motion_from(const RenderArguments& arguments, const Sc
 {
     const auto choice = motion_choice(arguments, arguments.scene.time);
     if (!choice) return std::nullopt;
-    return load_motion(*choice, scene, scene_choice(arguments.scene), camera_choice(arguments.scene));
+    return load_motion(*choice, scene, scene_choice(arguments.scene),
+                       camera_choice(arguments.scene, arguments.scene.time));
 }
 
 RenderOptions final_options(const RenderArguments& arguments)

@@ -47,6 +47,8 @@ const BadNumber kBadNumbers[] = {
     {"--lens-shift", "1", "lens_shift is 1, expected RIGHT,UP, each a value in [-10, 10]"},
     {"--lens-shift", "0,11", "lens_shift is 11, expected a value in [-10, 10]"},
     {"--lens-shift", "nan,0", "lens_shift is nan,0, expected RIGHT,UP"},
+    {"--eye", "1,2", "1,2 is not X,Y,Z, three finite numbers"},
+    {"--fov", "180", "fov is 180, expected a value in (0, 179]"},
     {"--environment-rotation", "361", "environment_rotation is 361, expected a value in [-360, 360]"},
 };
 
@@ -122,7 +124,17 @@ TEST(CommandLine, OptionsThatDoNotGoTogetherAreNamed)
     expect_error({"render", "-o", folder / "a.png"}, kBadUsage, "scene", folder);
     expect_error({"render", "demo:cornell", "-o", folder / "a.png", "--colour"}, kBadUsage, "--colour", folder);
     const std::string picture = folder / "a.png";
-    expect_error({"render", "demo:cornell", "-o", picture, "--pixel-format", "half"}, kBadUsage, "half", folder);
+    const auto refuse = [&](const std::vector<std::string>& more, int code, const std::string& words) {
+        std::vector<std::string> all{"render", "demo:cornell", "-o", picture};
+        all.insert(all.end(), more.begin(), more.end());
+        expect_error(all, code, words, folder);
+    };
+    refuse({"--eye", "1,2,3"}, kBadUsage, "--eye requires --target");
+    refuse({"--fov", "50"}, kBadUsage, "--fov requires --eye");
+    refuse({"--eye", "1,2,3", "--target", "1,2,3"}, kBadUsage, "--target is the same place as eye");
+    refuse({"--eye", "0,2,0", "--target", "0,1,0"}, kBadUsage, "--up runs along the way from eye to target");
+    refuse({"--camera-path", "none.json"}, kFailure, "camera path 'none.json' cannot be opened");
+    refuse({"--pixel-format", "half"}, kBadUsage, "half");
     expect_error({"render", "demo:cornell", "-o", picture, "--layers", "depth"}, kBadUsage, "--layers", folder);
     expect_error({"render", "demo:cornell", "-o", picture, "--budget", "5s", "--rays", "64"}, kBadUsage, "--rays",
                  folder);

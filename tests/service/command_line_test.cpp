@@ -152,6 +152,23 @@ TEST(CommandLine, SaysWhatItGivesToAFileWithoutLight)
     EXPECT_EQ(outcome.err.find("no camera"), std::string::npos) << outcome.err;
 }
 
+TEST(CommandLine, ACameraOfItsOwnSeesWhatTheScenesDoes)
+{
+    const TemporaryFolder folder;
+    write_bytes(folder / "walk.json", R"({"fps": 10, "keys": [
+        {"frame": 0, "eye": [0.0, 9.0, 3.0], "target": [0, 0, 0]},
+        {"frame": 10, "eye": [0.0, 0.5, 3.0], "target": [0, 0, 0], "fov": 45}]})");
+    const auto render = [&](const std::string& name, std::vector<std::string> more) {
+        more.insert(more.end(), {"-o", folder / name, "-q"});
+        EXPECT_EQ(rcsplat(small_render("demo:furnace", more)).code, 0) << name;
+        return bytes_of(folder / name);
+    };
+    const std::string own = render("own.png", {"--camera", "front"});
+    EXPECT_EQ(render("placed.png", {"--eye", "0,0.5,3", "--target", "0,0,0", "--fov", "45"}), own);
+    EXPECT_EQ(render("path.png", {"--camera-path", folder / "walk.json", "--time", "1"}), own);
+    EXPECT_NE(render("above.png", {"--camera-path", folder / "walk.json"}), own);
+}
+
 TEST(CommandLine, RecordsAreKeptFromRenderToRender)
 {
     const TemporaryFolder folder;
