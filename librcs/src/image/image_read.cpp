@@ -100,6 +100,9 @@ Image take_picture(const std::vector<float>& pixels, const ImageFileSpec& spec)
             }
         }
     }
+    if (channels == 4 && spec.alpha_apart)
+        for (std::size_t i = 0; i < image.pixels.size(); ++i)
+            if (i % 4 != 3) image.pixels[i] *= image.pixels[i - i % 4 + 3];
     return image;
 }
 
@@ -115,7 +118,7 @@ LayeredImage read_image(const std::string& path)
         throw Error(ErrorCode::bad_file, "image file " + path + " is not a regular file");
     }
     std::string why;
-    const std::unique_ptr<ImageReader> input = image_module().open_file(path, why);
+    const std::unique_ptr<ImageReader> input = open_image(path, why);
     if (!input) fail_read(path, why);
     const ImageFileSpec& spec = input->spec();
     if (spec.depth > 1) fail_read(path, "it holds a volume");

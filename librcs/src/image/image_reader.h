@@ -20,7 +20,8 @@ struct ImageFileSpec {
     std::string format;                   ///< such as "openexr"
     std::vector<std::string> channel_names;
     std::vector<std::pair<std::string, std::string>> attributes;
-    int tile_height = 0;  ///< 0: rows are stored one by one
+    int tile_height = 0;       ///< 0: rows are stored one by one
+    bool alpha_apart = false;  ///< colours as read are not multiplied by alpha
 
     std::size_t texels() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
     /// @return -1: there is no channel of that name
@@ -32,7 +33,7 @@ class ImageReader {
 public:
     virtual ~ImageReader() = default;
     const ImageFileSpec& spec() const { return spec_; }
-    /// Reads rows [begin, end) of the first so many channels, pixel by pixel; all rows, or those of whole tiles.
+    /// Reads rows [begin, end) of the first so many channels, pixel by pixel: each row once, in order, of whole tiles.
     /// @param type  not other   @param samples  room for them
     /// @return whether it could: error() says why not
     virtual bool read_rows(int begin, int end, int channels, SampleType type, void* samples) = 0;
@@ -42,12 +43,19 @@ protected:
     ImageFileSpec spec_;
 };
 
-/// What the module of image files does. It lies in a file of its own, since the library behind it (OpenImageIO) draws
-/// in 260 others, which take 0.15 s and 120 MB: more than many a render does.
+/// Opens a picture file of any kind. @return null: `why` says the reason
+/// @throws Error not_found: it takes the module, which is missing
+std::unique_ptr<ImageReader> open_image(const std::string& path, std::string& why);
+/// Opens one that lies in memory: PNG, JPEG, EXR, TIFF or WebP, colours not multiplied by alpha.
+/// @param bytes  outlive the reader   @return null, and no reason: it is of no such kind
+std::unique_ptr<ImageReader> open_image(std::span<const std::uint8_t> bytes, std::string& why);
+
+/// What the module of other image files than PNG and JPEG does. It lies in a file of its own, since the library behind
+/// it (OpenImageIO) draws in 260 others, which take 0.15 s and 120 MB: more than many a render does.
 struct ImageModule {
     /// @return null: `why` says the reason
     std::unique_ptr<ImageReader> (*open_file)(const std::string& path, std::string& why);
-    /// @param name  whose ending names the format   @param bytes  outlive the reader
+    /// @param name  whose ending names the format
     std::unique_ptr<ImageReader> (*open_memory)(const char* name, std::span<const std::uint8_t> bytes,
                                                 std::string& why);
     bool (*reads)(const char* format);

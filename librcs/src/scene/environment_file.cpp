@@ -67,7 +67,7 @@ struct Repair {
 EnvironmentImage load_environment(const std::string& path, const LogFunction& log)
 {
     std::string why;
-    const std::unique_ptr<ImageReader> input = image_module().open_file(path, why);
+    const std::unique_ptr<ImageReader> input = open_image(path, why);
     if (!input) fail(path, why);
     const ImageFileSpec& spec = input->spec();
     check_size(path, spec);

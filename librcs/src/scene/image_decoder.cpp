@@ -1,9 +1,7 @@
 #include "scene/image_decoder.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstring>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -19,24 +17,6 @@ namespace {
 /// A side or texel count beyond these is taken for damage: 2^27 texels are 1 GiB.
 constexpr int kMaxSide = 32768;
 constexpr std::int64_t kMaxTexels = std::int64_t{1} << 27;
-
-constexpr const char* kPng = "image.png";
-
-/// File name whose extension makes OpenImageIO choose the reader; nullptr if the format is none of ours.
-const char* reader_name(std::span<const std::uint8_t> bytes)
-{
-    const auto starts_with = [&](std::initializer_list<std::uint8_t> magic) {
-        return bytes.size() >= magic.size() && std::equal(magic.begin(), magic.end(), bytes.begin());
-    };
-    if (starts_with({0xff, 0xd8, 0xff})) return "image.jpg";
-    if (starts_with({0x89, 'P', 'N', 'G'})) return kPng;
-    if (starts_with({0x76, 0x2f, 0x31, 0x01})) return "image.exr";
-    if (starts_with({'I', 'I', 42, 0}) || starts_with({'M', 'M', 0, 42})) return "image.tif";
-    if (starts_with({'R', 'I', 'F', 'F'}) && bytes.size() >= 12 && std::memcmp(bytes.data() + 8, "WEBP", 4) == 0) {
-        return "image.webp";
-    }
-    return nullptr;
-}
 
 /// IEC 61966-2-1.
 double linear_from_srgb(double value)
@@ -116,8 +96,7 @@ Texture::Level read_level(ImageReader& input, ColorSpace space, const std::strin
 }
 
 /// @param bytes  the size of the encoded image
-void check_size(const ImageFileSpec& spec, const char* reader, std::size_t bytes, std::int64_t most_texels,
-                const std::string& where)
+void check_size(const ImageFileSpec& spec, std::size_t bytes, std::int64_t most_texels, const std::string& where)
 {
     const std::int64_t texels = std::int64_t{spec.width} * spec.height;
     const std::int64_t most = std::min(kMaxTexels, most_texels);
@@ -130,7 +109,7 @@ void check_size(const ImageFileSpec& spec, const char* reader, std::size_t bytes
     }
     // Deflate packs at most 258 bytes into two bits: 1032 to 1.
     const auto given = static_cast<std::int64_t>(bytes) * 1032 * 8;
-    if (reader == kPng && texels * spec.channels > given) {
+    if (spec.format == "png" && texels * spec.channels > given) {
         throw Error(ErrorCode::bad_file, where + " cannot be decoded: it has fewer bytes than " +
                                              std::to_string(spec.width) + " x " + std::to_string(spec.height) +
                                              " texels need");
@@ -148,13 +127,11 @@ bool reads_webp()
 Texture decode_texture(std::span<const std::uint8_t> bytes, ColorSpace space, std::int64_t most_texels,
                        std::string name, const std::string& where)
 {
-    const char* reader = reader_name(bytes);
-    if (!reader) throw Error(ErrorCode::unsupported, where + " is no PNG, JPEG, WebP, TIFF or EXR image");
-
     std::string why;
-    const std::unique_ptr<ImageReader> input = image_module().open_memory(reader, bytes, why);
+    const std::unique_ptr<ImageReader> input = open_image(bytes, why);
+    if (!input && why.empty()) throw Error(ErrorCode::unsupported, where + " is no PNG, JPEG, WebP, TIFF or EXR image");
     if (!input) throw Error(ErrorCode::bad_file, where + " cannot be decoded: " + on_one_line(why));
-    check_size(input->spec(), reader, bytes.size(), most_texels, where);
+    check_size(input->spec(), bytes.size(), most_texels, where);
     return make_texture(std::move(name), read_level(*input, space, where));
 }
 
