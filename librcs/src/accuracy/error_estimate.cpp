@@ -192,6 +192,9 @@ constexpr double kAllNoise = 1.0;
 // Of light that is never negative, and right in the mean, the mean error is at most twice of it.
 constexpr double kMostOfMean = 2.0;
 
+/// Of a vector: errors are far from where squares overflow.
+double length(double x, double y) { return std::sqrt(x * x + y * y); }
+
 /// A layer's luminance, and its standard errors: those that each pixel tells by itself, and those that its
 /// neighbourhood does.
 struct JudgedLayer {
@@ -247,8 +250,9 @@ public:
         const double count = lights_.count_around(x, y, kNoiseReach);
         const double indirect = std::sqrt(std::max(0.0, count * squares_.around(x, y, kNoiseReach)));
         const double error =
-            kMeanAbsolute * std::hypot(indirect, direct_.around(x, y, kNoiseReach)) / lights_.around(x, y, kNoiseReach);
-        return {error / std::hypot(1.0, error / kMostOfMean), std::min(1.0, std::pow(error / kAllNoise, 6.0))};
+            kMeanAbsolute * length(indirect, direct_.around(x, y, kNoiseReach)) / lights_.around(x, y, kNoiseReach);
+        const double cube = error / kAllNoise * (error / kAllNoise) * (error / kAllNoise);
+        return {error / length(1.0, error / kMostOfMean), std::min(1.0, cube * cube)};
     }
 
 private:
@@ -269,8 +273,8 @@ ErrorEstimate estimate_error(const JudgedLayer& layer, const ErrorScale& scale)
     for (std::size_t i = 0; i < pixels; ++i) {
         const NoiseAround::Noise noise = around.at(i);
         // Direct light that is dark by chance is darker than the truth, which errors are relative to.
-        const double truth = std::hypot(layer.light[i] + dark, layer.direct[i]);
-        const double own = kMeanAbsolute * std::hypot(layer.indirect[i], layer.direct[i]) / truth;
+        const double truth = length(layer.light[i] + dark, layer.direct[i]);
+        const double own = kMeanAbsolute * length(layer.indirect[i], layer.direct[i]) / truth;
         histogram.add(std::lerp(scale.typical(own), noise.error, noise.part) / kMeanAbsolute);
         sum += std::lerp(scale.judged(own), noise.error, noise.part);
     }

@@ -4,39 +4,30 @@
 #include <cmath>
 
 namespace rcs {
-namespace {
 
-/// Between parts by logarithms, beyond them as at the nearest.
-template <typename Place, typename Value>
-double read(const std::vector<ErrorScale::Part>& parts, double at, const Place& place, const Value& value)
+ErrorScale::ErrorScale(const std::vector<Part>& parts)
 {
-    if (parts.empty()) return 1.0;
-    const auto above = std::find_if(parts.begin(), parts.end(), [&](const auto& p) { return place(p) > at; });
-    if (above == parts.begin()) return value(parts.front());
-    if (above == parts.end()) return value(parts.back());
-    const auto below = above - 1;
-    const double part = std::log(at / place(*below)) / std::log(place(*above) / place(*below));
-    return std::exp(std::lerp(std::log(value(*below)), std::log(value(*above)), part));
+    for (const Part& p : parts) {
+        of_map_.add(p.told, p.found / p.told);
+        judged_.add(p.found, p.judged / p.found);
+        typical_.add(p.found, p.typical / p.found);
+    }
 }
 
-}  // namespace
-
-double ErrorScale::of_map(double told) const
+void ErrorScale::Curve::add(double at, double factor)
 {
-    return read(parts_, told, [](const Part& p) { return p.told; }, [](const Part& p) { return p.found / p.told; });
+    points_.push_back({at, std::log(at), factor, std::log(factor)});
 }
 
-double ErrorScale::judged(double found) const
+double ErrorScale::Curve::at(double error) const
 {
-    return found *
-           read(parts_, found, [](const Part& p) { return p.found; }, [](const Part& p) { return p.judged / p.found; });
-}
-
-double ErrorScale::typical(double found) const
-{
-    return found *
-           read(
-               parts_, found, [](const Part& p) { return p.found; }, [](const Part& p) { return p.typical / p.found; });
+    if (points_.empty()) return 1.0;
+    const auto above = std::find_if(points_.begin(), points_.end(), [&](const Point& p) { return p.at > error; });
+    if (above == points_.begin()) return points_.front().factor;
+    if (above == points_.end()) return points_.back().factor;
+    const Point& below = *(above - 1);
+    const double part = (std::log(error) - below.log_at) / (above->log_at - below.log_at);
+    return std::exp(std::lerp(below.log_factor, above->log_factor, part));
 }
 
 }  // namespace rcs

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <utility>
 #include <vector>
 
 namespace rcs {
@@ -18,16 +17,28 @@ public:
     };
     ErrorScale() = default;
     /// @param parts  from small errors to large ones, all > 0
-    explicit ErrorScale(std::vector<Part> parts) : parts_(std::move(parts)) {}
+    explicit ErrorScale(const std::vector<Part>& parts);
 
     /// What a map's error is to be multiplied by.
-    double of_map(double told) const;
+    double of_map(double told) const { return of_map_.at(told); }
     /// An error relative to the picture, made relative to the truth: in the mean, and most of them.
-    double judged(double found) const;
-    double typical(double found) const;
+    double judged(double found) const { return found * judged_.at(found); }
+    double typical(double found) const { return found * typical_.at(found); }
 
 private:
-    std::vector<Part> parts_;
+    /// A factor by an error: between the parts by logarithms, beyond them as at the nearest. Without parts it is 1.
+    class Curve {
+    public:
+        void add(double at, double factor);
+        double at(double error) const;
+
+    private:
+        struct Point {
+            double at, log_at, factor, log_factor;
+        };
+        std::vector<Point> points_;
+    };
+    Curve of_map_, judged_, typical_;
 };
 
 }  // namespace rcs

@@ -21,7 +21,7 @@ std::uint64_t coarser(std::uint64_t cell)
 template <typename Add>
 void Importance::note(glm::vec3 position, glm::vec3 normal, const Add& add)
 {
-    std::uint64_t key = grid_.leaf(position, normal, grid_.level(position));
+    std::uint64_t key = leaf(position, normal);
     for (int level = 0; level < kLevels; ++level) {
         std::uint32_t number = table_.find(key);
         if (number == CellTable::kNone) {
@@ -70,9 +70,9 @@ void Importance::update()
     }
 }
 
-Importance::Value Importance::at(glm::vec3 position, glm::vec3 normal) const
+Importance::Value Importance::of(std::uint64_t leaf) const
 {
-    std::uint64_t key = grid_.leaf(position, normal, grid_.level(position));
+    std::uint64_t key = leaf;
     for (int level = 0; level < kLevels; ++level) {
         const std::uint32_t number = table_.find(key);
         if (number != CellTable::kNone) return values_[number];

@@ -31,7 +31,13 @@ public:
         float seen = 0.0f;    ///< rays per area [m^-2]
         float bright = 0.0f;  ///< the same times the mean of the light
     };
-    Value at(glm::vec3 position, glm::vec3 normal) const;
+    Value at(glm::vec3 position, glm::vec3 normal) const { return of(leaf(position, normal)); }
+    /// The cell that a surface lies in, and what is known of a cell's surroundings.
+    std::uint64_t leaf(glm::vec3 position, glm::vec3 normal) const
+    {
+        return grid_.leaf(position, normal, grid_.level(position));
+    }
+    Value of(std::uint64_t leaf) const;
 
 private:
     struct Cell {

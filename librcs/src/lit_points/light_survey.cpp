@@ -94,14 +94,19 @@ void note_light(std::span<const PlaceToLight> pilots, const LitPoints& lit, Impo
     importance.update();
 }
 
-/// Looks importance up at the pieces' probes.
+/// Looks importance up at the pieces' probes, most of which lie in the cell of the one before.
 void look_up_importance(LightSurvey& survey, ThreadPool& pool)
 {
     survey.at_probes.resize(survey.pieces.size());
     pool.parallel_for(survey.pieces.size(), kGrain, [&](std::size_t begin, std::size_t end, int) {
+        std::uint64_t cell = 0;
+        Importance::Value value;
         for (std::size_t i = begin; i < end; ++i)
-            for (std::size_t p = 0; p < SurfacePiece::kProbes; ++p)
-                survey.at_probes[i][p] = survey.importance.at(survey.pieces[i].probe[p], survey.pieces[i].normal);
+            for (std::size_t p = 0; p < SurfacePiece::kProbes; ++p) {
+                const std::uint64_t own = survey.importance.leaf(survey.pieces[i].probe[p], survey.pieces[i].normal);
+                if (own != cell || (i == begin && p == 0)) cell = own, value = survey.importance.of(own);
+                survey.at_probes[i][p] = value;
+            }
     });
 }
 

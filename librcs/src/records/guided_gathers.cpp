@@ -19,7 +19,7 @@ constexpr std::size_t kProbes = 192;
 constexpr double kPointsPerPixel = 0.3, kLeastPoints = 16384.0;
 // What the points that all records share may bring of error, relative to what a record receives. It takes so many times
 // the first points at the most; where it stays large even so, points are no use. Hardly more are not worth it.
-constexpr double kErrorOfPoints = 0.01, kMostErrorOfPoints = 0.025, kMostMore = 8.0, kHardlyMore = 1.5;
+constexpr double kErrorOfPoints = 0.01, kMostErrorOfPoints = 0.025, kMostMore = 8.0, kHardlyMore = 1.5, kManyMore = 2.0;
 // Noise of strata falls with that power of their number (allotment.h), of looks as by chance.
 constexpr double kStrataFall = 0.7, kLooksFall = 0.5;
 // Time of a ray that is spared most of its shadow rays, and of a look, over that of a ray with them (measured in
@@ -95,6 +95,12 @@ Errors gather_at(const Probes& probes, const Gatherer& gatherer, const GatherSiz
     return errors;
 }
 
+/// Gathers with so many lit points.
+struct Trial {
+    std::unique_ptr<GatherGuide> guide;  ///< null: there is nothing to look at, or it does no good
+    Errors errors;
+};
+
 /// The share of looks that leaves the least error in the same time; 0: none does any good. What gathers say of their
 /// own error parts it between rays and looks; how large it is says the difference of two: strata of smooth light are
 /// far better than they can tell.
@@ -130,20 +136,25 @@ std::unique_ptr<GatherGuide> make_gather_guide(const LitScene& scene, const GBuf
         scene.rays, HitRadiance(scene.rays, nullptr, effects_or_scene(settings.effects, scene.rays), scene.gathered),
         least_hit_alpha(settings.rays), nullptr};
     const LightSurvey survey = survey_light(light, gbuffer, view, settings.seed, pool);
-    double points = std::max(kLeastPoints, kPointsPerPixel * static_cast<double>(gbuffer.size()));
-    const double most = kMostMore * points;
-    for (bool first = true;; first = false) {
-        auto guide = std::make_unique<GatherGuide>(survey, points, pool);
-        if (!guide->has_light()) return nullptr;
-        const Gatherer guided({lit.rays, lit.cache, guide.get(), lit.gathered}, settings);
-        gather_at(probes, guided, half, 2, guide.get());  // to learn who sees what
-        const Errors errors = gather_at(probes, guided, half, 4, guide.get());
-        guide->share = best_share(errors, plain);
-        const double wanted = std::min(most, points * std::pow(errors.points / kErrorOfPoints, 2.0));
-        if (guide->share == 0.0f || (!first && errors.points > kMostErrorOfPoints)) return nullptr;
-        if (!first || wanted < kHardlyMore * points) return guide;
-        points = wanted;
-    }
+    const auto try_with = [&](double points) {
+        Trial trial{std::make_unique<GatherGuide>(survey, points, pool), {}};
+        if (!trial.guide->has_light()) return Trial{};
+        const Gatherer guided({lit.rays, lit.cache, trial.guide.get(), lit.gathered}, settings);
+        gather_at(probes, guided, half, 2, trial.guide.get());  // to learn who sees what
+        trial.errors = gather_at(probes, guided, half, 4, trial.guide.get());
+        trial.guide->share = best_share(trial.errors, plain);
+        if (trial.guide->share == 0.0f) trial.guide.reset();
+        return trial;
+    };
+    const double points = std::max(kLeastPoints, kPointsPerPixel * static_cast<double>(gbuffer.size()));
+    // A few points tell whether looks do any good, if not yet how many it takes.
+    if (points > kManyMore * kLeastPoints && !try_with(kLeastPoints).guide) return nullptr;
+    Trial trial = try_with(points);
+    if (!trial.guide) return nullptr;
+    const double wanted = std::min(kMostMore, std::pow(trial.errors.points / kErrorOfPoints, 2.0)) * points;
+    if (wanted < kHardlyMore * points) return std::move(trial.guide);
+    trial = try_with(wanted);
+    return trial.errors.points > kMostErrorOfPoints ? nullptr : std::move(trial.guide);
 }
 
 }  // namespace rcs
