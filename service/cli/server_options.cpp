@@ -54,6 +54,10 @@ void add_server_options(CLI::App& command, ServerConfig& c)
     add_number(command, "--message-seconds", c.message_seconds, {0, 3600, true},
                "From the first byte of a message to its last, and for a client to take what it asked for [s]");
     command.add_flag("--debug", c.log_debug, "Log more");
+    command.add_flag(
+        "--recover", c.recover,
+        "Where the queue's database is lost or damaged, go on with what can be read of it and all pictures; "
+        "without it the server does not start then");
 }
 
 }  // namespace rcs::service

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -16,6 +15,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include "process/clock.h"
 #include "rcs/error.h"
 #include "rcs/version.h"
 #include "wire/address.h"
@@ -27,12 +27,6 @@ namespace rcs::service {
 namespace {
 
 constexpr std::int64_t kAskPeriod = 200;  // between questions whether to go on [ms]
-
-std::int64_t steady_ms()
-{
-    return std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
 
 [[noreturn]] void unavailable(const std::string& what) { throw ServiceError(v1::ERROR_CODE_UNAVAILABLE, what); }
 

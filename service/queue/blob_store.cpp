@@ -21,6 +21,7 @@ constexpr std::uint64_t kBetweenSyncs =
     8 << 20;                                // so that the last sync of a large file does not hold everyone up [bytes]
 constexpr std::size_t kLongestPath = 1000;  // [bytes]
 constexpr const char* kPart = ".part";
+constexpr std::int64_t kPause = 10'000;  // of an upload that another one may take the place of [ms]
 
 std::int64_t modified_ms(const fs::path& path)
 {
@@ -28,9 +29,6 @@ std::int64_t modified_ms(const fs::path& path)
     if (::stat(path.c_str(), &status) != 0) return 0;
     return std::int64_t{status.st_mtim.tv_sec} * 1000 + status.st_mtim.tv_nsec / 1'000'000;
 }
-
-/// Marks as used now.
-void touch(const std::string& path) { ::utimensat(AT_FDCWD, path.c_str(), nullptr, 0); }
 
 struct Found {
     fs::path path;
@@ -93,11 +91,11 @@ std::string BlobStore::part_path(const v1::Blob& blob, const std::string& owner)
     return path(blob.sha256()) + "." + hex(sha256(owner)).substr(0, 16) + kPart;
 }
 
-std::uint64_t BlobStore::held(const v1::Blob& blob, const std::string& owner)
+std::uint64_t BlobStore::held(const v1::Blob& blob, const std::string& owner, std::int64_t now_ms)
 {
     check_digest(blob);
     if (has(blob.sha256())) {
-        touch(path(blob.sha256()));
+        set_modified(path(blob.sha256()), now_ms);
         return blob.size();
     }
     struct stat status{};
@@ -106,7 +104,7 @@ std::uint64_t BlobStore::held(const v1::Blob& blob, const std::string& owner)
     const auto size = static_cast<std::uint64_t>(status.st_size);
     if (size < blob.size()) return size;
     // A server ended between the last byte and the digest.
-    if (upload(blob, owner).held == blob.size()) {
+    if (upload(blob, owner, now_ms).held == blob.size()) {
         finish(part, blob.sha256());
         return blob.size();
     }
@@ -114,19 +112,20 @@ std::uint64_t BlobStore::held(const v1::Blob& blob, const std::string& owner)
     return 0;
 }
 
-BlobStore::Upload& BlobStore::upload(const v1::Blob& blob, const std::string& owner)
+BlobStore::Upload& BlobStore::upload(const v1::Blob& blob, const std::string& owner, std::int64_t now_ms)
 {
     const std::string part = part_path(blob, owner);
     const auto found = uploads_.find(part);
-    if (found != uploads_.end()) return found->second;
-    if (uploads_.size() >= static_cast<std::size_t>(limits_.max_uploads)) {
-        throw ServiceError(v1::ERROR_CODE_LIMIT,
-                           std::to_string(uploads_.size()) + " uploads are under way, no more are allowed");
+    if (found != uploads_.end()) {
+        found->second.used_ms = now_ms;
+        return found->second;
     }
+    make_room(now_ms);
     Upload upload;
     upload.fd = Fd(::open(part.c_str(), O_CREAT | O_RDWR | O_CLOEXEC | O_NOFOLLOW, 0600));
     if (!upload.fd) fail_file("write", part);
     upload.sum = std::make_unique<Sha256>();
+    upload.used_ms = now_ms;
     // What an earlier process has received is summed up again.
     for (std::string bytes; bytes = read_part(part, upload.held, 1 << 20), !bytes.empty();) {
         upload.sum->add(bytes);
@@ -135,8 +134,23 @@ BlobStore::Upload& BlobStore::upload(const v1::Blob& blob, const std::string& ow
     return uploads_.emplace(part, std::move(upload)).first->second;
 }
 
+/// An upload that was broken off only waits: what it brought stays in its file, from which it goes on.
+void BlobStore::make_room(std::int64_t now_ms)
+{
+    if (uploads_.size() < static_cast<std::size_t>(limits_.max_uploads)) return;
+    const auto oldest = std::min_element(uploads_.begin(), uploads_.end(), [](const auto& a, const auto& b) {
+        return a.second.used_ms < b.second.used_ms;
+    });
+    if (oldest == uploads_.end() || oldest->second.used_ms + kPause > now_ms) {
+        throw ServiceError(v1::ERROR_CODE_LIMIT, std::to_string(uploads_.size()) +
+                                                     " uploads are under way, no more are allowed; try again soon");
+    }
+    set_modified(oldest->first, oldest->second.used_ms);
+    uploads_.erase(oldest);
+}
+
 std::uint64_t BlobStore::put(const v1::Blob& blob, const std::string& owner, std::uint64_t offset,
-                             const std::string& data)
+                             const std::string& data, std::int64_t now_ms)
 {
     check_digest(blob);
     if (blob.size() > limits_.max_file) {
@@ -149,7 +163,7 @@ std::uint64_t BlobStore::put(const v1::Blob& blob, const std::string& owner, std
         throw ServiceError(v1::ERROR_CODE_LIMIT, "the store of uploaded files is full: it may hold " +
                                                      std::to_string(limits_.max_store) + " bytes");
     }
-    Upload& going = upload(blob, owner);
+    Upload& going = upload(blob, owner, now_ms);
     const std::string part = part_path(blob, owner);
     if (going.held > blob.size()) {
         drop(part);
@@ -177,6 +191,7 @@ std::uint64_t BlobStore::put(const v1::Blob& blob, const std::string& owner, std
     going.sum->add(data);
     going.held += data.size();
     bytes_ += data.size();
+    set_modified(part, now_ms);
     if (going.held == blob.size()) finish(part, blob.sha256());
     return blob.size() == 0 ? 0 : offset + data.size();
 }
@@ -218,12 +233,12 @@ std::string BlobStore::scene_key(const v1::SceneFiles& files)
     return hex(sum.digest());
 }
 
-std::string BlobStore::scene(const std::string& key, const v1::SceneFiles& files)
+std::string BlobStore::scene(const std::string& key, const v1::SceneFiles& files, std::int64_t now_ms)
 {
     const std::string folder = scenes_ + "/" + key;
     const std::string first = folder + "/" + files.files(0).path();
     if (fs::exists(folder)) {
-        touch(folder);
+        set_modified(folder, now_ms);
         return first;
     }
     const std::string making = folder + kPart;
@@ -238,6 +253,7 @@ std::string BlobStore::scene(const std::string& key, const v1::SceneFiles& files
             throw ServiceError(v1::ERROR_CODE_UNAVAILABLE, "cannot make " + target.string() + ": " + problem.message());
         if (::link(path(file.content().sha256()).c_str(), target.c_str()) != 0) fail_file("link", target.string());
     }
+    set_modified(making, now_ms);
     if (::rename(making.c_str(), folder.c_str()) != 0) fail_file("rename", making);
     return first;
 }
@@ -269,6 +285,14 @@ std::uint64_t BlobStore::remove_unused(std::int64_t oldest_ms, std::uint64_t mos
         }
     }
     return freed;
+}
+
+void BlobStore::remove_older(const std::string& folder, std::int64_t oldest_ms)
+{
+    std::error_code ignored;
+    for (const Found& found : oldest_first(folder)) {
+        if (found.used_ms < oldest_ms) fs::remove_all(found.path, ignored);
+    }
 }
 
 }  // namespace rcs::service

@@ -10,22 +10,24 @@
 namespace rcs::service {
 namespace {
 
-[[noreturn]] void fail(sqlite3* database)
-{
-    throw ServiceError(v1::ERROR_CODE_UNAVAILABLE, std::string("the queue's database: ") + sqlite3_errmsg(database));
-}
-
 void check(sqlite3* database, int code)
 {
-    if (code != SQLITE_OK) fail(database);
+    if (code != SQLITE_OK) throw DatabaseError(database);
 }
 
 }  // namespace
 
+DatabaseError::DatabaseError(sqlite3* database)
+    : ServiceError(v1::ERROR_CODE_UNAVAILABLE, std::string("the queue's database: ") + sqlite3_errmsg(database))
+{
+    const int code = sqlite3_errcode(database) & 0xff;
+    is_damage_ = code == SQLITE_CORRUPT || code == SQLITE_NOTADB;
+}
+
 Database::Database(const std::string& path)
 {
     // SQLite gives its side files the mode of the main one.
-    const int fd = ::open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0600);
+    const int fd = path != ":memory:" ? ::open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0600) : -1;
     if (fd >= 0) ::close(fd);
     if (sqlite3_open_v2(path.c_str(), &handle_, SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE,
                         nullptr) != SQLITE_OK) {
@@ -83,15 +85,21 @@ Statement& Statement::bind_null()
     return *this;
 }
 
+Statement& Statement::bind_column(const Statement& from, int column)
+{
+    check(database_, sqlite3_bind_value(statement_, ++bound_, sqlite3_column_value(from.statement_, column)));
+    return *this;
+}
+
 bool Statement::step()
 {
     const int code = sqlite3_step(statement_);
     if (code == SQLITE_ROW) return true;
     bound_ = 0;
     if (code != SQLITE_DONE) {
-        const std::string why = sqlite3_errmsg(database_);
+        const DatabaseError error(database_);
         sqlite3_reset(statement_);
-        throw ServiceError(v1::ERROR_CODE_UNAVAILABLE, "the queue's database: " + why);
+        throw error;
     }
     sqlite3_reset(statement_);
     return false;

@@ -4,12 +4,24 @@
 #include <string>
 #include <string_view>
 
+#include "wire/errors.h"
+
 struct sqlite3;
 struct sqlite3_stmt;
 
 namespace rcs::service {
 
-/// An SQLite file. What fails throws ServiceError unavailable: a full disk is the usual reason, and passes.
+/// What SQLite says. Unavailable: a full disk is the usual reason, and passes.
+class DatabaseError : public ServiceError {
+public:
+    explicit DatabaseError(sqlite3* database);
+    bool is_damage() const { return is_damage_; }  ///< the file is none of SQLite's, or not as SQLite left it
+
+private:
+    bool is_damage_;
+};
+
+/// An SQLite file. What fails throws DatabaseError.
 class Database {
 public:
     /// @param path  made if it is not there, readable by its owner alone
@@ -43,6 +55,7 @@ public:
     Statement& bind(std::string_view text);
     Statement& bind_blob(std::string_view bytes);
     Statement& bind_null();
+    Statement& bind_column(const Statement& from, int column);  ///< a value of whatever kind
 
     /// Takes the next row. @return false: there is none; the statement can be bound and stepped again
     bool step();

@@ -1,15 +1,10 @@
-// What changes the queue; job_rows.cpp reads it.
+// What changes the queue; submit.cpp adds to it, job_rows.cpp reads it.
 #include "queue/job_queue.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include <google/protobuf/io/coded_stream.h>
-#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
-
-#include "queue/schema.h"
 #include "wire/errors.h"
-#include "wire/sha256.h"
 
 namespace rcs::service {
 namespace {
@@ -19,22 +14,6 @@ static_assert(v1::FRAME_STATE_QUEUED == 1 && v1::FRAME_STATE_ACTIVE == 2 && v1::
 
 constexpr double kLongestBackoff = 300.0;  // [s]
 
-/// What an idempotency key stands for: the same job gives the same bytes.
-std::string digest_of(const v1::Job& job)
-{
-    std::string bytes;
-    {
-        google::protobuf::io::StringOutputStream sink(&bytes);
-        google::protobuf::io::CodedOutputStream stream(&sink);
-        stream.SetSerializationDeterministic(true);  // labels are a map
-        job.SerializeToCodedStream(&stream);
-    }
-    return sha256(bytes);
-}
-
-/// A job that names no frame has one.
-std::int64_t frame_count(const v1::Job& job) { return std::max(1, job.frames_size()); }
-
 }  // namespace
 
 bool has_ended(v1::JobState state)
@@ -43,47 +22,75 @@ bool has_ended(v1::JobState state)
            state == v1::JOB_STATE_COMPLETED_WITH_WARNINGS || state == v1::JOB_STATE_FAILED;
 }
 
-JobQueue::JobQueue(const std::string& path, const QueueOptions& options, std::int64_t now_ms)
-    : database_(path), options_(options)
+v1::JobState state_of(const FrameCounts& c, bool cancel, bool warned)
+{
+    if (c.waiting + c.active > 0) {
+        return cancel                                  ? v1::JOB_STATE_CANCEL_REQUESTED
+               : c.active + c.completed + c.failed > 0 ? v1::JOB_STATE_RUNNING
+                                                       : v1::JOB_STATE_QUEUED;
+    }
+    if (c.cancelled > 0) return v1::JOB_STATE_CANCELLED;
+    if (c.failed > 0) return v1::JOB_STATE_FAILED;
+    return warned ? v1::JOB_STATE_COMPLETED_WITH_WARNINGS : v1::JOB_STATE_COMPLETED;
+}
+
+JobQueue::JobQueue(const std::string& state, const QueueOptions& options, Moment now)
+    : state_(state), marker_(prepare_queue(state, now)), database_(queue_path(state)), options_(options)
 {
     database_.run(
         "PRAGMA journal_mode=WAL; PRAGMA foreign_keys=ON; PRAGMA temp_store=MEMORY; PRAGMA "
         "journal_size_limit=16777216");
-    Statement version(database_, "PRAGMA user_version");
-    version.step();
-    const auto found = version.integer(0);
-    version.step();
-    if (found != 0 && found != kSchema) {
-        throw ServiceError(v1::ERROR_CODE_UNSUPPORTED, path + " has version " + std::to_string(found) +
-                                                           " of the queue, expected " + std::to_string(kSchema));
+    {
+        Statement clock(database_, "SELECT value FROM meta WHERE name='clock'");
+        clock_begin_ms_ = (clock.step() ? clock.integer(0) : now.wall_ms) - now.steady_ms;
     }
     begin(Transaction::durable);
-    if (found == 0) {
-        database_.run(kTables);
-        database_.run("PRAGMA user_version=1");
-    }
-    for (const FrameKey& key : active_frames()) recover(key, now_ms);
+    count_all();
+    // The steady clock is another one after each start of the machine.
+    database_.run("UPDATE frames SET not_before=0 WHERE state=3");
+    for (const FrameKey& key : active_frames()) recover(key, now);
+    keep_clock(now);
     commit();
 }
 
+void JobQueue::count_all()
+{
+    Statement frames(database_, "SELECT state, count(*) FROM frames GROUP BY state");
+    while (frames.step()) {
+        tally_.frames.at(static_cast<std::size_t>(frames.integer(0))) = static_cast<std::uint64_t>(frames.integer(1));
+    }
+    Statement jobs(database_, "SELECT state, count(*) FROM jobs GROUP BY state");
+    while (jobs.step()) {
+        tally_.jobs.at(static_cast<std::size_t>(jobs.integer(0))) = static_cast<std::uint64_t>(jobs.integer(1));
+    }
+}
+
 /// A frame that ran when the server ended.
-void JobQueue::recover(FrameKey key, std::int64_t now_ms)
+void JobQueue::recover(FrameKey key, Moment now)
 {
     const auto job = static_cast<std::int64_t>(key.job);
-    Statement row(database_,
-                  "SELECT f.starts, j.state FROM frames f JOIN jobs j ON j.id=f.job WHERE f.job=? AND f.idx=?");
-    row.bind(job).bind(std::int64_t{key.index}).step();
-    if (row.integer(1) == v1::JOB_STATE_CANCEL_REQUESTED) {
-        set_frame(key, v1::FRAME_STATE_CANCELLED, error_message(v1::ERROR_CODE_CANCELLED, "cancelled"), 0, now_ms);
-    } else if (row.integer(0) >= options_.max_starts) {
-        set_frame(key, v1::FRAME_STATE_FAILED,
-                  error_message(v1::ERROR_CODE_WORKER_DIED, "was started " + std::to_string(row.integer(0)) +
-                                                                " times, and the server ended each time before it did"),
-                  0, now_ms);
-    } else {
-        set_frame(key, v1::FRAME_STATE_QUEUED, {}, 0, 0);
+    std::int64_t starts = 0;
+    bool cancelled = false;
+    {
+        Statement row(
+            database_,
+            "SELECT f.starts, j.state, f.folder FROM frames f JOIN jobs j ON j.id=f.job WHERE f.job=? AND f.idx=?");
+        row.bind(job).bind(std::int64_t{key.index}).step();
+        starts = row.integer(0);
+        cancelled = row.integer(1) == v1::JOB_STATE_CANCEL_REQUESTED;
+        if (!row.text(2).empty()) unfinished_folders_.push_back(row.text(2));
     }
-    settle(key.job, now_ms);
+    if (cancelled) {
+        set_frame(key, v1::FRAME_STATE_CANCELLED, error_message(v1::ERROR_CODE_CANCELLED, "cancelled"), 0, now);
+    } else if (starts >= options_.max_starts) {
+        set_frame(key, v1::FRAME_STATE_FAILED,
+                  error_message(v1::ERROR_CODE_WORKER_DIED, "was started " + std::to_string(starts) +
+                                                                " times, and the server ended each time before it did"),
+                  0, now);
+    } else {
+        set_frame(key, v1::FRAME_STATE_QUEUED, {}, 0, now);
+    }
+    settle(key.job, now);
 }
 
 void JobQueue::begin(Transaction kind)
@@ -105,12 +112,15 @@ void JobQueue::commit()
         throw;
     }
     transaction_ = Transaction::none;
+    committed_ = tally_;
 }
 
 void JobQueue::roll_back()
 {
     if (transaction_ == Transaction::none) return;
     transaction_ = Transaction::none;
+    tally_ = committed_;
+    specs_.clear();
     try {
         database_.run("ROLLBACK");
     } catch (const ServiceError&) {
@@ -118,108 +128,36 @@ void JobQueue::roll_back()
     }
 }
 
-JobQueue::Submitted JobQueue::submit(const v1::Job& job, const std::string& owner, const std::string& scene_key,
-                                     const std::set<std::string>& blobs, std::int64_t now_ms)
+void JobQueue::keep_clock(Moment now)
 {
-    const std::string digest = digest_of(job);
-    if (!job.idempotency_key().empty()) {
-        Statement same(database_, "SELECT id, digest FROM jobs WHERE owner=? AND key=?");
-        if (same.bind(owner).bind(job.idempotency_key()).step()) {
-            if (same.text(1) != digest) {
-                throw ServiceError(v1::ERROR_CODE_CONFLICT, "the idempotency key " + job.idempotency_key() +
-                                                                " belongs to job " + std::to_string(same.integer(0)) +
-                                                                ", which asks for something else");
-            }
-            return {static_cast<std::uint64_t>(same.integer(0)), true};
-        }
-    }
-    check_room(job);
-    begin(Transaction::durable);
-    const std::int64_t id = insert_job(job, owner, digest, scene_key, now_ms);
-    insert_frames(job, id, now_ms);
-    Statement blob(database_, "INSERT INTO job_blobs (job, digest) VALUES (?, ?)");
-    for (const std::string& needed : blobs) blob.bind(id).bind_blob(needed).run();
-    return {static_cast<std::uint64_t>(id), false};
+    begin(Transaction::plain);
+    Statement(database_, "UPDATE meta SET value=? WHERE name='clock'").bind(clock_ms(now)).run();
 }
 
-/// @throws ServiceError limit, where the queue has no room for it
-void JobQueue::check_room(const v1::Job& job) const
-{
-    std::uint64_t waiting_jobs = 0, waiting_frames = 0;
-    for (const auto state : {v1::JOB_STATE_QUEUED, v1::JOB_STATE_RUNNING, v1::JOB_STATE_CANCEL_REQUESTED})
-        waiting_jobs += count(state);
-    for (const auto state : {v1::FRAME_STATE_QUEUED, v1::FRAME_STATE_ACTIVE, v1::FRAME_STATE_SOFT_FAILED})
-        waiting_frames += count(state);
-    const auto frames = static_cast<std::uint64_t>(frame_count(job));
-    if (waiting_jobs >= static_cast<std::uint64_t>(options_.max_unfinished_jobs) ||
-        waiting_frames + frames > static_cast<std::uint64_t>(options_.max_unfinished_frames)) {
-        throw ServiceError(v1::ERROR_CODE_LIMIT,
-                           "the queue is full: " + std::to_string(waiting_jobs) + " unfinished jobs of at most " +
-                               std::to_string(options_.max_unfinished_jobs) + ", " + std::to_string(waiting_frames) +
-                               " unfinished frames of at most " + std::to_string(options_.max_unfinished_frames));
-    }
-}
-
-/// @return its number
-std::int64_t JobQueue::insert_job(const v1::Job& job, const std::string& owner, const std::string& digest,
-                                  const std::string& scene_key, std::int64_t now_ms)
-{
-    v1::Job spec = job;
-    spec.clear_frames();
-    Statement insert(
-        database_,
-        "INSERT INTO jobs (owner, key, digest, spec, scene, scene_key, priority, state, submitted, frames) "
-        "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
-    insert.bind(owner);
-    job.idempotency_key().empty() ? insert.bind_null() : insert.bind(job.idempotency_key());
-    insert.bind_blob(digest)
-        .bind_blob(spec.SerializeAsString())
-        .bind(job.scene().label())
-        .bind(scene_key)
-        .bind(std::int64_t{job.priority()})
-        .bind(std::int64_t{v1::JOB_STATE_QUEUED})
-        .bind(now_ms)
-        .bind(frame_count(job))
-        .run();
-    return database_.last_row();
-}
-
-void JobQueue::insert_frames(const v1::Job& job, std::int64_t id, std::int64_t now_ms)
-{
-    const double rank = job.priority() - static_cast<double>(now_ms) * 1e-3 / options_.ageing_seconds;
-    Statement frame(database_, "INSERT INTO frames (job, idx, number, spec, state, rank) VALUES (?, ?, ?, ?, 1, ?)");
-    for (std::int64_t i = 0; i < frame_count(job); ++i) {
-        const v1::Frame one = job.frames_size() > 0 ? job.frames(static_cast<int>(i)) : v1::Frame();
-        frame.bind(id).bind(i).bind(std::int64_t{one.number()}).bind_blob(one.SerializeAsString()).bind(rank).run();
-    }
-}
-
-void JobQueue::start(FrameKey key, std::int64_t now_ms)
+void JobQueue::start(FrameKey key, const std::string& folder, Moment now)
 {
     begin(Transaction::plain);
     const auto job = static_cast<std::int64_t>(key.job);
-    Statement(database_, "UPDATE frames SET state=2, starts=starts+1, started=? WHERE job=? AND idx=?")
-        .bind(now_ms)
+    set_frame(key, v1::FRAME_STATE_ACTIVE, {}, 0, now);
+    Statement(database_, "UPDATE frames SET starts=starts+1, started=?, folder=? WHERE job=? AND idx=?")
+        .bind(now.wall_ms)
+        .bind(folder)
         .bind(job)
         .bind(std::int64_t{key.index})
         .run();
-    Statement(
-        database_,
-        "UPDATE jobs SET state=?, active=active+1, started=CASE started WHEN 0 THEN ? ELSE started END WHERE id=?")
-        .bind(std::int64_t{v1::JOB_STATE_RUNNING})
-        .bind(now_ms)
-        .bind(job)
-        .run();
+    Statement(database_, "UPDATE jobs SET started=? WHERE id=? AND started=0").bind(now.wall_ms).bind(job).run();
+    started_ms_[key] = now.steady_ms;
+    settle(key.job, now);
 }
 
-void JobQueue::complete(FrameKey key, const Completed& result, std::int64_t now_ms)
+void JobQueue::complete(FrameKey key, const Completed& result, Moment now)
 {
     begin(Transaction::durable);
     const auto job = static_cast<std::int64_t>(key.job);
     const std::int64_t index = key.index;
     std::string warnings;
     for (const std::string& line : result.warnings) warnings += line + "\n";
-    set_frame(key, v1::FRAME_STATE_COMPLETED, {}, 0, now_ms);
+    set_frame(key, v1::FRAME_STATE_COMPLETED, {}, 0, now);
     Statement(database_, "UPDATE frames SET folder=?, estimate=?, stats=?, warnings=? WHERE job=? AND idx=?")
         .bind(result.folder)
         .bind(result.error_estimate)
@@ -237,17 +175,17 @@ void JobQueue::complete(FrameKey key, const Completed& result, std::int64_t now_
             .bind_blob(file.sha256())
             .run();
     }
-    settle(key.job, now_ms);
+    settle(key.job, now);
 }
 
-void JobQueue::fail(FrameKey key, Ending ending, const v1::Error& error, std::int64_t now_ms)
+void JobQueue::fail(FrameKey key, Ending ending, const v1::Error& error, Moment now)
 {
     begin(Transaction::durable);
     const auto job = static_cast<std::int64_t>(key.job);
     const std::int64_t index = key.index;
     if (is_cancelled(key.job)) {
-        set_frame(key, v1::FRAME_STATE_CANCELLED, error_message(v1::ERROR_CODE_CANCELLED, "cancelled"), 0, now_ms);
-        settle(key.job, now_ms);
+        set_frame(key, v1::FRAME_STATE_CANCELLED, error_message(v1::ERROR_CODE_CANCELLED, "cancelled"), 0, now);
+        settle(key.job, now);
         return;
     }
     Statement(database_, "UPDATE frames SET tries=tries+1, deaths=deaths+? WHERE job=? AND idx=?")
@@ -264,125 +202,152 @@ void JobQueue::fail(FrameKey key, Ending ending, const v1::Error& error, std::in
         std::min(kLongestBackoff, options_.backoff_seconds * std::pow(4.0, static_cast<double>(tries - 1)));
     row.step();
     set_frame(key, again ? v1::FRAME_STATE_SOFT_FAILED : v1::FRAME_STATE_FAILED, error,
-              again ? now_ms + std::llround(1e3 * wait) : 0, now_ms);
-    settle(key.job, now_ms);
+              again ? now.steady_ms + std::llround(1e3 * wait) : 0, now);
+    settle(key.job, now);
 }
 
-std::optional<v1::JobState> JobQueue::cancel(std::uint64_t job, std::int64_t now_ms)
+std::optional<v1::JobState> JobQueue::cancel(std::uint64_t job, Moment now)
 {
     const auto before = status(job);
     if (!before) return std::nullopt;
     if (has_ended(before->state())) return before->state();
     begin(Transaction::durable);
     const auto id = static_cast<std::int64_t>(job);
-    Statement(database_,
-              "UPDATE frames SET state=?, finished=?, error_code=?, error='cancelled' WHERE job=? AND state IN (1, 3)")
-        .bind(std::int64_t{v1::FRAME_STATE_CANCELLED})
-        .bind(now_ms)
-        .bind(std::int64_t{v1::ERROR_CODE_CANCELLED})
-        .bind(id)
-        .run();
+    for (const v1::FrameState waiting : {v1::FRAME_STATE_QUEUED, v1::FRAME_STATE_SOFT_FAILED}) {
+        Statement(database_,
+                  "UPDATE frames SET state=?, finished=?, error_code=?, error='cancelled' WHERE job=? AND state=?")
+            .bind(std::int64_t{v1::FRAME_STATE_CANCELLED})
+            .bind(now.wall_ms)
+            .bind(std::int64_t{v1::ERROR_CODE_CANCELLED})
+            .bind(id)
+            .bind(std::int64_t{waiting})
+            .run();
+        move_frames(job, waiting, v1::FRAME_STATE_CANCELLED, static_cast<std::uint64_t>(database_.changed()));
+    }
     Statement(database_, "UPDATE jobs SET state=? WHERE id=?")
         .bind(std::int64_t{v1::JOB_STATE_CANCEL_REQUESTED})
         .bind(id)
         .run();
-    settle(job, now_ms);
+    --tally_.jobs[before->state()];
+    ++tally_.jobs[v1::JOB_STATE_CANCEL_REQUESTED];
+    settle(job, now);
     return status(job)->state();
 }
 
-void JobQueue::give_back(FrameKey key)
+void JobQueue::give_back(FrameKey key, Moment now)
 {
     begin(Transaction::plain);
-    Statement(database_, "UPDATE frames SET state=1, starts=starts-1 WHERE job=? AND idx=?")
+    set_frame(key, v1::FRAME_STATE_QUEUED, {}, 0, now);
+    Statement(database_, "UPDATE frames SET starts=starts-1 WHERE job=? AND idx=?")
         .bind(static_cast<std::int64_t>(key.job))
         .bind(std::int64_t{key.index})
         .run();
-    settle(key.job, 0);
+    settle(key.job, now);
 }
 
 void JobQueue::remove(std::uint64_t job)
 {
     begin(Transaction::durable);
     const auto id = static_cast<std::int64_t>(job);
-    for (const char* sql : {"DELETE FROM files WHERE job=?", "DELETE FROM job_blobs WHERE job=?",
-                            "DELETE FROM frames WHERE job=?", "DELETE FROM jobs WHERE id=?"}) {
+    {
+        Statement row(database_, "SELECT state, completed, failed, cancelled FROM jobs WHERE id=?");
+        if (!row.bind(id).step()) return;
+        --tally_.jobs.at(static_cast<std::size_t>(row.integer(0)));
+        tally_.frames[v1::FRAME_STATE_COMPLETED] -= static_cast<std::uint64_t>(row.integer(1));
+        tally_.frames[v1::FRAME_STATE_FAILED] -= static_cast<std::uint64_t>(row.integer(2));
+        tally_.frames[v1::FRAME_STATE_CANCELLED] -= static_cast<std::uint64_t>(row.integer(3));
+    }
+    for (const char* sql :
+         {"DELETE FROM files WHERE job=?", "DELETE FROM job_blobs WHERE job=?", "DELETE FROM labels WHERE job=?",
+          "DELETE FROM frames WHERE job=?", "DELETE FROM jobs WHERE id=?"}) {
         Statement(database_, sql).bind(id).run();
     }
+    specs_.erase(job);
 }
 
 void JobQueue::set_frame(FrameKey key, v1::FrameState state, const v1::Error& error, std::int64_t not_before,
-                         std::int64_t now_ms)
+                         Moment now)
 {
+    const auto job = static_cast<std::int64_t>(key.job);
+    const std::int64_t index = key.index;
+    v1::FrameState before{};
+    {
+        Statement row(database_, "SELECT state FROM frames WHERE job=? AND idx=?");
+        row.bind(job).bind(index).step();
+        before = static_cast<v1::FrameState>(row.integer(0));
+    }
+    // When it started is said such that it took as long as it did, wherever the wall's clock was set meanwhile.
+    const auto started = started_ms_.extract(key);
+    const bool ends = state != v1::FRAME_STATE_QUEUED && state != v1::FRAME_STATE_ACTIVE;
     Statement(database_,
-              "UPDATE frames SET state=?, error_code=?, error=?, not_before=?, finished=? WHERE job=? AND idx=?")
+              "UPDATE frames SET state=?1, error_code=?2, error=?3, not_before=?4, folder='', finished=?5, "
+              "started=CASE WHEN ?6<0 THEN started ELSE ?5-?6 END WHERE job=?7 AND idx=?8")
         .bind(std::int64_t{state})
         .bind(std::int64_t{error.code()})
         .bind(error.message())
         .bind(not_before)
-        .bind(now_ms)
-        .bind(static_cast<std::int64_t>(key.job))
-        .bind(std::int64_t{key.index})
+        .bind(ends ? now.wall_ms : std::int64_t{0})
+        .bind(started && ends ? now.steady_ms - started.mapped() : std::int64_t{-1})
+        .bind(job)
+        .bind(index)
+        .run();
+    move_frames(key.job, before, state, 1);
+    if (state == v1::FRAME_STATE_FAILED) {
+        Statement(database_, "UPDATE jobs SET error_code=?, error=? WHERE id=? AND error_code=0")
+            .bind(std::int64_t{error.code()})
+            .bind(error.message())
+            .bind(job)
+            .run();
+    }
+}
+
+/// Keeps the counts of the job's row, and of all jobs.
+void JobQueue::move_frames(std::uint64_t job, v1::FrameState from, v1::FrameState to, std::uint64_t count)
+{
+    tally_.frames.at(from) -= count;
+    tally_.frames.at(to) += count;
+    const auto change = [&](v1::FrameState state) {
+        return static_cast<std::int64_t>(count) * ((to == state) - (from == state));
+    };
+    Statement(
+        database_,
+        "UPDATE jobs SET active=active+?, completed=completed+?, failed=failed+?, cancelled=cancelled+? WHERE id=?")
+        .bind(change(v1::FRAME_STATE_ACTIVE))
+        .bind(change(v1::FRAME_STATE_COMPLETED))
+        .bind(change(v1::FRAME_STATE_FAILED))
+        .bind(change(v1::FRAME_STATE_CANCELLED))
+        .bind(static_cast<std::int64_t>(job))
         .run();
 }
 
-/// Brings the job's row up to date with its frames.
-void JobQueue::settle(std::uint64_t job, std::int64_t now_ms)
+/// Brings the job's state up to date with its counts.
+void JobQueue::settle(std::uint64_t job, Moment now)
 {
     const auto id = static_cast<std::int64_t>(job);
-    std::int64_t waiting = 0, active = 0, completed = 0, failed = 0, cancelled = 0;
-    Statement counts(database_, "SELECT state, count(*) FROM frames WHERE job=? GROUP BY state");
-    counts.bind(id);
-    while (counts.step()) {
-        switch (counts.integer(0)) {
-            case v1::FRAME_STATE_ACTIVE:
-                active = counts.integer(1);
-                break;
-            case v1::FRAME_STATE_COMPLETED:
-                completed = counts.integer(1);
-                break;
-            case v1::FRAME_STATE_FAILED:
-                failed = counts.integer(1);
-                break;
-            case v1::FRAME_STATE_CANCELLED:
-                cancelled = counts.integer(1);
-                break;
-            default:
-                waiting += counts.integer(1);
-        }
+    FrameCounts counts;
+    v1::JobState before{};
+    {
+        Statement row(database_, "SELECT state, frames, active, completed, failed, cancelled FROM jobs WHERE id=?");
+        row.bind(id).step();
+        before = static_cast<v1::JobState>(row.integer(0));
+        counts = {0, row.integer(2), row.integer(3), row.integer(4), row.integer(5)};
+        counts.waiting = row.integer(1) - counts.active - counts.completed - counts.failed - counts.cancelled;
     }
-    Statement row(database_, "SELECT state FROM jobs WHERE id=?");
-    row.bind(id).step();
-    const bool asked = row.integer(0) == v1::JOB_STATE_CANCEL_REQUESTED;
-    row.step();
-    v1::JobState state = v1::JOB_STATE_QUEUED;
-    if (waiting + active > 0) {
-        state = asked                             ? v1::JOB_STATE_CANCEL_REQUESTED
-                : active + completed + failed > 0 ? v1::JOB_STATE_RUNNING
-                                                  : v1::JOB_STATE_QUEUED;
-    } else if (cancelled > 0) {
-        state = v1::JOB_STATE_CANCELLED;
-    } else if (failed > 0) {
-        state = v1::JOB_STATE_FAILED;
-    } else {
-        Statement warned(database_, "SELECT 1 FROM frames WHERE job=? AND warnings<>'' LIMIT 1");
-        state = warned.bind(id).step() ? v1::JOB_STATE_COMPLETED_WITH_WARNINGS : v1::JOB_STATE_COMPLETED;
+    bool warned = false;
+    if (counts.completed > 0 && counts.waiting + counts.active == 0) {
+        Statement row(database_, "SELECT 1 FROM frames WHERE job=? AND warnings<>'' LIMIT 1");
+        warned = row.bind(id).step();
     }
-    Statement(database_, "UPDATE jobs SET state=?, active=?, completed=?, failed=?, finished=? WHERE id=?")
+    const v1::JobState state = state_of(counts, before == v1::JOB_STATE_CANCEL_REQUESTED, warned);
+    if (state == before) return;
+    Statement(database_, "UPDATE jobs SET state=?, finished=?, ended=? WHERE id=?")
         .bind(std::int64_t{state})
-        .bind(active)
-        .bind(completed)
-        .bind(failed)
-        .bind(has_ended(state) ? now_ms : std::int64_t{0})
+        .bind(has_ended(state) ? now.wall_ms : std::int64_t{0})
+        .bind(has_ended(state) ? clock_ms(now) : std::int64_t{0})
         .bind(id)
         .run();
-    if (failed > 0) {
-        Statement(
-            database_,
-            "UPDATE jobs SET (error_code, error) = (SELECT error_code, error FROM frames WHERE job=?1 AND state=5 "
-            "ORDER BY idx LIMIT 1) WHERE id=?1")
-            .bind(id)
-            .run();
-    }
+    --tally_.jobs.at(before);
+    ++tally_.jobs.at(state);
 }
 
 }  // namespace rcs::service

@@ -1,13 +1,18 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "process/clock.h"
 #include "queue/database.h"
+#include "queue/queue_file.h"
 #include "rcs/v1/job.pb.h"
 #include "rcs/v1/service.pb.h"
 
@@ -39,7 +44,7 @@ struct FrameKey {
 /// A frame that may start.
 struct NextFrame {
     FrameKey key;
-    v1::Job job;  ///< without its frames
+    std::shared_ptr<const v1::Job> job;  ///< without its frames; none: what the queue holds of it is damaged
     v1::Frame frame;
     std::string scene_key;
     std::string owner;
@@ -56,14 +61,18 @@ struct Completed {
 /// Jobs and frames on disk. Changes belong to a transaction, which the first one begins and commit() ends; once that
 /// returns they survive the end of any process, and after a durable change also of the machine.
 ///
+/// It has a clock of its own, for ages and ranks: the time that servers ran on it, which no setting of the wall's clock
+/// moves. What is counted of jobs and frames is kept, and specs are parsed once, so that nothing takes longer with more
+/// of them.
+///
 /// SQLite in WAL mode. A durable change (submit, an end, cancel) commits with synchronous=FULL: the log is on disk
 /// before commit() returns. A frame's start commits with synchronous=NORMAL: the worst that losing it does is to start
 /// it again.
 class JobQueue {
 public:
-    /// Makes the database if there is none. Frames that were running begin anew.
-    /// @throws ServiceError
-    JobQueue(const std::string& path, const QueueOptions& options, std::int64_t now_ms);
+    /// Makes the database if there is none (queue_file.h). Frames that were running begin anew.
+    /// @param state  its folder @throws ServiceError
+    JobQueue(const std::string& state, const QueueOptions& options, Moment now);
 
     void set_options(const QueueOptions& options) { options_ = options; }
 
@@ -74,15 +83,18 @@ public:
     /// @param scene_key  equal for jobs whose scenes are equal and can be kept   @param blobs  digests that it needs
     /// @throws ServiceError limit, conflict
     Submitted submit(const v1::Job& job, const std::string& owner, const std::string& scene_key,
-                     const std::set<std::string>& blobs, std::int64_t now_ms);
-    void start(FrameKey key, std::int64_t now_ms);
-    void complete(FrameKey key, const Completed& result, std::int64_t now_ms);
-    void fail(FrameKey key, Ending ending, const v1::Error& error, std::int64_t now_ms);
+                     const std::set<std::string>& blobs, Moment now);
+    /// @param folder  of its pictures, beneath the state folder
+    void start(FrameKey key, const std::string& folder, Moment now);
+    void complete(FrameKey key, const Completed& result, Moment now);
+    void fail(FrameKey key, Ending ending, const v1::Error& error, Moment now);
     /// Ends frames that wait; running ones are to be stopped, and then end by fail() or complete().
     /// @return none: there is no such job
-    std::optional<v1::JobState> cancel(std::uint64_t job, std::int64_t now_ms);
+    std::optional<v1::JobState> cancel(std::uint64_t job, Moment now);
     /// Back to the queue, as if it had not been started.
-    void give_back(FrameKey key);
+    void give_back(FrameKey key, Moment now);
+    /// Puts down what the queue's clock says, so that little is lost when the server dies.
+    void keep_clock(Moment now);
     /// Forgets a job that has ended.
     void remove(std::uint64_t job);
 
@@ -91,8 +103,8 @@ public:
     void roll_back();
 
     // Reading; sees uncommitted changes too.
-    std::optional<NextFrame> next(std::int64_t now_ms) const;
-    /// When the next frame that waits after a failure may start; none if none waits. [ms]
+    std::optional<NextFrame> next(Moment now) const;
+    /// When the next frame that waits after a failure may start, by the steady clock; none if none waits. [ms]
     std::optional<std::int64_t> next_retry_ms() const;
     std::optional<v1::JobStatus> status(std::uint64_t job) const;
     std::string owner(std::uint64_t job) const;  ///< "" if there is no such job
@@ -103,37 +115,62 @@ public:
     std::optional<std::pair<v1::OutputFile, std::string>> file(FrameKey key, const std::string& name) const;
     bool is_cancelled(std::uint64_t job) const;  ///< or was asked to
     std::vector<FrameKey> active_frames() const;
-    std::uint64_t count(v1::FrameState state) const;
-    std::uint64_t count(v1::JobState state) const;
+    std::uint64_t count(v1::FrameState state) const { return tally_.frames.at(static_cast<std::size_t>(state)); }
+    std::uint64_t count(v1::JobState state) const { return tally_.jobs.at(static_cast<std::size_t>(state)); }
+    std::int64_t clock_ms(Moment now) const { return clock_begin_ms_ + now.steady_ms; }  ///< the queue's own
 
     struct Ended {
         std::uint64_t job = 0;
-        std::int64_t finished_ms = 0;
-        std::uint64_t bytes = 0;  ///< of its pictures
+        std::int64_t ended_ms = 0;  ///< by the queue's clock
+        std::uint64_t bytes = 0;    ///< of its pictures
     };
     std::vector<Ended> ended_jobs() const;         ///< the oldest first
     std::set<std::string> blobs_in_use() const;    ///< digests that unfinished jobs need
     std::set<std::string> scenes_in_use() const;   ///< keys
     std::set<std::string> folders_in_use() const;  ///< of completed frames
+    /// Of frames that an earlier server started and that did not end.
+    const std::vector<std::string>& unfinished_folders() const { return unfinished_folders_; }
 
 private:
     enum class Transaction { none, plain, durable };
+    /// How many there are, by state.
+    struct Tally {
+        std::array<std::uint64_t, v1::JobState_ARRAYSIZE> jobs{};
+        std::array<std::uint64_t, v1::FrameState_ARRAYSIZE> frames{};
+    };
     void begin(Transaction kind);
     void check_room(const v1::Job& job) const;
+    void reserve_number();
     std::int64_t insert_job(const v1::Job& job, const std::string& owner, const std::string& digest,
-                            const std::string& scene_key, std::int64_t now_ms);
-    void insert_frames(const v1::Job& job, std::int64_t id, std::int64_t now_ms);
-    void recover(FrameKey key, std::int64_t now_ms);
-    void set_frame(FrameKey key, v1::FrameState state, const v1::Error& error, std::int64_t not_before,
-                   std::int64_t now_ms);
-    void settle(std::uint64_t job, std::int64_t now_ms);
+                            const std::string& scene_key, Moment now);
+    void insert_frames(const v1::Job& job, std::int64_t id, Moment now);
+    void count_all();
+    void recover(FrameKey key, Moment now);
+    void set_frame(FrameKey key, v1::FrameState state, const v1::Error& error, std::int64_t not_before, Moment now);
+    void move_frames(std::uint64_t job, v1::FrameState from, v1::FrameState to, std::uint64_t count);
+    void settle(std::uint64_t job, Moment now);
     v1::JobStatus read_status(const Statement& row) const;
+    std::shared_ptr<const v1::Job> spec(std::uint64_t job) const;
 
+    std::string state_;
+    Marker marker_;
     mutable Database database_;
     QueueOptions options_;
     Transaction transaction_ = Transaction::none;
+    std::int64_t clock_begin_ms_ = 0;              ///< the queue's clock where the steady one says 0
+    Tally tally_, committed_;                      ///< of this transaction, and before it
+    std::map<FrameKey, std::int64_t> started_ms_;  ///< frames of this server, by the steady clock
+    std::vector<std::string> unfinished_folders_;
+    mutable std::map<std::uint64_t, std::shared_ptr<const v1::Job>> specs_;  ///< parsed lately
 };
 
 bool has_ended(v1::JobState state);
+
+/// A job's frames, by what became of them.
+struct FrameCounts {
+    std::int64_t waiting = 0, active = 0, completed = 0, failed = 0, cancelled = 0;
+};
+/// @param cancel  was asked for   @param warned  some frame has warnings
+v1::JobState state_of(const FrameCounts& counts, bool cancel, bool warned);
 
 }  // namespace rcs::service

@@ -9,10 +9,11 @@ namespace rcs::service {
 namespace {
 
 constexpr const char* kStatusColumns =
-    "id, state, priority, spec, scene, owner, submitted, started, finished, frames, completed, failed, active, "
+    "id, state, priority, scene, owner, submitted, started, finished, frames, completed, failed, active, "
     "error_code, error";
 constexpr std::size_t kMostBytes = kMaxMessage - (64 << 10);  // of a list's jobs: the rest of the message takes little
 constexpr std::uint32_t kFewFrames = 10;                      // whose statistics fit into a message
+constexpr std::size_t kSpecsKept = 64;
 
 v1::Error read_error(const Statement& row, int code_column)
 {
@@ -24,46 +25,58 @@ v1::Error read_error(const Statement& row, int code_column)
 
 }  // namespace
 
-std::optional<NextFrame> JobQueue::next(std::int64_t now_ms) const
+/// @return none: it does not parse
+std::shared_ptr<const v1::Job> JobQueue::spec(std::uint64_t job) const
+{
+    const auto known = specs_.find(job);
+    if (known != specs_.end()) return known->second;
+    Statement row(database_, "SELECT spec FROM jobs WHERE id=?");
+    row.bind(static_cast<std::int64_t>(job)).step();
+    const auto parsed = std::make_shared<v1::Job>();
+    if (!parsed->ParseFromString(row.text(0))) return nullptr;
+    if (specs_.size() >= kSpecsKept) specs_.clear();
+    return specs_.emplace(job, parsed).first->second;
+}
+
+std::optional<NextFrame> JobQueue::next(Moment now) const
 {
     Statement row(database_,
-                  "SELECT f.job, f.idx, f.spec, j.spec, j.scene_key, j.owner FROM frames f JOIN jobs j ON j.id=f.job "
+                  "SELECT f.job, f.idx, f.spec, j.scene_key, j.owner FROM frames f JOIN jobs j ON j.id=f.job "
                   "WHERE f.state IN (1, 3) AND f.not_before<=? ORDER BY f.rank DESC, f.job, f.idx LIMIT 1");
-    if (!row.bind(now_ms).step()) return std::nullopt;
+    if (!row.bind(now.steady_ms).step()) return std::nullopt;
     NextFrame next;
     next.key = {static_cast<std::uint64_t>(row.integer(0)), static_cast<int>(row.integer(1))};
-    next.frame.ParseFromString(row.text(2));
-    next.job.ParseFromString(row.text(3));
-    next.scene_key = row.text(4);
-    next.owner = row.text(5);
+    if (next.frame.ParseFromString(row.text(2))) next.job = spec(next.key.job);
+    next.scene_key = row.text(3);
+    next.owner = row.text(4);
     return next;
 }
 
 std::optional<std::int64_t> JobQueue::next_retry_ms() const
 {
-    Statement row(database_, "SELECT min(not_before) FROM frames WHERE state IN (1, 3) AND not_before>0");
+    Statement row(database_, "SELECT min(not_before) FROM frames WHERE state=3");
     return row.step() && !row.is_null(0) ? std::optional(row.integer(0)) : std::nullopt;
 }
 
 v1::JobStatus JobQueue::read_status(const Statement& row) const
 {
-    v1::Job spec;
-    spec.ParseFromString(row.text(3));
     v1::JobStatus status;
     status.set_job(static_cast<std::uint64_t>(row.integer(0)));
     status.set_state(static_cast<v1::JobState>(row.integer(1)));
     status.set_priority(static_cast<int>(row.integer(2)));
-    *status.mutable_labels() = spec.labels();
-    status.set_scene(row.text(4));
-    status.set_owner(row.text(5));
-    status.set_submitted_ms(row.integer(6));
-    status.set_started_ms(row.integer(7));
-    status.set_finished_ms(row.integer(8));
-    status.set_frames(static_cast<int>(row.integer(9)));
-    status.set_frames_completed(static_cast<int>(row.integer(10)));
-    status.set_frames_failed(static_cast<int>(row.integer(11)));
-    status.set_frames_active(static_cast<int>(row.integer(12)));
-    if (row.integer(13) != 0) *status.mutable_error() = read_error(row, 13);
+    status.set_scene(row.text(3));
+    status.set_owner(row.text(4));
+    status.set_submitted_ms(row.integer(5));
+    status.set_started_ms(row.integer(6));
+    status.set_finished_ms(row.integer(7));
+    status.set_frames(static_cast<int>(row.integer(8)));
+    status.set_frames_completed(static_cast<int>(row.integer(9)));
+    status.set_frames_failed(static_cast<int>(row.integer(10)));
+    status.set_frames_active(static_cast<int>(row.integer(11)));
+    if (row.integer(12) != 0) *status.mutable_error() = read_error(row, 12);
+    Statement label(database_, "SELECT name, value FROM labels WHERE job=?");
+    label.bind(row.integer(0));
+    while (label.step()) (*status.mutable_labels())[label.text(0)] = label.text(1);
     return status;
 }
 
@@ -85,21 +98,19 @@ v1::ListReply JobQueue::list(const v1::ListRequest& request, const std::string& 
     const std::size_t limit = request.limit() != 0 ? request.limit() : kDefault;
     std::string states;
     for (const int state : request.states()) states.append(states.empty() ? "" : ",").append(std::to_string(state));
-    Statement row(database_, (std::string("SELECT ") + kStatusColumns + " FROM jobs WHERE id<? AND (?='' OR owner=?)" +
-                              (states.empty() ? "" : " AND state IN (" + states + ")") + " ORDER BY id DESC")
-                                 .c_str());
+    std::string wanted = "id<? AND (?='' OR owner=?)";
+    if (!states.empty()) wanted += " AND state IN (" + states + ")";
+    for (int i = 0; i < static_cast<int>(request.labels().size()); ++i)
+        wanted += " AND EXISTS (SELECT 1 FROM labels WHERE job=id AND name=? AND value=?)";
+    Statement row(
+        database_,
+        (std::string("SELECT ") + kStatusColumns + " FROM jobs WHERE " + wanted + " ORDER BY id DESC").c_str());
     row.bind(request.before() != 0 ? static_cast<std::int64_t>(request.before()) : INT64_MAX).bind(owner).bind(owner);
+    for (const auto& [name, value] : request.labels()) row.bind(name).bind(value);
     v1::ListReply reply;
     std::size_t bytes = 0;
     while (row.step()) {
         v1::JobStatus status = read_status(row);
-        const auto has = [&](const auto& label) {
-            const auto found = status.labels().find(label.first);
-            return found != status.labels().end() && found->second == label.second;
-        };
-        bool wanted = true;
-        for (const auto& label : request.labels()) wanted = wanted && has(label);
-        if (!wanted) continue;
         bytes += status.ByteSizeLong() + 8;
         if (static_cast<std::size_t>(reply.jobs_size()) == limit || bytes > kMostBytes) {
             reply.set_more(true);
@@ -117,9 +128,7 @@ v1::JobReply JobQueue::details(const v1::JobRequest& request) const
     const auto id = static_cast<std::int64_t>(request.job());
     v1::JobReply reply;
     *reply.mutable_status() = *status(request.job());
-    Statement spec(database_, "SELECT spec FROM jobs WHERE id=?");
-    spec.bind(id).step();
-    reply.mutable_job()->ParseFromString(spec.text(0));
+    if (const auto job = spec(request.job())) *reply.mutable_job() = *job;
     if (reply.job().ByteSizeLong() > kMostBytes / 2) reply.mutable_job()->mutable_scene()->clear_files();
 
     Statement row(database_,
@@ -133,7 +142,7 @@ v1::JobReply JobQueue::details(const v1::JobRequest& request) const
         frame.set_state(static_cast<v1::FrameState>(row.integer(2)));
         frame.set_attempts(static_cast<int>(row.integer(3)));
         if (row.integer(4) != 0) *frame.mutable_error() = read_error(row, 4);
-        if (row.integer(7) > 0) frame.set_seconds(1e-3 * static_cast<double>(row.integer(7) - row.integer(6)));
+        if (row.integer(7) != 0) frame.set_seconds(1e-3 * static_cast<double>(row.integer(7) - row.integer(6)));
         frame.set_error_estimate(row.real(8));
         if (count <= kFewFrames) frame.set_stats_json(row.text(9));
         std::istringstream warnings(row.text(10));
@@ -190,30 +199,12 @@ std::vector<FrameKey> JobQueue::active_frames() const
     return keys;
 }
 
-std::uint64_t JobQueue::count(v1::FrameState state) const
-{
-    // The texts match those of the partial indices.
-    const bool waiting = state == v1::FRAME_STATE_QUEUED || state == v1::FRAME_STATE_SOFT_FAILED;
-    Statement row(database_, waiting ? "SELECT count(*) FROM frames WHERE state IN (1, 3) AND state=?"
-                             : state == v1::FRAME_STATE_ACTIVE ? "SELECT count(*) FROM frames WHERE state=2 AND state=?"
-                                                               : "SELECT count(*) FROM frames WHERE state=?");
-    row.bind(std::int64_t{state}).step();
-    return static_cast<std::uint64_t>(row.integer(0));
-}
-
-std::uint64_t JobQueue::count(v1::JobState state) const
-{
-    Statement row(database_, "SELECT count(*) FROM jobs WHERE state=?");
-    row.bind(std::int64_t{state}).step();
-    return static_cast<std::uint64_t>(row.integer(0));
-}
-
 std::vector<JobQueue::Ended> JobQueue::ended_jobs() const
 {
     std::vector<Ended> jobs;
     Statement row(database_,
-                  "SELECT id, finished, (SELECT coalesce(sum(size), 0) FROM files WHERE job=id) FROM jobs "
-                  "WHERE finished>0 ORDER BY finished, id");
+                  "SELECT id, ended, (SELECT coalesce(sum(size), 0) FROM files WHERE job=id) FROM jobs "
+                  "WHERE ended>0 ORDER BY ended, id");
     while (row.step()) {
         jobs.push_back(
             {static_cast<std::uint64_t>(row.integer(0)), row.integer(1), static_cast<std::uint64_t>(row.integer(2))});
@@ -224,7 +215,7 @@ std::vector<JobQueue::Ended> JobQueue::ended_jobs() const
 std::set<std::string> JobQueue::blobs_in_use() const
 {
     std::set<std::string> digests;
-    Statement row(database_, "SELECT DISTINCT job_blobs.digest FROM job_blobs JOIN jobs ON id=job WHERE finished=0");
+    Statement row(database_, "SELECT DISTINCT job_blobs.digest FROM job_blobs JOIN jobs ON id=job WHERE ended=0");
     while (row.step()) digests.insert(row.text(0));
     return digests;
 }
@@ -232,7 +223,7 @@ std::set<std::string> JobQueue::blobs_in_use() const
 std::set<std::string> JobQueue::scenes_in_use() const
 {
     std::set<std::string> keys;
-    Statement row(database_, "SELECT DISTINCT scene_key FROM jobs WHERE finished=0");
+    Statement row(database_, "SELECT DISTINCT scene_key FROM jobs WHERE ended=0");
     while (row.step()) keys.insert(row.text(0));
     return keys;
 }
@@ -240,7 +231,7 @@ std::set<std::string> JobQueue::scenes_in_use() const
 std::set<std::string> JobQueue::folders_in_use() const
 {
     std::set<std::string> folders;
-    Statement row(database_, "SELECT folder FROM frames WHERE folder<>''");
+    Statement row(database_, "SELECT folder FROM frames WHERE state=4");
     while (row.step()) folders.insert(row.text(0));
     return folders;
 }

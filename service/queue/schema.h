@@ -2,12 +2,13 @@
 
 namespace rcs::service {
 
-/// Version of the tables of job_queue.cpp, as the database itself says it.
-inline constexpr int kSchema = 1;
-
-// A frame's rank is its priority less the steps of ageing that its submission lies after the epoch: as all that wait
-// age alike, an order by it never changes, and old jobs come before newer ones of somewhat higher priority.
-inline constexpr const char* kTables = R"sql(
+// Each step makes the tables of the next version, which the database itself says, from those of the last one.
+//
+// A frame's rank is its priority less the steps of ageing that its submission lies after the epoch, by the queue's own
+// clock: as all that wait age alike, an order by it never changes, and old jobs come before newer ones of somewhat
+// higher priority.
+inline constexpr const char* kSchemaSteps[] = {
+    R"sql(
 CREATE TABLE jobs (
     id INTEGER PRIMARY KEY AUTOINCREMENT,
     owner TEXT NOT NULL,
@@ -67,6 +68,24 @@ CREATE TABLE job_blobs (
     digest BLOB NOT NULL,
     PRIMARY KEY (job, digest)
 ) WITHOUT ROWID;
-)sql";
+)sql",
+    // `ended` is by the queue's clock, which `meta` keeps; submitted, started and finished are to be shown.
+    R"sql(
+ALTER TABLE jobs ADD COLUMN cancelled INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE jobs ADD COLUMN ended INTEGER NOT NULL DEFAULT 0;
+CREATE INDEX jobs_ended ON jobs (ended, id) WHERE ended > 0;
+CREATE INDEX frames_retried ON frames (not_before) WHERE state = 3;
+CREATE TABLE labels (
+    job INTEGER NOT NULL,
+    name TEXT NOT NULL,
+    value TEXT NOT NULL,
+    PRIMARY KEY (job, name)
+) WITHOUT ROWID;
+CREATE TABLE meta (
+    name TEXT PRIMARY KEY,
+    value NOT NULL
+) WITHOUT ROWID;
+)sql"};
+inline constexpr int kSchema = sizeof kSchemaSteps / sizeof kSchemaSteps[0];
 
 }  // namespace rcs::service

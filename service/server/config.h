@@ -33,6 +33,7 @@ struct ServerConfig {
     double message_seconds = 30.0;  ///< from the first byte of a message to its last, and for what is sent to be taken
     int max_pixels_millions = 64;   ///< of a frame
     bool log_debug = false;
+    bool recover = false;  ///< salvage the queue where its database is lost or damaged
     QueueOptions queue;
     BlobLimits blobs;
 

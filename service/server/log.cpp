@@ -1,10 +1,11 @@
 #include "server/log.h"
 
-#include <chrono>
 #include <cstdio>
 #include <ctime>
 
 #include <unistd.h>
+
+#include "process/clock.h"
 
 namespace rcs::service {
 namespace {
@@ -45,7 +46,7 @@ std::string quoted(const std::string& value)
 
 std::string time_text()
 {
-    const std::int64_t ms = now_ms();
+    const std::int64_t ms = read_clocks().wall_ms;
     const std::time_t seconds = ms / 1000;
     std::tm utc{};
     gmtime_r(&seconds, &utc);
@@ -56,12 +57,6 @@ std::string time_text()
 }
 
 }  // namespace
-
-std::int64_t now_ms()
-{
-    return std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::system_clock::now().time_since_epoch())
-        .count();
-}
 
 void ServerLog::write(Level level, std::string_view event, const std::vector<LogField>& fields) const
 {

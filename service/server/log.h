@@ -38,7 +38,4 @@ private:
     bool debug_ = false;
 };
 
-/// Unix time [ms].
-std::int64_t now_ms();
-
 }  // namespace rcs::service

@@ -100,7 +100,7 @@ void Service::check_space() const
 v1::BlobStatusReply Service::held(const v1::BlobStatusRequest& request, const Caller& caller)
 {
     v1::BlobStatusReply reply;
-    for (const v1::Blob& blob : request.blobs()) reply.add_held(blobs_.held(blob, caller.owner));
+    for (const v1::Blob& blob : request.blobs()) reply.add_held(blobs_.held(blob, caller.owner, queue_clock_ms()));
     return reply;
 }
 
@@ -111,7 +111,7 @@ v1::BlobPutReply Service::put(const v1::BlobPutRequest& request, const Caller& c
     if (stopping_) throw ServiceError(v1::ERROR_CODE_UNAVAILABLE, "the server is stopping");
     check_space();
     v1::BlobPutReply reply;
-    reply.set_held(blobs_.put(request.blob(), caller.owner, request.offset(), request.data()));
+    reply.set_held(blobs_.put(request.blob(), caller.owner, request.offset(), request.data(), queue_clock_ms()));
     return reply;
 }
 
@@ -120,7 +120,7 @@ v1::SubmitReply Service::submit(const v1::SubmitRequest& request, const Caller& 
     if (stopping_) throw ServiceError(v1::ERROR_CODE_UNAVAILABLE, "the server is stopping");
     check_space();
     const CheckedJob checked = check_job(request.job(), config_, blobs_);
-    const auto submitted = queue_.submit(checked.job, caller.owner, checked.scene_key, checked.blobs, now_ms());
+    const auto submitted = queue_.submit(checked.job, caller.owner, checked.scene_key, checked.blobs, read_clocks());
     ++(submitted.existed ? counters_.jobs_repeated : counters_.jobs_submitted);
     log_.info("job_submitted", {{"job", submitted.job},
                                 {"owner", caller.owner},
@@ -137,7 +137,7 @@ v1::CancelReply Service::cancel(const v1::CancelRequest& request, const Caller& 
 {
     check_may_see(request.job(), caller);
     v1::CancelReply reply;
-    reply.set_state(*queue_.cancel(request.job(), now_ms()));
+    reply.set_state(*queue_.cancel(request.job(), read_clocks()));
     log_.info("job_cancelled", {{"job", request.job()}, {"by", caller.owner}});
     return reply;
 }
@@ -171,7 +171,7 @@ v1::FetchReply Service::fetch(const v1::FetchRequest& request, const Caller& cal
     const auto& [file, path] = *found;
     v1::FetchReply reply;
     *reply.mutable_file() = file;
-    if (request.offset() < file.size()) reply.set_data(read_part(results_path(path), request.offset(), length));
+    if (request.offset() < file.size()) reply.set_data(read_part(path_of(path), request.offset(), length));
     if (request.offset() + reply.data().size() < file.size() && reply.data().size() < length) {
         throw ServiceError(v1::ERROR_CODE_IO, "the picture " + file.name() + " is shorter on disk than it was");
     }
@@ -211,7 +211,7 @@ v1::HealthReply Service::health() const
         reply.set_busy(reply.busy() + (worker.frame ? 1 : 0));
     }
     reply.set_queued_frames(queue_.count(v1::FRAME_STATE_QUEUED) + queue_.count(v1::FRAME_STATE_SOFT_FAILED));
-    reply.set_uptime_seconds(1e-3 * static_cast<double>(now_ms() - started_ms_));
+    reply.set_uptime_seconds(1e-3 * static_cast<double>(steady_ms() - started_ms_));
     std::string why = stopping_ ? "the server is stopping" : workers_.trouble();
     try {
         check_space();

@@ -14,6 +14,7 @@
 
 #include <google/protobuf/stubs/logging.h>
 
+#include "process/clock.h"
 #include "rcs/version.h"
 #include "server/connection.h"
 #include "server/daemon.h"
@@ -87,10 +88,10 @@ void Server::run()
     notify("READY=1");
     for (;;) {
         turn();
-        if (stop_at_ms_ != 0 && (service_.is_idle() || now_ms() >= stop_at_ms_)) break;
+        if (stop_at_ms_ != 0 && (service_.is_idle() || steady_ms() >= stop_at_ms_)) break;
     }
     service_.end();
-    const std::int64_t now = now_ms();
+    const std::int64_t now = steady_ms();
     for (Connection& connection : connections_) {
         connection.finish(error_message(v1::ERROR_CODE_UNAVAILABLE, "the server has stopped"), now);
         connection.flush(now);
@@ -102,7 +103,7 @@ void Server::run()
 void Server::turn()
 {
     wait();
-    const std::int64_t now = now_ms();
+    const std::int64_t now = steady_ms();
     changed_.clear();
     ended_.clear();
     read_signals();
@@ -144,7 +145,7 @@ void Server::turn()
 
 void Server::wait()
 {
-    const std::int64_t now = now_ms();
+    const std::int64_t now = steady_ms();
     std::int64_t until = next_tend_ms_;
     polled_.clear();
     polled_.push_back({signals_.get(), POLLIN, 0});
@@ -180,7 +181,7 @@ void Server::read_signals()
                 notify("STOPPING=1");
                 log_.info("stopping", {{"signal", static_cast<int>(signal.ssi_signo)}});
                 service_.stop();
-                stop_at_ms_ = stop_at_ms_ == 0 ? now_ms() + static_cast<std::int64_t>(1e3 * config_.stop_grace) : 1;
+                stop_at_ms_ = stop_at_ms_ == 0 ? steady_ms() + static_cast<std::int64_t>(1e3 * config_.stop_grace) : 1;
         }
     }
 }
@@ -206,12 +207,12 @@ void Server::accept_all(int listener, bool unix_socket)
         Fd fd(::accept4(listener, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
         if (!fd && (errno == EMFILE || errno == ENFILE || errno == ENOMEM || errno == ENOBUFS)) {
             accept_after_ms_ =
-                now_ms() + kAcceptPause;  // it stays readable: without a pause this would go round and round
+                steady_ms() + kAcceptPause;  // it stays readable: without a pause this would go round and round
             log_.write(Level::warning, "not_accepted", {{"why", std::strerror(errno)}});
         }
         if (!fd) return;
         ++service_.counters().connections;
-        const std::int64_t now = now_ms();
+        const std::int64_t now = steady_ms();
         try {
             const bool full = connections_.size() >= static_cast<std::size_t>(config_.max_connections);
             std::optional<v1::Error> refusal;
@@ -245,7 +246,7 @@ void Server::read_requests(Connection& connection)
     std::vector<v1::Request> requests;
     std::optional<v1::Error> farewell;
     try {
-        connection.receive(requests, now_ms());
+        connection.receive(requests, steady_ms());
     } catch (const ServiceError& e) {
         farewell = error_message(e.code(), e.what());
     }
@@ -258,7 +259,7 @@ void Server::read_requests(Connection& connection)
     ++service_.counters().connections_refused;
     log_.write(Level::warning, "sent_away", {{"owner", connection.caller().owner}, {"why", farewell->message()}});
     finish_turn();  // what was asked before is still answered
-    connection.finish(*farewell, now_ms());
+    connection.finish(*farewell, steady_ms());
 }
 
 void Server::answer(Connection& connection, const v1::Request& request)
@@ -326,7 +327,7 @@ void Server::finish_turn()
     } catch (const ServiceError& e) {
         undo_turn(e.what());
     }
-    const std::int64_t now = now_ms();
+    const std::int64_t now = steady_ms();
     for (Answer& answer : answers_) {
         try {
             answer.connection->send(answer.response);
@@ -343,7 +344,7 @@ void Server::finish_turn()
 
 void Server::tell_watchers()
 {
-    const std::int64_t now = now_ms();
+    const std::int64_t now = steady_ms();
     for (Connection& connection : connections_) {
         for (const std::uint64_t job : changed_) connection.touch(job, false);
         for (const std::uint64_t job : ended_) connection.touch(job, true);
@@ -370,13 +371,13 @@ void Server::accept_browsers()
     while (browsers_.size() < kMostBrowsers) {
         Fd fd(::accept4(listeners_.http_fd(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
         if (!fd) return;
-        browsers_.emplace_back(std::move(fd), now_ms());
+        browsers_.emplace_back(std::move(fd), steady_ms());
     }
 }
 
 void Server::drop_connections()
 {
-    const std::int64_t now = now_ms();
+    const std::int64_t now = steady_ms();
     browsers_.remove_if([&](const HttpConnection& browser) { return browser.done(now); });
     connections_.remove_if([&](Connection& connection) {
         if (!connection.closed() && now >= connection.deadline(config_.message_seconds)) {

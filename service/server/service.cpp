@@ -10,6 +10,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "queue/salvage.h"
 #include "server/check_job.h"
 #include "server/sockets.h"
 #include "wire/errors.h"
@@ -41,18 +42,39 @@ Fd locked(const std::string& state)
     return lock;
 }
 
+/// The state folder; its queue is salvaged first where that is needed and allowed.
+std::string whole_state(const ServerConfig& config, const ServerLog& log)
+{
+    if (!config.recover) return config.state;
+    try {
+        prepare_queue(config.state, read_clocks());
+    } catch (const ServiceError& e) {
+        if (e.code() != v1::ERROR_CODE_BAD_FILE) throw;
+        log.write(Level::warning, "recovering", {{"why", e.what()}});
+        const Salvaged done = salvage_queue(config.state, read_clocks());
+        log.write(Level::warning, "recovered",
+                  {{"jobs", done.jobs},
+                   {"frames", done.frames},
+                   {"unreadable", done.lost},
+                   {"to_be_rendered_again", done.again},
+                   {"next_job", done.numbers + 1},
+                   {"old_files", config.state + "/aside"}});
+    }
+    return config.state;
+}
+
 }  // namespace
 
 Service::Service(const ServerConfig& config, const ServerLog& log)
     : config_(config),
       log_(log),
       lock_(locked(config.state)),
-      queue_(config.state + "/queue.db", config.queue, now_ms()),
+      queue_(whole_state(config, log), config.queue, read_clocks()),
       blobs_(config.state, config.blobs),
       workers_(config, log),
-      started_ms_(now_ms())
+      started_ms_(steady_ms())
 {
-    remove_orphans();
+    tidy_results();
 }
 
 void Service::adopt_config()
@@ -61,13 +83,22 @@ void Service::adopt_config()
     blobs_.set_limits(config_.blobs);
 }
 
-/// Pictures of frames that did not end before an earlier server did.
-void Service::remove_orphans()
+/// What frames left that ran when an earlier server ended is removed. Pictures that the queue does not know are
+/// somebody's: they are moved aside, and go from there when pictures of their age do.
+void Service::tidy_results()
 {
-    const std::set<std::string> used = queue_.folders_in_use();
     std::error_code ignored;
-    for (const auto& entry : fs::directory_iterator(config_.state + "/results", ignored)) {
-        if (!used.contains("results/" + entry.path().filename().string())) fs::remove_all(entry.path(), ignored);
+    for (const std::string& folder : queue_.unfinished_folders()) fs::remove_all(path_of(folder), ignored);
+    const std::set<std::string> used = queue_.folders_in_use();
+    const std::string aside = path_of("aside");
+    make_private_folder(aside);
+    for (const auto& entry : fs::directory_iterator(path_of("results"), ignored)) {
+        const std::string name = entry.path().filename().string();
+        if (used.contains("results/" + name)) continue;
+        const std::string to = aside + "/" + name;
+        fs::rename(entry.path(), to, ignored);
+        set_modified(to, queue_clock_ms());
+        log_.write(Level::warning, "moved_aside", {{"folder", to}, {"why", "the queue knows no frame of it"}});
     }
 }
 
@@ -81,7 +112,7 @@ void Service::take(std::vector<FrameEnd> ends)
 
 void Service::put_down(const FrameEnd& end)
 {
-    const std::int64_t now = now_ms();
+    const Moment now = read_clocks();
     const FrameKey key = end.frame.key;
     if (end.done) {
         queue_.complete(key,
@@ -100,7 +131,7 @@ void Service::commit()
 {
     queue_.commit();
     for (const FrameEnd& end : of_this_turn_) {
-        const double seconds = 1e-3 * static_cast<double>(now_ms() - end.frame.started_ms);
+        const double seconds = 1e-3 * static_cast<double>(steady_ms() - end.frame.started_ms);
         if (end.done) {
             ++counters_.frames_completed;
             counters_.frame_seconds += seconds;
@@ -108,7 +139,7 @@ void Service::commit()
                       {{"job", end.frame.key.job}, {"frame", end.frame.progress.frame()}, {"seconds", seconds}});
         } else {
             std::error_code ignored;
-            fs::remove_all(results_path(end.frame.folder), ignored);
+            fs::remove_all(path_of(end.frame.folder), ignored);
             ++(end.ending == Ending::failed ? counters_.frames_failed : counters_.frames_retried);
             log_.write(
                 Level::warning, "frame_ended",
@@ -125,34 +156,36 @@ void Service::roll_back()
     of_this_turn_.clear();
 }
 
-internal::Task Service::task_of(const NextFrame& next, std::int64_t now)
+internal::Task Service::task_of(const NextFrame& next)
 {
+    if (!next.job) throw ServiceError(v1::ERROR_CODE_INTERNAL, "what the queue holds of the job is damaged");
+    const v1::Job& job = *next.job;
+    const std::int64_t clock = queue_clock_ms();
     internal::Task task;
     task.set_id(next_task_++);
-    *task.mutable_job() = next.job;
+    *task.mutable_job() = job;
     *task.mutable_frame() = next.frame;
-    const v1::Scene& scene = next.job.scene();
+    const v1::Scene& scene = job.scene();
     if (scene.has_builtin()) task.set_scene_file(scene.builtin());
     if (scene.has_path()) task.set_scene_file(confined_file(scene.path(), config_.roots));
-    if (scene.has_files()) task.set_scene_file(blobs_.scene(next.scene_key, scene.files()));
+    if (scene.has_files()) task.set_scene_file(blobs_.scene(next.scene_key, scene.files(), clock));
     task.set_scene_key(next.scene_key);
-    if (next.job.environment().has_image()) {
-        const auto file =
-            single_file("environment" + next.job.environment().image_ending(), next.job.environment().image());
-        task.set_environment_file(blobs_.scene(BlobStore::scene_key(file), file));
+    if (job.environment().has_image()) {
+        const auto file = single_file("environment" + job.environment().image_ending(), job.environment().image());
+        task.set_environment_file(blobs_.scene(BlobStore::scene_key(file), file, clock));
     }
-    if (next.job.tone_map().has_ocio_config()) {
-        const auto file = single_file("config.ocio", next.job.tone_map().ocio_config());
-        task.set_ocio_file(blobs_.scene(BlobStore::scene_key(file), file));
+    if (job.tone_map().has_ocio_config()) {
+        const auto file = single_file("config.ocio", job.tone_map().ocio_config());
+        task.set_ocio_file(blobs_.scene(BlobStore::scene_key(file), file, clock));
     }
-    const std::string folder = "results/" + std::to_string(next.key.job) + "." + std::to_string(next.key.index) + "." +
-                               std::to_string(now) + "." + std::to_string(task.id());
-    make_private_folder(results_path(folder));
+    const std::string folder =
+        "results/" + std::to_string(next.key.job) + "." + std::to_string(next.key.index) + "." + random_id();
+    make_private_folder(path_of(folder));
     task.set_folder(folder);
     return task;
 }
 
-bool Service::start_one(std::int64_t now)
+bool Service::start_one(Moment now)
 {
     const auto next = queue_.next(now);
     if (!next) return false;
@@ -160,28 +193,28 @@ bool Service::start_one(std::int64_t now)
     if (worker == nullptr) return false;
     internal::ToWorker message;
     try {
-        *message.mutable_task() = task_of(*next, now);
+        *message.mutable_task() = task_of(*next);
     } catch (const ServiceError& e) {
-        queue_.start(next->key, now);
+        queue_.start(next->key, "", now);
         queue_.fail(next->key, e.code() == v1::ERROR_CODE_UNAVAILABLE ? Ending::may_pass : Ending::failed,
                     error_message(e.code(), e.what()), now);
         queue_.commit();
         log_.write(Level::warning, "frame_not_started", {{"job", next->key.job}, {"why", e.what()}});
         return true;
     }
-    queue_.start(next->key, now);
+    queue_.start(next->key, message.task().folder(), now);
     queue_.commit();
     RunningFrame frame;
     frame.key = next->key;
     frame.task = message.task().id();
     frame.folder = message.task().folder();
-    frame.started_ms = now;
-    const double limit = next->job.time_limit_seconds() > 0.0 ? next->job.time_limit_seconds() : config_.time_limit;
-    frame.deadline_ms = now + static_cast<std::int64_t>(1e3 * limit);
+    frame.started_ms = now.steady_ms;
+    const double limit = next->job->time_limit_seconds() > 0.0 ? next->job->time_limit_seconds() : config_.time_limit;
+    frame.deadline_ms = now.steady_ms + static_cast<std::int64_t>(1e3 * limit);
     frame.progress.set_frame(next->frame.number());
     worker->scene_key = next->scene_key;
     worker->frame = std::move(frame);
-    message.mutable_task()->set_folder(results_path(message.task().folder()));
+    message.mutable_task()->set_folder(path_of(message.task().folder()));
     workers_.send(*worker, message);
     return true;
 }
@@ -190,7 +223,7 @@ void Service::schedule()
 {
     if (stopping_) return;
     try {
-        while (start_one(now_ms())) {
+        while (workers_.has_idle() && start_one(read_clocks())) {
         }
     } catch (const ServiceError& e) {
         queue_.roll_back();
@@ -200,45 +233,54 @@ void Service::schedule()
 
 std::int64_t Service::tend()
 {
-    const std::int64_t now = now_ms();
+    const Moment moment = read_clocks();
+    const std::int64_t now = moment.steady_ms;
     if (!stopping_ || !is_idle()) workers_.tend(now, [&](std::uint64_t job) { return queue_.is_cancelled(job); });
     if (now >= next_expiry_ms_) {
         next_expiry_ms_ = now + kExpiryPeriod;
-        expire(now);
+        expire(moment);
     }
     std::int64_t next = now + (unsaved_.empty() ? kTendPeriod : kRetryUnsaved);
     if (const auto retry = queue_.next_retry_ms()) next = std::min(next, std::max(now + 1, *retry));
     return next;
 }
 
-void Service::expire(std::int64_t now)
+/// Ages are by the queue's clock: setting the wall's makes nothing old.
+void Service::expire(Moment now)
 {
-    const std::int64_t oldest = now - static_cast<std::int64_t>(config_.keep_days * 86'400'000.0);
+    const std::int64_t oldest = queue_.clock_ms(now) - static_cast<std::int64_t>(config_.keep_days * 86'400'000.0);
     try {
-        auto jobs = queue_.ended_jobs();
-        std::uint64_t bytes = 0;
-        for (const auto& job : jobs) bytes += job.bytes;
-        std::set<std::string> before = queue_.folders_in_use();
-        bool any = false;
-        for (const auto& job : jobs) {
-            if (job.finished_ms >= oldest && static_cast<double>(bytes) <= config_.keep_gb * kGiga) break;
-            queue_.remove(job.job);
-            bytes -= std::min(bytes, job.bytes);
-            ++counters_.jobs_expired;
-            any = true;
-        }
+        queue_.keep_clock(now);
         queue_.commit();
-        if (any) {
-            for (const std::string& kept : queue_.folders_in_use()) before.erase(kept);
-            std::error_code ignored;
-            for (const std::string& folder : before) fs::remove_all(results_path(folder), ignored);
-            log_.info("expired", {{"folders", before.size()}});
-        }
+        expire_jobs(oldest);
         blobs_.remove_unused(oldest, config_.blobs.max_store / 10 * 9, queue_.blobs_in_use(), queue_.scenes_in_use());
+        BlobStore::remove_older(path_of("aside"), oldest);
     } catch (const ServiceError& e) {
         queue_.roll_back();
         log_.write(Level::error, "not_expired", {{"why", e.what()}});
     }
+}
+
+void Service::expire_jobs(std::int64_t oldest_ms)
+{
+    auto jobs = queue_.ended_jobs();
+    std::uint64_t bytes = 0;
+    for (const auto& job : jobs) bytes += job.bytes;
+    std::set<std::string> before = queue_.folders_in_use();
+    bool any = false;
+    for (const auto& job : jobs) {
+        if (job.ended_ms >= oldest_ms && static_cast<double>(bytes) <= config_.keep_gb * kGiga) break;
+        queue_.remove(job.job);
+        bytes -= std::min(bytes, job.bytes);
+        ++counters_.jobs_expired;
+        any = true;
+    }
+    queue_.commit();
+    if (!any) return;
+    for (const std::string& kept : queue_.folders_in_use()) before.erase(kept);
+    std::error_code ignored;
+    for (const std::string& folder : before) fs::remove_all(path_of(folder), ignored);
+    log_.info("expired", {{"folders", before.size()}});
 }
 
 bool Service::is_idle() const
@@ -252,13 +294,13 @@ void Service::end()
 {
     for (const RunningFrame& frame : workers_.stop()) {
         try {
-            queue_.give_back(frame.key);
+            queue_.give_back(frame.key, read_clocks());
             queue_.commit();
         } catch (const ServiceError& e) {
             queue_.roll_back();  // the next server finds it running, and does the same
         }
         std::error_code ignored;
-        fs::remove_all(results_path(frame.folder), ignored);
+        fs::remove_all(path_of(frame.folder), ignored);
     }
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "process/clock.h"
 #include "queue/blob_store.h"
 #include "queue/job_queue.h"
 #include "rcs/v1/service.pb.h"
@@ -75,11 +76,13 @@ private:
     void check_may_see(std::uint64_t job, const Caller& caller) const;
     void check_space() const;
     void put_down(const FrameEnd& end);
-    internal::Task task_of(const NextFrame& next, std::int64_t now);
-    bool start_one(std::int64_t now);
-    void expire(std::int64_t now);
-    void remove_orphans();
-    std::string results_path(const std::string& folder) const { return config_.state + "/" + folder; }
+    internal::Task task_of(const NextFrame& next);
+    bool start_one(Moment now);
+    void expire(Moment now);
+    void expire_jobs(std::int64_t oldest_ms);
+    std::int64_t queue_clock_ms() const { return queue_.clock_ms(read_clocks()); }
+    void tidy_results();
+    std::string path_of(const std::string& folder) const { return config_.state + "/" + folder; }
 
     const ServerConfig& config_;
     const ServerLog& log_;
@@ -91,7 +94,7 @@ private:
     std::vector<FrameEnd> unsaved_;       ///< put down in the next turn
     std::vector<FrameEnd> of_this_turn_;  ///< put down, not yet committed
     std::uint64_t next_task_ = 1;
-    std::int64_t started_ms_, next_expiry_ms_ = 0;
+    std::int64_t started_ms_, next_expiry_ms_ = 0;  ///< by the steady clock
     bool stopping_ = false;
 };
 

@@ -13,6 +13,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "process/clock.h"
 #include "wire/errors.h"
 
 namespace rcs::service {
@@ -56,6 +57,8 @@ std::uint64_t resident_memory(pid_t pid)
     ::execl("/proc/self/exe", "rcsplat", "worker", "--fd", "3", "--threads", threads, static_cast<char*>(nullptr));
     ::_exit(127);
 }
+
+bool is_idle(const Worker& worker) { return worker.ready && !worker.frame && !worker.killed_for; }
 
 std::string how_it_ended(int status)
 {
@@ -136,11 +139,13 @@ void WorkerPool::tend(std::int64_t now, const std::function<bool(std::uint64_t)>
     }
 }
 
+bool WorkerPool::has_idle() const { return std::any_of(workers_.begin(), workers_.end(), is_idle); }
+
 Worker* WorkerPool::idle(const std::string& scene_key)
 {
     Worker* best = nullptr;
     for (Worker& worker : workers_) {
-        if (!worker.ready || worker.frame || worker.killed_for) continue;
+        if (!is_idle(worker)) continue;
         if (worker.scene_key == scene_key) return &worker;
         if (best == nullptr || worker.used_ms < best->used_ms) best = &worker;
     }
@@ -224,7 +229,7 @@ void WorkerPool::handle(Worker& worker, internal::FromWorker& message, std::vect
             }
             ends.push_back(std::move(end));
             worker.frame.reset();
-            worker.used_ms = now_ms();
+            worker.used_ms = steady_ms();
             break;
         }
         default:
@@ -256,7 +261,7 @@ void WorkerPool::reap(std::vector<FrameEnd>& ends)
         ++restarts_;
         if (!worker->ready) {
             const std::int64_t pause = std::min<std::int64_t>(kLongestPause, 1000LL << std::min(failed_starts_++, 6));
-            next_start_ms_ = now_ms() + pause;
+            next_start_ms_ = steady_ms() + pause;
             trouble_ = "workers do not start: the last one " + how + "; the log says more";
         }
         worker = workers_.erase(worker);

@@ -69,6 +69,7 @@ public:
     void tend(std::int64_t now, const std::function<bool(std::uint64_t job)>& is_cancelled);
     /// An idle worker, the one that keeps this scene if there is one.
     Worker* idle(const std::string& scene_key);
+    bool has_idle() const;
     void send(Worker& worker, const internal::ToWorker& message);
     /// Reads and writes what can be. Ends of frames are appended to `ends`, jobs with news to `changed`.
     void serve(Worker& worker, bool readable, bool writable, std::vector<FrameEnd>& ends,

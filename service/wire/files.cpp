@@ -80,6 +80,13 @@ std::string read_part(const std::string& path, std::uint64_t offset, std::size_t
     return bytes;
 }
 
+void set_modified(const std::string& path, std::int64_t ms)
+{
+    const timespec time{ms / 1000, static_cast<long>(ms % 1000) * 1'000'000};
+    const timespec times[] = {time, time};
+    ::utimensat(AT_FDCWD, path.c_str(), times, AT_SYMLINK_NOFOLLOW);
+}
+
 std::uint64_t free_space(const std::string& path)
 {
     struct statvfs status{};

@@ -33,6 +33,9 @@ void write_all(int fd, std::string_view bytes, const std::string& path);
 /// Bytes at `offset`, fewer only at the file's end. @throws ServiceError
 std::string read_part(const std::string& path, std::uint64_t offset, std::size_t length);
 
+/// What a file's time of modification is to be [ms].
+void set_modified(const std::string& path, std::int64_t ms);
+
 /// What the disk that holds `path` still takes [bytes].
 std::uint64_t free_space(const std::string& path);
 

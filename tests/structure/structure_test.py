@@ -65,6 +65,14 @@ class Sources(unittest.TestCase):
     def test_nothing_is_too_long(self):
         self.expect_none(faults_of_lengths())
 
+    def test_one_file_of_the_service_reads_clocks(self):
+        clocks = re.compile(r"system_clock|CLOCK_REALTIME|gettimeofday|\b(?:std|)::time\(|high_resolution_clock")
+        readers = [path.name for path in (ROOT / "service").rglob("*.cpp") if clocks.search(path.read_text())]
+        self.assertEqual(readers, ["clock.cpp"])
+        deadlines = [path.name for folder in ("server", "worker", "client")
+                     for path in (ROOT / "service" / folder).rglob("*.cpp") if "wall_ms" in path.read_text()]
+        self.assertEqual(deadlines, ["log.cpp"], "the wall's clock is for showing; deadlines are by the steady one")
+
     def test_every_exception_is_one(self):
         faults = rooms.check_rooms(ROOT) + faults_of_lengths()
         self.assertEqual(EXCEPTIONS - {without_numbers(fault) for fault in faults}, set())

@@ -72,6 +72,12 @@ public:
         start();
     }
 
+    /// Of the next start.
+    void add_options(const std::vector<std::string>& more)
+    {
+        options_.insert(options_.end(), more.begin(), more.end());
+    }
+
     pid_t pid() const { return pid_; }
     std::string socket() const { return folder_ + "/run/socket"; }
     std::string state() const { return folder_ + "/state"; }

@@ -1,6 +1,10 @@
 #include "queue/job_queue.h"
 
+#include <filesystem>
+
 #include <gtest/gtest.h>
+
+#include "queue/schema.h"
 
 #include "support/temporary_folder.h"
 #include "wire/errors.h"
@@ -8,7 +12,10 @@
 namespace rcs::service {
 namespace {
 
-constexpr std::int64_t kStart = 1'000'000;  // [ms]
+constexpr std::int64_t kStart = 1'000'000, kWall = 1'700'000'000'000;  // [ms]
+
+/// Both clocks go alike, unless the wall's is set to something else.
+Moment at(std::int64_t ms, std::int64_t ahead = 0) { return {kWall + ms + ahead, ms}; }
 
 v1::Job job_of(int frames, int priority = 0, const std::string& key = {})
 {
@@ -26,15 +33,15 @@ class Queue : public ::testing::Test {
 protected:
     std::uint64_t submit(const v1::Job& job, std::int64_t now = kStart)
     {
-        const auto submitted = queue_->submit(job, "uid:1", "scene", {"blob"}, now);
+        const auto submitted = queue_->submit(job, "uid:1", "scene", {"blob"}, at(now));
         queue_->commit();
         return submitted.job;
     }
     FrameKey start_next(std::int64_t now = kStart)
     {
-        const auto next = queue_->next(now);
+        const auto next = queue_->next(at(now));
         EXPECT_TRUE(next);
-        queue_->start(next->key, now);
+        queue_->start(next->key, "results/running", at(now));
         queue_->commit();
         return next->key;
     }
@@ -45,12 +52,12 @@ protected:
         file.set_name("a.png");
         file.set_size(100);
         result.files.push_back(file);
-        queue_->complete(key, result, kStart + 5);
+        queue_->complete(key, result, at(kStart + 5));
         queue_->commit();
     }
     void fail(FrameKey key, Ending ending, std::int64_t now = kStart)
     {
-        queue_->fail(key, ending, error_message(v1::ERROR_CODE_IO, "why"), now);
+        queue_->fail(key, ending, error_message(v1::ERROR_CODE_IO, "why"), at(now));
         queue_->commit();
     }
     v1::JobState state(std::uint64_t job) { return queue_->status(job)->state(); }
@@ -58,11 +65,11 @@ protected:
     void reopen(const QueueOptions& options = {})
     {
         queue_.reset();
-        queue_.emplace(folder_ / "queue.db", options, kStart);
+        queue_.emplace(folder_.path(), options, at(kStart));
     }
 
     test::TemporaryFolder folder_;
-    std::optional<JobQueue> queue_{std::in_place, folder_ / "queue.db", QueueOptions{}, kStart};
+    std::optional<JobQueue> queue_{std::in_place, folder_.path(), QueueOptions{}, at(kStart)};
 };
 
 TEST_F(Queue, AJobGoesThroughItsStates)
@@ -75,7 +82,7 @@ TEST_F(Queue, AJobGoesThroughItsStates)
     EXPECT_EQ(state(job), v1::JOB_STATE_RUNNING);
     complete(start_next());
     EXPECT_EQ(state(job), v1::JOB_STATE_COMPLETED);
-    EXPECT_FALSE(queue_->next(kStart));
+    EXPECT_FALSE(queue_->next(at(kStart)));
     EXPECT_EQ(queue_->status(job)->frames_completed(), 2);
     EXPECT_EQ(queue_->file(first, "a.png")->second, "results/" + std::to_string(job) + "/a.png");
     EXPECT_FALSE(queue_->file(first, "b.png"));
@@ -86,11 +93,11 @@ TEST_F(Queue, WhatWasCommittedIsThereAfterAnEndWithoutWarning)
     const auto job = submit(job_of(3));
     complete(start_next());
     const FrameKey running = start_next();
-    queue_->start(queue_->next(kStart)->key, kStart);  // not committed
+    queue_->start(queue_->next(at(kStart))->key, "results/other", at(kStart));  // not committed
     reopen();
     EXPECT_EQ(queue_->active_frames().size(), 0u);
     EXPECT_EQ(queue_->status(job)->frames_completed(), 1);
-    EXPECT_EQ(queue_->next(kStart)->key, running) << "what ran begins anew";
+    EXPECT_EQ(queue_->next(at(kStart))->key, running) << "what ran begins anew";
     EXPECT_EQ(queue_->count(v1::FRAME_STATE_QUEUED), 2u);
 }
 
@@ -127,7 +134,7 @@ TEST_F(Queue, AFailureThatMayPassIsTriedAgainLaterAndThenGivenUp)
     for (const std::int64_t wait : {1000, 4000}) {
         fail(start_next(now), Ending::may_pass, now);
         EXPECT_EQ(state(job), v1::JOB_STATE_QUEUED);
-        EXPECT_FALSE(queue_->next(now + wait - 1));
+        EXPECT_FALSE(queue_->next(at(now + wait - 1)));
         EXPECT_EQ(queue_->next_retry_ms(), now + wait);
         now += wait;
     }
@@ -160,20 +167,20 @@ TEST_F(Queue, CancelEndsWaitingFramesAndLetsRunningOnesBeStopped)
 {
     const auto job = submit(job_of(2));
     const FrameKey running = start_next();
-    EXPECT_EQ(queue_->cancel(job, kStart), v1::JOB_STATE_CANCEL_REQUESTED);
+    EXPECT_EQ(queue_->cancel(job, at(kStart)), v1::JOB_STATE_CANCEL_REQUESTED);
     queue_->commit();
-    EXPECT_FALSE(queue_->next(kStart));
+    EXPECT_FALSE(queue_->next(at(kStart)));
     fail(running, Ending::may_pass);
     EXPECT_EQ(state(job), v1::JOB_STATE_CANCELLED);
-    EXPECT_EQ(queue_->cancel(job, kStart), v1::JOB_STATE_CANCELLED) << "once more changes nothing";
-    EXPECT_EQ(queue_->cancel(777, kStart), std::nullopt);
+    EXPECT_EQ(queue_->cancel(job, at(kStart)), v1::JOB_STATE_CANCELLED) << "once more changes nothing";
+    EXPECT_EQ(queue_->cancel(777, at(kStart)), std::nullopt);
 }
 
 TEST_F(Queue, CancelSurvivesTheServer)
 {
     const auto job = submit(job_of(2));
     start_next();
-    queue_->cancel(job, kStart);
+    queue_->cancel(job, at(kStart));
     queue_->commit();
     reopen();
     EXPECT_EQ(state(job), v1::JOB_STATE_CANCELLED);
@@ -182,13 +189,13 @@ TEST_F(Queue, CancelSurvivesTheServer)
 TEST_F(Queue, AnIdempotencyKeyMakesOneJobForOneOwner)
 {
     const auto job = submit(job_of(1, 0, "k"));
-    const auto again = queue_->submit(job_of(1, 0, "k"), "uid:1", "scene", {}, kStart + 9);
+    const auto again = queue_->submit(job_of(1, 0, "k"), "uid:1", "scene", {}, at(kStart + 9));
     EXPECT_TRUE(again.existed);
     EXPECT_EQ(again.job, job);
-    EXPECT_FALSE(queue_->submit(job_of(1, 0, "k"), "uid:2", "scene", {}, kStart).existed);
+    EXPECT_FALSE(queue_->submit(job_of(1, 0, "k"), "uid:2", "scene", {}, at(kStart)).existed);
     queue_->roll_back();
     try {
-        queue_->submit(job_of(2, 0, "k"), "uid:1", "scene", {}, kStart);
+        queue_->submit(job_of(2, 0, "k"), "uid:1", "scene", {}, at(kStart));
         FAIL();
     } catch (const ServiceError& e) {
         EXPECT_EQ(e.code(), v1::ERROR_CODE_CONFLICT);
@@ -201,7 +208,7 @@ TEST_F(Queue, LabelsInAnotherOrderAreTheSameJob)
     for (int i = 0; i < 20; ++i) (*a.mutable_labels())[std::to_string(i)] = "x";
     for (int i = 19; i >= 0; --i) (*b.mutable_labels())[std::to_string(i)] = "x";
     submit(a);
-    EXPECT_TRUE(queue_->submit(b, "uid:1", "scene", {}, kStart).existed);
+    EXPECT_TRUE(queue_->submit(b, "uid:1", "scene", {}, at(kStart)).existed);
 }
 
 TEST_F(Queue, AFullQueueRefusesAndKeepsNothing)
@@ -258,7 +265,98 @@ TEST_F(Queue, ForgetsAJobWithAllThatBelongsToIt)
     queue_->commit();
     EXPECT_FALSE(queue_->status(job));
     EXPECT_TRUE(queue_->folders_in_use().empty());
-    EXPECT_FALSE(queue_->submit(job_of(1, 0, "k"), "uid:1", "scene", {}, kStart).existed);
+    EXPECT_FALSE(queue_->submit(job_of(1, 0, "k"), "uid:1", "scene", {}, at(kStart)).existed);
+}
+
+TEST_F(Queue, CountsAreThoseThatCountingGives)
+{
+    const auto expect_counted = [&] {
+        Database database(folder_ / "queue.db");
+        for (int state = 1; state < v1::FrameState_ARRAYSIZE; ++state) {
+            Statement row(database, "SELECT count(*) FROM frames WHERE state=?");
+            row.bind(std::int64_t{state}).step();
+            EXPECT_EQ(queue_->count(static_cast<v1::FrameState>(state)), static_cast<std::uint64_t>(row.integer(0)));
+        }
+        for (int state = 1; state < v1::JobState_ARRAYSIZE; ++state) {
+            Statement row(database, "SELECT count(*) FROM jobs WHERE state=?");
+            row.bind(std::int64_t{state}).step();
+            EXPECT_EQ(queue_->count(static_cast<v1::JobState>(state)), static_cast<std::uint64_t>(row.integer(0)));
+        }
+    };
+    const auto done = submit(job_of(1)), other = submit(job_of(4));
+    complete(start_next());
+    fail(start_next(), Ending::failed);
+    fail(start_next(), Ending::may_pass);
+    start_next();
+    expect_counted();
+    queue_->cancel(other, at(kStart));
+    queue_->roll_back();
+    expect_counted();
+    queue_->cancel(other, at(kStart));
+    queue_->remove(done);
+    queue_->commit();
+    expect_counted();
+    reopen();
+    expect_counted();
+}
+
+TEST_F(Queue, TheWallsClockMovesNothing)
+{
+    constexpr std::int64_t kHour = 3'600'000, kCentury = std::int64_t{876'000} * kHour;
+    for (const std::int64_t jump : {kHour, -kHour, -kWall, kCentury}) {
+        const auto job = submit(job_of(1));
+        queue_->start(queue_->next(at(kStart))->key, "results/a", at(kStart));
+        queue_->fail({job, 0}, Ending::may_pass, error_message(v1::ERROR_CODE_IO, "why"), at(kStart, jump));
+        EXPECT_FALSE(queue_->next(at(kStart + 999, jump)));
+        ASSERT_TRUE(queue_->next(at(kStart + 1000, jump))) << jump;
+        queue_->start({job, 0}, "results/b", at(kStart + 1000));
+        queue_->complete({job, 0}, {"results/b", {}, "{}", {}, 0.0}, at(kStart + 3500, jump));
+        queue_->commit();
+        v1::JobRequest request;
+        request.set_job(job);
+        EXPECT_DOUBLE_EQ(queue_->details(request).frames(0).seconds(), 2.5) << jump;
+        EXPECT_EQ(queue_->clock_ms(at(kStart + 3500, jump)) - queue_->ended_jobs().back().ended_ms, 0) << jump;
+    }
+    const auto first = submit(job_of(1));
+    queue_->submit(job_of(1), "uid:1", "scene", {}, at(kStart + 1, -kWall));
+    EXPECT_EQ(queue_->next(at(kStart + 2))->key.job, first) << "in the order of their coming";
+}
+
+TEST_F(Queue, ItsClockGoesOnWhereItWas)
+{
+    const std::int64_t before = queue_->clock_ms(at(kStart + 500));
+    queue_->keep_clock(at(kStart + 500));
+    queue_->commit();
+    queue_.reset();
+    constexpr std::int64_t kYear2100 = 4'102'444'800'000;
+    queue_.emplace(folder_.path(), QueueOptions{}, Moment{kYear2100, 77});
+    EXPECT_EQ(queue_->clock_ms({0, 77}), before) << "whatever the clocks say after another start of the machine";
+}
+
+TEST_F(Queue, AnOlderVersionsTablesAreBroughtUpToDate)
+{
+    queue_.reset();
+    std::filesystem::remove_all(folder_ / "queue.db");
+    std::filesystem::remove_all(folder_ / "marker");
+    v1::Job spec = job_of(0);
+    (*spec.mutable_labels())["shot"] = "s1";
+    {
+        Database database(folder_ / "queue.db");
+        database.run(kSchemaSteps[0]);
+        database.run("PRAGMA user_version=1");
+        Statement job(database,
+                      "INSERT INTO jobs (id, owner, digest, spec, scene, scene_key, priority, state, submitted, "
+                      "finished, frames, completed) VALUES (5, 'uid:1', '', ?, 's', 's', 0, 5, 1, 900, 1, 1)");
+        job.bind_blob(spec.SerializeAsString()).run();
+        database.run("INSERT INTO frames (job, idx, number, spec, state, rank) VALUES (5, 0, 0, '', 4, 0)");
+    }
+    reopen();
+    EXPECT_EQ(queue_->status(5)->labels().at("shot"), "s1");
+    EXPECT_EQ(queue_->count(v1::FRAME_STATE_COMPLETED), 1u);
+    EXPECT_EQ(queue_->ended_jobs().at(0).ended_ms, 900);
+    EXPECT_EQ(submit(job_of(1)), 6u);
+    reopen();
+    EXPECT_EQ(state(6), v1::JOB_STATE_QUEUED);
 }
 
 TEST_F(Queue, RefusesADatabaseOfAnotherVersion)
