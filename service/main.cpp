@@ -9,6 +9,7 @@
 
 #include "cli/commands.h"
 #include "cli/outputs.h"
+#include "process/exit_code.h"
 #include "process/interrupt.h"
 #include "rcs/error.h"
 #include "rcs/version.h"
@@ -18,9 +19,9 @@ namespace {
 
 using rcs::ErrorCode;
 
-constexpr int kFailure = 1;
-constexpr int kBadUsage = 2;
-constexpr int kSignalBase = 128;  // the shell's convention: 130 is SIGINT
+using rcs::service::kBadUsage;
+using rcs::service::kFailed;
+using rcs::service::kSignalBase;
 
 int exit_code(ErrorCode code)
 {
@@ -28,7 +29,7 @@ int exit_code(ErrorCode code)
         case ErrorCode::bad_argument:
             return kBadUsage;
         case ErrorCode::cancelled:
-            return rcs::service::interrupt_signal() != 0 ? kSignalBase + rcs::service::interrupt_signal() : kFailure;
+            return rcs::service::interrupt_signal() != 0 ? kSignalBase + rcs::service::interrupt_signal() : kFailed;
         case ErrorCode::not_found:
         case ErrorCode::bad_file:
         case ErrorCode::unsupported:
@@ -36,9 +37,9 @@ int exit_code(ErrorCode code)
         case ErrorCode::io:
         case ErrorCode::out_of_memory:
         case ErrorCode::internal:
-            return kFailure;
+            return kFailed;
     }
-    return kFailure;
+    return kFailed;
 }
 
 int report(const std::string& message, int code)
@@ -55,7 +56,7 @@ int report(const std::string& message, int code)
 int flush_results()
 {
     const bool ok = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
-    return ok ? 0 : report("cannot write the results to standard output", kFailure);
+    return ok ? 0 : report("cannot write the results to standard output", kFailed);
 }
 
 /// CLI11 says no more than that a subcommand is missing; this says which word is none.
@@ -83,11 +84,14 @@ int run(int argc, char** argv)
     app.footer("rcsplat COMMAND --help lists a command's options.");
     rcs::service::Action action;
     rcs::service::add_render_command(app, action);
+    const std::vector<std::string> words{argv + std::min(argc, 2), argv + argc};
+    rcs::service::add_batch_command(app, action, words);
     rcs::service::add_plan_command(app, action);
     rcs::service::add_reference_command(app, action);
     rcs::service::add_compare_command(app, action);
+    rcs::service::add_flicker_command(app, action);
     rcs::service::add_accuracy_command(app, action);
-    rcs::service::add_serve_command(app, action, {argv + std::min(argc, 2), argv + argc});
+    rcs::service::add_serve_command(app, action, words);
     rcs::service::add_submit_command(app, action);
     rcs::service::add_job_commands(app, action);
     rcs::service::add_worker_command(app, action);
@@ -112,6 +116,8 @@ int main(int argc, char** argv)
     rcs::service::install_signal_handlers();
     try {
         return run(argc, argv);
+    } catch (const rcs::service::Ended& e) {
+        return report(e.what(), e.code());
     } catch (const rcs::Error& e) {
         return report(e.what(), exit_code(e.code()));
     } catch (const rcs::service::ServiceError& e) {

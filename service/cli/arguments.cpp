@@ -3,7 +3,6 @@
 #include <numbers>
 #include <string_view>
 
-#include "rcs/camera_path.h"
 #include "wire/limits.h"
 
 namespace rcs::service {
@@ -97,13 +96,22 @@ SceneChoice scene_choice(const SceneArguments& arguments)
     return choice;
 }
 
+CameraSource::CameraSource(const SceneArguments& arguments) : choice_{arguments.camera, {}, {}}
+{
+    if (!arguments.eye.empty() || !arguments.camera_path.empty()) path_ = path_of(arguments);
+    if (!arguments.lens_shift.empty()) choice_.lens_shift = parse_lens_shift(arguments.lens_shift);
+}
+
+CameraChoice CameraSource::at(std::optional<double> time) const
+{
+    CameraChoice choice = path_ ? rcs::camera_at(*path_, time.value_or(0.0)) : choice_;
+    choice.lens_shift = choice_.lens_shift;
+    return choice;
+}
+
 CameraChoice camera_choice(const SceneArguments& arguments, std::optional<double> time)
 {
-    CameraChoice choice{arguments.camera, {}, {}};
-    if (!arguments.eye.empty() || !arguments.camera_path.empty())
-        choice = camera_at(path_of(arguments), time.value_or(0.0));
-    if (!arguments.lens_shift.empty()) choice.lens_shift = parse_lens_shift(arguments.lens_shift);
-    return choice;
+    return CameraSource(arguments).at(time);
 }
 
 void add_output_arguments(CLI::App& app, OutputArguments& arguments, Renderer renderer)

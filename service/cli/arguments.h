@@ -8,6 +8,7 @@
 
 #include "cli/number.h"
 #include "cli/parse.h"
+#include "rcs/camera_path.h"
 #include "rcs/layers.h"
 #include "rcs/scene_choice.h"
 #include "rcs/tone_map.h"
@@ -36,6 +37,19 @@ void add_scene_arguments(CLI::App& app, SceneArguments& arguments, Size default_
 SceneChoice scene_choice(const SceneArguments& arguments);
 /// @param time  of the picture [s]; none: the rest pose, where a camera path begins at 0
 CameraChoice camera_choice(const SceneArguments& arguments, std::optional<double> time);
+
+/// What is looked through from frame to frame: camera_choice(), its file read once.
+class CameraSource {
+public:
+    /// @throws rcs::Error as load_camera_path(); bad_argument
+    explicit CameraSource(const SceneArguments& arguments);
+    /// @throws rcs::Error as camera_at()
+    CameraChoice at(std::optional<double> time) const;
+
+private:
+    CameraChoice choice_;             ///< without a path
+    std::optional<CameraPath> path_;  ///< of one key, if the camera does not move
+};
 
 /// Where pictures go and how they are shown.
 struct OutputArguments {

@@ -10,6 +10,7 @@
 #include <google/protobuf/util/json_util.h>
 #include <CLI/CLI.hpp>
 
+#include "batch/frames.h"
 #include "cli/commands.h"
 #include "cli/job_run.h"
 #include "cli/server_arguments.h"

@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "batch/frames.h"
 #include "cli/commands.h"
 #include "cli/job_run.h"
 #include "cli/render_arguments.h"

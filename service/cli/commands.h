@@ -14,9 +14,12 @@ namespace rcs::service {
 using Action = std::function<void()>;
 
 void add_render_command(CLI::App& app, Action& action);
+/// @param words  of the command line after "batch"
+void add_batch_command(CLI::App& app, Action& action, const std::vector<std::string>& words);
 void add_plan_command(CLI::App& app, Action& action);
 void add_reference_command(CLI::App& app, Action& action);
 void add_compare_command(CLI::App& app, Action& action);
+void add_flicker_command(CLI::App& app, Action& action);
 void add_accuracy_command(CLI::App& app, Action& action);
 /// @param words  of the command line after "serve"
 void add_serve_command(CLI::App& app, Action& action, const std::vector<std::string>& words);

@@ -19,13 +19,6 @@ v1::JobStatus follow(Client& client, std::uint64_t job, ProgressBar& bar);
 /// Calls `use` with every frame of a job.
 void for_each_frame(Client& client, std::uint64_t job, const std::function<void(const v1::FrameStatus&)>& use);
 
-/// "beauty.####.exr" with a frame's number in place of the hashes, padded to as many digits.
-std::string path_of_frame(const std::string& pattern, int number);
-bool has_frame_pattern(const std::string& path);
-
-/// "1-10x2,20" as numbers; also "1..10" and "1-10:2", negative numbers too. @throws rcs::Error bad_argument
-std::vector<int> parse_frames(const std::string& text);
-
 /// Of a job or frame, as a person and a script read it.
 std::string state_text(v1::JobState state);
 std::string state_text(v1::FrameState state);

@@ -43,20 +43,21 @@ void render_for(const std::vector<OutputFile>& files, RenderOptions& options)
     options.layers = all ? std::nullopt : std::optional(kept);
 }
 
-OutputFiles::OutputFiles(std::vector<OutputFile> files, const ToneMapOptions& tone_map, const LogFunction& log)
+OutputFiles::OutputFiles(std::vector<OutputFile> files, const ToneMapOptions& tone_map, const LogFunction& log,
+                         bool shows)
     : files_(std::move(files))
 {
     for (const OutputFile& file : files_) {
         check_output_path(file.path, file.options);
     }
     const bool named = !tone_map.ocio_config.empty() || !tone_map.display.empty() || !tone_map.view.empty();
-    if (named || !std::all_of(files_.begin(), files_.end(), is_exr)) {
+    if (shows || named || !std::all_of(files_.begin(), files_.end(), is_exr)) {
         tone_mapper_ = std::make_unique<ToneMapper>(tone_map, log);
     }
 }
 
 void OutputFiles::write(const LayeredImage& image, ThreadPool& pool, const ProgressFunction& progress,
-                        RunReport& report) const
+                        RunReport& report, const std::function<std::string(const std::string&)>& path_of) const
 {
     const Image& beauty = image.layers.at("beauty");
     Image display;
@@ -69,9 +70,9 @@ void OutputFiles::write(const LayeredImage& image, ThreadPool& pool, const Progr
     tell(progress, "write");
     timed(report, "write", [&] {
         for (const OutputFile& file : files_) {
+            const std::string path = path_of ? path_of(file.path) : file.path;
             try {
-                is_exr(file) ? write_exr(file.path, image, file.options)
-                             : write_display_image(file.path, display, file.options);
+                is_exr(file) ? write_exr(path, image, file.options) : write_display_image(path, display, file.options);
             } catch (const Error& e) {
                 std::string message = e.what();
                 for (const std::string& done : report.written) {
@@ -79,7 +80,7 @@ void OutputFiles::write(const LayeredImage& image, ThreadPool& pool, const Progr
                 }
                 throw Error(e.code(), message);
             }
-            report.written.push_back(file.path);
+            report.written.push_back(path);
         }
     });
 }

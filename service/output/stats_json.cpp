@@ -22,14 +22,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Largest amount of memory this process ever held [bytes].
-std::uint64_t peak_memory()
-{
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024u;  // Linux counts in KiB
-}
-
 std::uint64_t record_rays(const RecordStats& stats) { return stats.hemisphere_rays + stats.shadow_rays + stats.looks; }
 
 std::uint64_t all_rays(const RenderStats& stats)
@@ -174,6 +166,13 @@ void append_render(std::string& text, const RunReport& report)
 std::string temporary_name(const std::string& path) { return path + ".tmp-" + std::to_string(::getpid()); }
 
 }  // namespace
+
+std::uint64_t peak_memory()
+{
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024u;  // Linux counts in KiB
+}
 
 void RunReport::add(const std::string& stage, double stage_time) { stage_seconds.emplace_back(stage, stage_time); }
 

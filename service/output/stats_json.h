@@ -58,6 +58,9 @@ auto timed(RunReport& report, const std::string& stage, const Work& work)
     return work();
 }
 
+/// Largest amount of memory this process ever held [bytes].
+std::uint64_t peak_memory();
+
 nlohmann::ordered_json to_json(const RunReport& report);
 nlohmann::ordered_json to_json(const ErrorMetrics& metrics);
 

@@ -76,6 +76,24 @@ std::string csv_field(std::string_view text)
     return quoted + '"';
 }
 
+std::string fill_page(const std::string& page, const std::map<std::string, std::string>& texts)
+{
+    std::string filled;
+    std::size_t done = 0;
+    for (std::size_t begin = page.find("{{"); begin != page.npos; begin = page.find("{{", done)) {
+        const std::size_t end = page.find("}}", begin);
+        filled.append(page, done, begin - done).append(texts.at(page.substr(begin + 2, end - begin - 2)));
+        done = end + 2;
+    }
+    return filled.append(page, done);
+}
+
+std::string script_text(std::string json)
+{
+    for (std::size_t at = json.find('<'); at != json.npos; at = json.find('<', at)) json.replace(at, 1, "\\u003c");
+    return json;
+}
+
 std::string jpeg_bytes(const Image& display, const std::string& scratch)
 {
     ImageFileOptions options;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <string_view>
 
@@ -10,6 +11,11 @@ namespace rcs::service {
 std::string base64(std::string_view bytes);  ///< RFC 4648, with padding
 std::string html_escape(std::string_view text);
 std::string csv_field(std::string_view text);  ///< RFC 4180: quoted where it has to be
+
+/// {{name}} in the template becomes the text of that name.
+std::string fill_page(const std::string& page, const std::map<std::string, std::string>& texts);
+/// JSON that may stand in a <script>: "</script>" in a name would end the element, so that no "<" is left in it.
+std::string script_text(std::string json);
 
 /// The picture as a JPEG file in memory. @param scratch  name of a file that is written and removed again
 std::string jpeg_bytes(const Image& display, const std::string& scratch);

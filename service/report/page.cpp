@@ -17,19 +17,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// {{name}} in the template becomes the text of that name.
-std::string fill(const std::string& page, const std::map<std::string, std::string>& texts)
-{
-    std::string filled;
-    std::size_t done = 0;
-    for (std::size_t begin = page.find("{{"); begin != page.npos; begin = page.find("{{", done)) {
-        const std::size_t end = page.find("}}", begin);
-        filled.append(page, done, begin - done).append(texts.at(page.substr(begin + 2, end - begin - 2)));
-        done = end + 2;
-    }
-    return filled.append(page, done);
-}
-
 std::string number_text(double value, const char* format)
 {
     char text[32];
@@ -142,10 +129,7 @@ std::string data_of(const AccuracyReport& report)
                                   {"stages", stages(m)},
                                   {"images", images}});
     }
-    // "</script>" in a name would end the element: no "<" may stand in it.
-    std::string text = data.dump(-1, ' ', false, Json::error_handler_t::replace);
-    for (std::size_t at = text.find('<'); at != text.npos; at = text.find('<', at)) text.replace(at, 1, "\\u003c");
-    return text;
+    return script_text(data.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
 std::string floor_text(const AccuracyReport& report)
@@ -201,23 +185,24 @@ std::string to_html(const AccuracyReport& report)
                                  std::to_string(report.bounces) + (report.bounces == 1 ? " bounce" : " bounces") +
                                  " of indirect light, " + std::to_string(report.threads) + " threads";
     const std::string machine = report.processor.empty() ? "" : " on " + report.processor;
-    return fill(sources.at("page.html"),
-                {{"title", html_escape(title)},
-                 {"subtitle", html_escape(subtitle)},
-                 {"headline", html_escape(headline(report.renders(), report.paths()))},
-                 {"css", sources.at("page.css")},
-                 {"js", sources.at("page.js")},
-                 {"plot", to_svg(lay_out(plot_of(report)), "Mean relative error of the indirect light against time")},
-                 {"floor", html_escape(floor_text(report))},
-                 {"tabs", tabs(report)},
-                 {"rows", rows(report)},
-                 {"width", std::to_string(report.width)},
-                 {"height", std::to_string(report.height)},
-                 {"largest", percent_text(static_cast<double>(kLargestDifference))},
-                 {"reference", html_escape(reference_text(report))},
-                 {"machine", html_escape(machine)},
-                 {"footer", html_escape(std::string("rcsplat ") + kVersion + ", OpenGL by " + report.gl_renderer)},
-                 {"data", data_of(report)}});
+    return fill_page(
+        sources.at("page.html"),
+        {{"title", html_escape(title)},
+         {"subtitle", html_escape(subtitle)},
+         {"headline", html_escape(headline(report.renders(), report.paths()))},
+         {"css", sources.at("page.css")},
+         {"js", sources.at("page.js")},
+         {"plot", to_svg(lay_out(plot_of(report)), "Mean relative error of the indirect light against time")},
+         {"floor", html_escape(floor_text(report))},
+         {"tabs", tabs(report)},
+         {"rows", rows(report)},
+         {"width", std::to_string(report.width)},
+         {"height", std::to_string(report.height)},
+         {"largest", percent_text(static_cast<double>(kLargestDifference))},
+         {"reference", html_escape(reference_text(report))},
+         {"machine", html_escape(machine)},
+         {"footer", html_escape(std::string("rcsplat ") + kVersion + ", OpenGL by " + report.gl_renderer)},
+         {"data", data_of(report)}});
 }
 
 }  // namespace rcs::service

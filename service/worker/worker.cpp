@@ -15,6 +15,7 @@
 
 #include "output/output_files.h"
 #include "output/plan_json.h"
+#include "output/small_copy.h"
 #include "output/stats_json.h"
 #include "process/process.h"
 #include "rcs/rcs.h"
@@ -73,25 +74,6 @@ std::optional<MotionFrom> motion_from(const internal::Task& task, const Scene& s
 {
     if (!task.frame().has_motion()) return std::nullopt;
     return load_motion(motion_choice(task.frame()), scene, scene_choice(task), camera_choice(task.frame()));
-}
-
-/// Averages blocks of pixels until the picture is small.
-Image small_copy(const Image& image)
-{
-    const int step = std::max(1, (std::max(image.width, image.height) + kPreviewSide - 1) / kPreviewSide);
-    Image copy((image.width + step - 1) / step, (image.height + step - 1) / step, image.channels);
-    for (int y = 0; y < copy.height; ++y) {
-        for (int x = 0; x < copy.width; ++x) {
-            const int x1 = std::min(image.width, (x + 1) * step), y1 = std::min(image.height, (y + 1) * step);
-            const float part = 1.0f / static_cast<float>((x1 - x * step) * (y1 - y * step));
-            for (int v = y * step; v < y1; ++v) {
-                for (int u = x * step; u < x1; ++u) {
-                    for (int c = 0; c < image.channels; ++c) copy.at(x, y)[c] += part * image.at(u, v)[c];
-                }
-            }
-        }
-    }
-    return copy;
 }
 
 class FrameRenderer {
@@ -202,7 +184,8 @@ void FrameRenderer::send_preview(const Image& beauty)
     const std::string file = folder_ + "/.preview.jpg";
     ImageFileOptions preview_options;
     preview_options.jpeg_quality = 80;
-    write_display_image(file, preview_mapper_->apply(small_copy(beauty), session_.pool()), preview_options);
+    write_display_image(file, preview_mapper_->apply(small_copy(beauty, kPreviewSide), session_.pool()),
+                        preview_options);
     internal::FromWorker message;
     message.mutable_preview()->set_jpeg(read_part(file, 0, 512 << 10));
     ::unlink(file.c_str());

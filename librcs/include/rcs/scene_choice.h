@@ -43,6 +43,10 @@ struct MotionChoice {
 /// @throws Error bad_file that names the image
 void set_environment(Scene& scene, const EnvironmentChoice& choice, const LogFunction& log = {});
 
+/// Whether what load_scene() makes of it differs from one time to another: it has animations.
+/// @throws Error as load_scene() does, where the file is none
+bool is_animated(const std::string& source);
+
 /// load_scene() and set_environment().
 Scene load_scene(const SceneChoice& choice, const LogFunction& log = {});
 

@@ -31,6 +31,8 @@ public:
 
     /// The exposure that apply() uses for this picture [EV].
     float exposure(const Image& beauty) const;
+    /// From now on this exposure takes the place of that of the options [EV]; none: automatic.
+    void hold_exposure(std::optional<float> exposure);
     /// @param beauty  scene-linear RGB or RGBA
     /// @return display values in [0, 1], same size, RGB
     Image apply(const Image& beauty, ThreadPool& pool) const;

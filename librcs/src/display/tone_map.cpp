@@ -208,6 +208,8 @@ float ToneMapper::exposure(const Image& beauty) const
     return impl_->exposure ? *impl_->exposure : automatic_exposure(beauty);
 }
 
+void ToneMapper::hold_exposure(std::optional<float> exposure) { impl_->exposure = exposure; }
+
 Image ToneMapper::apply(const Image& beauty, ThreadPool& pool) const
 {
     check_colour(beauty);

@@ -79,12 +79,23 @@ Scene make_corner()
 struct Demo {
     const char* name;
     Scene (*make)();
+    Scene (*make_at)(double time) = nullptr;  ///< null: it has no animation
 };
-constexpr Demo kDemos[] = {{"demo:cornell", make_cornell},       {"demo:atrium", make_atrium},
+constexpr Demo kDemos[] = {{"demo:cornell", make_cornell},       {"demo:atrium", make_atrium, make_atrium_at},
                            {"demo:spheres", make_spheres},       {"demo:furnace", make_furnace},
                            {"demo:closed-box", make_closed_box}, {"demo:sphere-light", make_sphere_light},
                            {"demo:corner", make_corner},         {"demo:ajar", make_ajar},
                            {"demo:blinds", make_blinds}};
+
+const Demo& find_demo(const std::string& name)
+{
+    std::string list;
+    for (const Demo& demo : kDemos) {
+        if (name == demo.name) return demo;
+        list += (list.empty() ? "" : ", ") + std::string(demo.name);
+    }
+    throw Error(ErrorCode::not_found, "scene '" + name + "' does not exist; built in are " + list);
+}
 
 }  // namespace
 
@@ -95,14 +106,12 @@ std::vector<std::string> demo_scene_names()
     return names;
 }
 
-Scene make_demo_scene(const std::string& name)
+Scene make_demo_scene(const std::string& name, std::optional<double> time)
 {
-    std::string list;
-    for (const Demo& demo : kDemos) {
-        if (name == demo.name) return demo.make();
-        list += (list.empty() ? "" : ", ") + std::string(demo.name);
-    }
-    throw Error(ErrorCode::not_found, "scene '" + name + "' does not exist; built in are " + list);
+    const Demo& demo = find_demo(name);
+    return time && demo.make_at != nullptr ? demo.make_at(*time) : demo.make();
 }
+
+bool is_animated_demo(const std::string& name) { return find_demo(name).make_at != nullptr; }
 
 }  // namespace rcs

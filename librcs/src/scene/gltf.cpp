@@ -164,7 +164,7 @@ Scene load_scene(const std::string& source, const LogFunction& log, const LoadOp
     if (options.time && !std::isfinite(*options.time)) {
         throw Error(ErrorCode::bad_argument, "time is " + std::to_string(*options.time) + ", expected a finite number");
     }
-    if (source.rfind("demo:", 0) == 0) return make_demo_scene(source);
+    if (source.rfind("demo:", 0) == 0) return make_demo_scene(source, options.time);
     try {
         Scene scene = load_gltf(source, options, log);
         validate(scene);

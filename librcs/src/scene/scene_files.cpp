@@ -6,7 +6,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "rcs/scene.h"
+#include "rcs/scene_choice.h"
+#include "scene/demo_scenes.h"
 #include "scene/gltf_file.h"
 #include "scene/gltf_uri.h"
 
@@ -27,15 +28,30 @@ std::string_view json_of(const GltfFile& file, const std::vector<unsigned char>&
     return all.substr(kHeader + kChunkHeader, length);
 }
 
+nlohmann::json document_of(const GltfFile& file)
+{
+    const std::vector<unsigned char> bytes = read_file(file.path, "scene file");
+    auto document = nlohmann::json::parse(json_of(file, bytes), nullptr, false);
+    if (!document.is_object()) bad_file(file, "no JSON object");
+    return document;
+}
+
 }  // namespace
+
+bool is_animated(const std::string& source)
+{
+    if (source.starts_with("demo:")) return is_animated_demo(source);
+    const GltfFile file{source, {}, nullptr};
+    const auto document = document_of(file);
+    const auto animations = document.find("animations");
+    return animations != document.end() && !animations->empty();
+}
 
 std::vector<std::string> scene_files(const std::string& path)
 {
     const std::filesystem::path folder = std::filesystem::path(path).parent_path();
     const GltfFile file{path, folder, nullptr};
-    const std::vector<unsigned char> bytes = read_file(path, "scene file");
-    const auto document = nlohmann::json::parse(json_of(file, bytes), nullptr, false);
-    if (!document.is_object()) bad_file(file, "no JSON object");
+    const auto document = document_of(file);
     std::vector<std::string> files = {std::filesystem::path(path).filename().string()};
     for (const char* kind : {"buffers", "images"}) {
         const auto list = document.find(kind);

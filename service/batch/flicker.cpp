@@ -1,0 +1,148 @@
+#include "batch/flicker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include <glm/glm.hpp>
+
+#include "rcs/error.h"
+#include "rcs/metrics.h"
+
+namespace rcs::service {
+namespace {
+
+// A point that lies this much farther away than what shows where it came from was hidden there.
+constexpr float kHidden = 0.05f;
+
+float luminance_at(const Image& image, int x, int y)
+{
+    const float* p = image.at(x, y);
+    return image.channels < 3 ? p[0] : 0.2126f * p[0] + 0.7152f * p[1] + 0.0722f * p[2];
+}
+
+/// Between the centres of four pixels; none outside of them or where a value is not finite.
+std::optional<double> sample(const Image& image, glm::dvec2 at)
+{
+    const glm::dvec2 corner = glm::floor(at - 0.5), part = at - 0.5 - corner;
+    const int x = static_cast<int>(corner.x), y = static_cast<int>(corner.y);
+    const int right = part.x > 0.0 ? x + 1 : x, low = part.y > 0.0 ? y + 1 : y;
+    if (x < 0 || y < 0 || right >= image.width || low >= image.height) return std::nullopt;
+    const auto value = [&](int u, int v) { return static_cast<double>(luminance_at(image, u, v)); };
+    const double upper = glm::mix(value(x, y), value(right, y), part.x);
+    const double lower = glm::mix(value(x, low), value(right, low), part.x);
+    const double mixed = glm::mix(upper, lower, part.y);
+    return std::isfinite(mixed) ? std::optional(mixed) : std::nullopt;
+}
+
+/// Where a point of `after` was in `before`; none where it was hidden or out of the picture.
+std::optional<glm::dvec2> came_from(const FlickerFrame& before, const FlickerFrame& after, glm::dvec2 at)
+{
+    if (!after.motion) return at;
+    const int x = static_cast<int>(at.x), y = static_cast<int>(at.y);
+    const float* moved = after.motion->at(x, y);
+    const glm::dvec2 from(at.x - moved[0], at.y + moved[1]);  // Y counts up in the layer, down here
+    const Image& light = before.light;
+    if (!(from.x >= 0.0 && from.y >= 0.0 && from.x < light.width && from.y < light.height)) return std::nullopt;
+    if (before.depth && after.depth) {
+        const float was = *before.depth->at(static_cast<int>(from.x), static_cast<int>(from.y));
+        const float is = *after.depth->at(x, y);
+        if (!(std::abs(was - is) <= kHidden * std::max(was, is))) return std::nullopt;
+    }
+    return from;
+}
+
+double mean_of(const Image& image)
+{
+    double sum = 0.0;
+    std::size_t count = 0;
+    for (int y = 0; y < image.height; ++y) {
+        for (int x = 0; x < image.width; ++x) {
+            const float value = luminance_at(image, x, y);
+            if (!std::isfinite(value)) continue;
+            sum += static_cast<double>(value);
+            ++count;
+        }
+    }
+    return count > 0 ? sum / static_cast<double>(count) : 0.0;
+}
+
+/// The values of a point of the last frame in all frames, last one first; empty where it does not show in one.
+std::vector<double> track(const std::vector<FlickerFrame>& frames, glm::dvec2 at)
+{
+    std::vector<double> values;
+    for (std::size_t i = frames.size(); i-- > 0;) {
+        const auto value = sample(frames[i].light, at);
+        if (!value) return {};
+        values.push_back(*value);
+        if (i == 0) break;
+        const auto from = came_from(frames[i - 1], frames[i], at);
+        if (!from) return {};
+        at = *from;
+    }
+    return values;
+}
+
+/// Standard deviation over mean.
+double spread(const std::vector<double>& values, double floor)
+{
+    const double count = static_cast<double>(values.size());
+    const double mean = std::accumulate(values.begin(), values.end(), 0.0) / count;
+    double squares = 0.0;
+    for (const double value : values) squares += (value - mean) * (value - mean);
+    return mean + floor > 0.0 ? std::sqrt(squares / (count - 1.0)) / (mean + floor) : 0.0;
+}
+
+template <typename Use>
+void for_each_pixel(const Image& image, const Use& use)
+{
+    for (int y = 0; y < image.height; ++y)
+        for (int x = 0; x < image.width; ++x) use(glm::dvec2(x + 0.5, y + 0.5));
+}
+
+}  // namespace
+
+double change_between(const FlickerFrame& before, const FlickerFrame& after)
+{
+    const double floor = kRelativeErrorFloor * mean_of(after.light);
+    double sum = 0.0;
+    std::size_t points = 0;
+    for_each_pixel(after.light, [&](glm::dvec2 at) {
+        const auto from = came_from(before, after, at);
+        const auto was = from ? sample(before.light, *from) : std::nullopt, is = sample(after.light, at);
+        if (!was || !is) return;
+        const double scale = 0.5 * (*was + *is) + floor;
+        sum += scale > 0.0 ? std::abs(*is - *was) / (std::sqrt(2.0) * scale) : 0.0;
+        ++points;
+    });
+    return points > 0 ? sum / static_cast<double>(points) : 0.0;
+}
+
+Flicker measure_flicker(const std::vector<FlickerFrame>& frames)
+{
+    if (frames.size() < 2) throw Error(ErrorCode::bad_argument, "flicker needs two frames or more");
+    const Image& last = frames.back().light;
+    for (const FlickerFrame& frame : frames)
+        if (frame.light.width != last.width || frame.light.height != last.height)
+            throw Error(ErrorCode::bad_argument, "the frames are of different sizes");
+    Flicker flicker;
+    const double floor = kRelativeErrorFloor * mean_of(last);
+    std::vector<double> spreads;
+    for_each_pixel(last, [&](glm::dvec2 at) {
+        const std::vector<double> values = track(frames, at);
+        if (!values.empty()) spreads.push_back(spread(values, floor));
+    });
+    for (std::size_t i = 1; i < frames.size(); ++i) flicker.steps.push_back(change_between(frames[i - 1], frames[i]));
+    if (spreads.empty()) return flicker;
+    std::sort(spreads.begin(), spreads.end());
+    const auto at = [&](double part) {
+        return spreads[static_cast<std::size_t>(part * static_cast<double>(spreads.size() - 1) + 0.5)];
+    };
+    flicker.points = spreads.size();
+    flicker.mean = std::accumulate(spreads.begin(), spreads.end(), 0.0) / static_cast<double>(spreads.size());
+    flicker.median = at(0.5);
+    flicker.p95 = at(0.95);
+    return flicker;
+}
+
+}  // namespace rcs::service

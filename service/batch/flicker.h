@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "rcs/image.h"
+
+/// How much light flickers from frame to frame where nothing says that it should.
+namespace rcs::service {
+
+/// A frame as it is looked at.
+struct FlickerFrame {
+    Image light;                  ///< a layer; its luminance counts
+    std::optional<Image> motion;  ///< where points came from, as the layer motion says; none: nothing moved
+    std::optional<Image> depth;   ///< tells points that were hidden in the frame before; with motion only
+};
+
+/// Over points that show in all frames, each followed from the last frame back to the first.
+struct Flicker {
+    std::size_t points = 0;
+    double mean = 0.0;  ///< of the points' temporal standard deviation over their mean in time
+    double median = 0.0;
+    double p95 = 0.0;
+    std::vector<double> steps;  ///< change_between() of each frame and the one before it
+};
+
+/// @param frames  two or more of the same size @throws rcs::Error bad_argument
+Flicker measure_flicker(const std::vector<FlickerFrame>& frames);
+
+/// Mean over points of |after - before| / (sqrt(2) (their mean + 1 % of the picture's)): of frames whose noise has
+/// nothing in common about the standard deviation of one, relative to its value, times 0.8.
+double change_between(const FlickerFrame& before, const FlickerFrame& after);
+
+}  // namespace rcs::service

@@ -1,0 +1,269 @@
+#include "batch/report.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <functional>
+#include <optional>
+
+#include <nlohmann/json.hpp>
+
+#include "rcs/version.h"
+#include "report/encoding.h"
+
+namespace rcs::service {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// A page shows so many pictures at the most, evenly taken: each is some kilobytes.
+constexpr std::size_t kMostPictures = 240;
+
+/// What all frames that were rendered took on average [s]; 0 without any.
+double mean_of(const BatchReport& report, double FrameFigures::* value)
+{
+    double sum = 0.0;
+    std::size_t count = 0;
+    for (const FrameResult& frame : report.frames) {
+        if (frame.end != FrameEnd::rendered && frame.end != FrameEnd::kept) continue;
+        sum += frame.figures.*value;
+        ++count;
+    }
+    return count > 0 ? sum / static_cast<double>(count) : 0.0;
+}
+
+std::string text_of(double value, const char* format)
+{
+    char text[64];
+    std::snprintf(text, sizeof text, format, value);
+    return text;
+}
+
+bool is_there(const FrameResult& frame) { return frame.end == FrameEnd::rendered || frame.end == FrameEnd::kept; }
+
+struct Series {
+    const char* name;
+    const char* unit;
+    std::function<std::optional<double>(const FrameFigures&)> value;
+};
+
+const std::vector<Series>& all_series()
+{
+    static const std::vector<Series> list{
+        {"time", "s", [](const FrameFigures& f) { return f.seconds; }},
+        {"error of the picture, estimated", "%", [](const FrameFigures& f) { return 100.0 * f.error; }},
+        {"records made", "", [](const FrameFigures& f) { return static_cast<double>(f.records_made); }},
+        {"records reused", "", [](const FrameFigures& f) { return static_cast<double>(f.records_reused); }},
+        {"change from the frame before", "%",
+         [](const FrameFigures& f) { return f.flicker ? std::optional(100.0 * *f.flicker) : std::nullopt; }}};
+    return list;
+}
+
+/// One curve over the frames, from 0 up.
+std::string curve(const BatchReport& report, const Series& series)
+{
+    constexpr double kWidth = 720, kHeight = 120, kLeft = 64, kTop = 8, kBelow = 20;
+    std::vector<std::pair<int, double>> points;
+    double most = 0.0;
+    for (const FrameResult& frame : report.frames) {
+        const auto value = is_there(frame) ? series.value(frame.figures) : std::nullopt;
+        if (!value) continue;
+        points.emplace_back(frame.number, *value);
+        most = std::max(most, *value);
+    }
+    if (points.empty()) return {};
+    const double first = points.front().first, span = std::max(1.0, points.back().first - first);
+    const auto x = [&](double number) { return kLeft + (number - first) / span * (kWidth - kLeft - 12); };
+    const auto y = [&](double value) {
+        return kTop + (1.0 - (most > 0.0 ? value / most : 0.0)) * (kHeight - kTop - kBelow);
+    };
+    std::string line, dots;
+    for (const auto& [number, value] : points) {
+        line += text_of(x(number), "%.1f") + "," + text_of(y(value), "%.1f") + " ";
+        if (points.size() <= 120)
+            dots += "<circle cx=\"" + text_of(x(number), "%.1f") + "\" cy=\"" + text_of(y(value), "%.1f") +
+                    "\" r=\"2.5\"><title>frame " + std::to_string(number) + ": " + text_of(value, "%.3g") + " " +
+                    series.unit + "</title></circle>";
+    }
+    const std::string name = html_escape(series.name);
+    const auto mark = [](double at_x, double at_y, const char* anchor, const std::string& text) {
+        return "<text x=\"" + text_of(at_x, "%.1f") + "\" y=\"" + text_of(at_y, "%.1f") + "\" text-anchor=\"" + anchor +
+               "\">" + text + "</text>";
+    };
+    const std::string unit = *series.unit == '\0' ? "" : std::string(" ") + series.unit;
+    return "<figure><figcaption>" + name + "</figcaption><svg viewBox=\"0 0 720 120\" role=\"img\" aria-label=\"" +
+           name + " over the frames\"><path class=\"axis\" d=\"M64 8V100H712\"/>" +
+           mark(kLeft - 6, kTop + 8, "end", text_of(most, "%.3g") + unit) +
+           mark(kLeft - 6, kHeight - kBelow, "end", "0") +
+           mark(kLeft, kHeight - 5, "middle", std::to_string(points.front().first)) +
+           mark(x(points.back().first), kHeight - 5, "end", std::to_string(points.back().first)) +
+           "<polyline points=\"" + line + "\"/>" + dots + "</svg></figure>\n";
+}
+
+std::string failures(const BatchReport& report)
+{
+    std::string rows;
+    for (const FrameResult& frame : report.frames) {
+        if (frame.end != FrameEnd::failed && frame.end != FrameEnd::left) continue;
+        const std::string why = frame.end == FrameEnd::failed ? frame.error : "the batch ended before it";
+        rows += "<tr><td>" + std::to_string(frame.number) + "</td><td>" + name_of(frame.end) + "</td><td>" +
+                html_escape(why) + "</td></tr>\n";
+    }
+    if (rows.empty()) return {};
+    return "<section aria-labelledby=\"failed\"><h2 id=\"failed\">Frames that are not "
+           "there</h2><table><thead><tr><th>frame"
+           "</th><th>state</th><th>reason</th></tr></thead><tbody>" +
+           rows + "</tbody></table></section>\n";
+}
+
+std::string rows(const BatchReport& report)
+{
+    std::string html;
+    for (const FrameResult& frame : report.frames) {
+        const FrameFigures& f = frame.figures;
+        html += "<tr><td>" + std::to_string(frame.number) + "</td><td>" + name_of(frame.end) + "</td><td>" +
+                html_escape(frame.end == FrameEnd::failed ? frame.error : frame.why) + "</td>";
+        if (is_there(frame))
+            html += "<td>" + duration_text(f.seconds) + "</td><td>" + percent_text(f.error) + "</td><td>" +
+                    percent_text(f.indirect_error) + "</td><td>" + std::to_string(f.records_made) + "</td><td>" +
+                    std::to_string(f.records_reused) + "</td><td>" + (f.flicker ? percent_text(*f.flicker) : "–") +
+                    "</td>";
+        else
+            html += "<td></td><td></td><td></td><td></td><td></td><td></td>";
+        html += "</tr>\n";
+    }
+    return html;
+}
+
+std::string warnings(const BatchReport& report)
+{
+    std::map<std::string, std::size_t> counts;
+    for (const FrameResult& frame : report.frames)
+        for (const std::string& warning : frame.figures.warnings) ++counts[warning];
+    if (counts.empty()) return {};
+    std::string list;
+    for (const auto& [text, count] : counts)
+        list += "<li>" + html_escape(text) + " (" + std::to_string(count) + (count == 1 ? " frame" : " frames") +
+                ")</li>\n";
+    return "<section aria-labelledby=\"warnings\"><h2 id=\"warnings\">Warnings</h2><ul>" + list + "</ul></section>\n";
+}
+
+std::string cost(const BatchReport& report)
+{
+    const auto frames = static_cast<double>(report.frames.size());
+    return "From " + report.began + " to " + report.ended + ": " + duration_text(report.seconds) + ", " +
+           duration_text(report.cpu_seconds) + " of processor time with " + std::to_string(report.threads) +
+           " threads, at most " + text_of(static_cast<double>(report.peak_memory) / 1e6, "%.0f MB") +
+           " of memory. A frame took " + duration_text(mean_of(report, &FrameFigures::seconds)) +
+           " on average. Next night: all " + std::to_string(report.frames.size()) + " frames anew would take about " +
+           duration_text(frames * mean_of(report, &FrameFigures::seconds)) + ".";
+}
+
+/// Frames as the page's script takes them.
+std::string pictures(const BatchReport& report)
+{
+    std::vector<const FrameResult*> shown;
+    for (const FrameResult& frame : report.frames)
+        if (is_there(frame) && !frame.figures.thumbnail.empty()) shown.push_back(&frame);
+    const std::size_t step = (shown.size() + kMostPictures - 1) / kMostPictures;
+    Json list = Json::array();
+    for (std::size_t i = 0; i < shown.size(); i += std::max<std::size_t>(1, step))
+        list.push_back(
+            {{"frame", shown[i]->number},
+             {"text", "frame " + std::to_string(shown[i]->number) + ", " + duration_text(shown[i]->figures.seconds) +
+                          ", error " + percent_text(shown[i]->figures.error)},
+             {"image", "data:image/jpeg;base64," + shown[i]->figures.thumbnail}});
+    return Json{{"fps", report.fps / static_cast<double>(std::max<std::size_t>(1, step))}, {"frames", list}}.dump();
+}
+
+}  // namespace
+
+std::string name_of(FrameEnd end)
+{
+    switch (end) {
+        case FrameEnd::rendered:
+            return "rendered";
+        case FrameEnd::kept:
+            return "done before";
+        case FrameEnd::failed:
+            return "failed";
+        case FrameEnd::left:
+            return "not reached";
+    }
+    return {};
+}
+
+std::size_t BatchReport::count(FrameEnd end) const
+{
+    return static_cast<std::size_t>(
+        std::count_if(frames.begin(), frames.end(), [&](const FrameResult& frame) { return frame.end == end; }));
+}
+
+std::string headline(const BatchReport& report)
+{
+    const std::size_t there = report.count(FrameEnd::rendered) + report.count(FrameEnd::kept);
+    std::string text = there == report.frames.size() ? "All " + std::to_string(there) + " frames are there"
+                                                     : std::to_string(there) + " of " +
+                                                           std::to_string(report.frames.size()) + " frames are there";
+    for (const FrameEnd end : {FrameEnd::failed, FrameEnd::left, FrameEnd::rendered, FrameEnd::kept})
+        if (report.count(end) > 0) text += ", " + std::to_string(report.count(end)) + " " + name_of(end);
+    return text;
+}
+
+Json to_json(const BatchReport& report)
+{
+    Json frames = Json::array();
+    for (const FrameResult& frame : report.frames) {
+        Json json{{"frame", frame.number}, {"state", name_of(frame.end)}, {"why", frame.why}};
+        if (!frame.error.empty()) json["error"] = frame.error;
+        if (is_there(frame)) {
+            json["files"] = frame.files;
+            json["figures"] = to_json(frame.figures);
+        }
+        frames.push_back(std::move(json));
+    }
+    return {{"rcsplat", kVersion},
+            {"scene", report.scene},
+            {"command", report.command},
+            {"fps", report.fps},
+            {"width", report.width},
+            {"height", report.height},
+            {"threads", report.threads},
+            {"independent_frames", report.independent},
+            {"began", report.began},
+            {"ended", report.ended},
+            {"seconds", report.seconds},
+            {"cpu_seconds", report.cpu_seconds},
+            {"peak_memory_bytes", report.peak_memory},
+            {"counts",
+             {{"frames", report.frames.size()},
+              {"rendered", report.count(FrameEnd::rendered)},
+              {"kept", report.count(FrameEnd::kept)},
+              {"failed", report.count(FrameEnd::failed)},
+              {"left", report.count(FrameEnd::left)}}},
+            {"forecast_seconds", static_cast<double>(report.frames.size()) * mean_of(report, &FrameFigures::seconds)},
+            {"frames", frames}};
+}
+
+std::string to_html(const BatchReport& report)
+{
+    std::string curves;
+    for (const Series& series : all_series()) curves += curve(report, series);
+    const auto& sources = batch_page_sources();
+    return fill_page(sources.at("batch.html"),
+                     {{"title", html_escape("Frames of " + report.scene)},
+                      {"subtitle", std::to_string(report.width) + " × " + std::to_string(report.height) + " pixels, " +
+                                       text_of(report.fps, "%g") + " frames a second"},
+                      {"headline", html_escape(headline(report) + ".")},
+                      {"command", html_escape(report.command)},
+                      {"css", sources.at("batch.css")},
+                      {"js", sources.at("batch.js")},
+                      {"failures", failures(report)},
+                      {"warnings", warnings(report)},
+                      {"cost", html_escape(cost(report))},
+                      {"curves", curves},
+                      {"rows", rows(report)},
+                      {"footer", html_escape(std::string("rcsplat ") + kVersion)},
+                      {"data", script_text(pictures(report))}});
+}
+
+}  // namespace rcs::service

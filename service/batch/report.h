@@ -1,0 +1,49 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "batch/frame_record.h"
+
+/// What became of the frames of a batch, for the morning after.
+namespace rcs::service {
+
+enum class FrameEnd { rendered, kept, failed, left };
+std::string name_of(FrameEnd end);  ///< "rendered", "done before", "failed", "not reached"
+
+struct FrameResult {
+    int number = 0;
+    FrameEnd end = FrameEnd::left;
+    std::string why;    ///< it was rendered: what changed
+    std::string error;  ///< why it failed
+    std::vector<std::string> files;
+    FrameFigures figures;
+};
+
+struct BatchReport {
+    std::string scene, command;  ///< as it was called
+    double fps = 24.0;
+    int width = 0, height = 0;  ///< [px]
+    int threads = 0;
+    std::string began, ended;  ///< local time
+    double seconds = 0.0, cpu_seconds = 0.0;
+    std::uint64_t peak_memory = 0;  ///< [bytes]
+    bool independent = false;
+    std::vector<FrameResult> frames;
+
+    std::size_t count(FrameEnd end) const;
+};
+
+/// "3 of 48 frames failed, 40 rendered, ..."
+std::string headline(const BatchReport& report);
+nlohmann::ordered_json to_json(const BatchReport& report);
+/// One page that needs nothing beside it.
+std::string to_html(const BatchReport& report);
+
+/// batch.html, batch.css and batch.js, by name.
+const std::map<std::string, std::string>& batch_page_sources();
+
+}  // namespace rcs::service

@@ -1,0 +1,286 @@
+#include "cli/batch_frame.h"
+
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <utility>
+
+#include <sys/resource.h>
+
+#include "cli/outputs.h"
+#include "cli/run_support.h"
+#include "output/small_copy.h"
+#include "process/interrupt.h"
+#include "rcs/rcs.h"
+#include "report/encoding.h"
+
+namespace rcs::service {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+constexpr int kThumbnailSide = 160;  ///< [px]
+
+double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
+
+/// A file that says that a frame is being made, and how often that was begun; only processes that died leave it.
+class RunningMark {
+public:
+    explicit RunningMark(std::string path) : path_(std::move(path))
+    {
+        write_text_file(path_, std::to_string(starts_without_end(path_) + 1) + "\n");
+    }
+    ~RunningMark()
+    {
+        std::error_code ignored;
+        fs::remove(path_, ignored);
+    }
+    RunningMark(const RunningMark&) = delete;
+    RunningMark& operator=(const RunningMark&) = delete;
+
+private:
+    std::string path_;
+};
+
+/// A failure that the same frame may not meet again.
+bool may_pass(ErrorCode code)
+{
+    return code == ErrorCode::io || code == ErrorCode::out_of_memory || code == ErrorCode::gl_unavailable ||
+           code == ErrorCode::internal;
+}
+
+/// What an output keeps of the picture, as text.
+std::string kept_by(const OutputFile& file)
+{
+    std::string text = "format " + std::to_string(static_cast<int>(file.options.format));
+    if (is_exr(file)) text += " layers";
+    for (const std::string& layer : file.options.layers) text += " " + layer;
+    return text;
+}
+
+SessionOptions session_options(const BatchArguments& arguments, const RenderOptions& options, LogFunction log)
+{
+    // Records keep the rays they have: a goal could not refine those of other frames.
+    return {.threads = arguments.render.scene.threads,
+            .keep_records = !arguments.independent && !has_goal(options),
+            .log = std::move(log)};
+}
+
+void prepare_folder(const fs::path& folder)
+{
+    std::error_code failed;
+    if (!folder.empty()) fs::create_directories(folder, failed);
+    if (failed) throw Error(ErrorCode::io, folder.string() + ": cannot be made: " + failed.message());
+}
+
+/// Parsed once folders are there, so that outputs can be checked before any work.
+std::vector<OutputFile> prepared_outputs(const BatchArguments& arguments, const std::vector<int>& frames)
+{
+    std::vector<OutputFile> files = parse_outputs(arguments.render.output, PixelFormat::half_float);
+    for (const OutputFile& file : files) {
+        if (frames.size() > 1 && !has_frame_pattern(file.path))
+            throw Error(ErrorCode::bad_argument,
+                        "--output " + file.path + " needs a #### for the frame's number, as there are several frames");
+    }
+    for (const OutputFile& file : files) prepare_folder(fs::path(file.path).parent_path());
+    return files;
+}
+
+std::string ocio_text(const ToneMapper* mapper)
+{
+    if (mapper == nullptr || mapper->config_name() == "built-in") return "built-in";
+    std::error_code failed;
+    const auto bytes = fs::file_size(mapper->config_name(), failed);
+    Fingerprint print;
+    if (std::FILE* file = std::fopen(mapper->config_name().c_str(), "rb"); file != nullptr && !failed) {
+        std::string text(bytes, '\0');
+        text.resize(std::fread(text.data(), 1, text.size(), file));
+        std::fclose(file);
+        print.add(text);
+    }
+    return print.text();
+}
+
+}  // namespace
+
+double cpu_seconds()
+{
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    const auto of = [](const timeval& t) {
+        return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+    };
+    return of(usage.ru_utime) + of(usage.ru_stime);
+}
+
+FrameMaker::FrameMaker(const BatchArguments& arguments, ProgressBar& bar, std::function<void()> on_request)
+    : arguments_(arguments),
+      bar_(bar),
+      on_request_(std::move(on_request)),
+      options_(final_options(arguments.render)),
+      files_(prepared_outputs(arguments, parse_frames(arguments.frames))),
+      outputs_(files_, parse_tone_map(arguments.render.output), log(), true),
+      scene_(arguments.render.scene),
+      session_(session_options(arguments, options_, bar.log()))
+{
+    prepare_folder(fs::path(record_path(files_.front().path)).parent_path());
+    settings_.emplace_back("version", kVersion);
+    for (const auto& [name, text] : list_options(options_)) settings_.emplace_back(name, text);
+    settings_.emplace_back("effects", arguments.render.effects);
+    settings_.emplace_back("records of other frames",
+                           session_options(arguments, options_, {}).keep_records ? "used" : "none");
+    const ToneMapper* mapper = outputs_.tone_mapper();
+    settings_.emplace_back("colour configuration", ocio_text(mapper));
+    settings_.emplace_back("display", mapper->display() + ", " + mapper->view());
+    settings_.emplace_back("motion", arguments.render.motion_time + " " + arguments.render.motion_camera);
+}
+
+FrameRecord FrameMaker::wanted(int number) const
+{
+    FrameRecord wanted;
+    wanted.number = number;
+    wanted.source = scene_.source_at(time_of(number));
+    wanted.depends = {{"scene", ""}, {"camera", ""}};
+    wanted.depends.insert(wanted.depends.end(), settings_.begin(), settings_.end());
+    const std::string exposure = arguments_.render.output.exposure;
+    wanted.depends.emplace_back("exposure", held_exposure_ ? "held at " + number_text(*held_exposure_) : exposure);
+    const std::vector<std::string> paths = paths_of(number);
+    const fs::path folder = fs::path(paths.front()).parent_path();
+    for (std::size_t i = 0; i < files_.size(); ++i)
+        wanted.files.push_back({fs::path(paths[i]).lexically_proximate(folder).string(), 0, kept_by(files_[i])});
+    return wanted;
+}
+
+void FrameMaker::render(FrameRecord& wanted)
+{
+    const std::string path = record_path(paths_of(wanted.number).front());
+    const RunningMark mark(running_path(path));
+    std::error_code ignored;
+    fs::remove(path, ignored);  // it says nothing of the files that come now
+    for (int tries = 1;; ++tries) {
+        try {
+            wanted.figures = {};
+            wanted.figures.tries = tries;
+            try_frame(wanted);
+            return write_frame_record(path, wanted);
+        } catch (const Error& e) {
+            if (e.code() == ErrorCode::cancelled && interrupt_signal() == 0)
+                throw Error(ErrorCode::internal,
+                            "it took longer than --time-limit " + number_text(arguments_.time_limit) + " s");
+            if (tries > arguments_.retries || !may_pass(e.code())) throw;
+            bar_.log()(LogLevel::info, "frame " + std::to_string(wanted.number) + " is tried again: " + e.what());
+        }
+    }
+}
+
+int starts_without_end(const std::string& running)
+{
+    std::ifstream file(running);
+    int starts = 0;
+    return file >> starts ? starts : 0;
+}
+
+std::vector<std::string> FrameMaker::paths_of(int number) const
+{
+    std::vector<std::string> paths;
+    for (const OutputFile& file : files_) paths.push_back(path_of_frame(file.path, number));
+    return paths;
+}
+
+LogFunction FrameMaker::log()
+{
+    return [this, say = bar_.log()](LogLevel level, std::string_view line) {
+        if (level == LogLevel::warning) warnings_.emplace_back(line);
+        say(level, line);
+    };
+}
+
+ProgressFunction FrameMaker::progress()
+{
+    return [this, show = bar_.progress()](std::string_view stage, float fraction) {
+        if (std::this_thread::get_id() == main_ && take_report_request()) on_request_();
+        too_slow_ = arguments_.time_limit > 0.0 && seconds_since(frame_began_) > arguments_.time_limit;
+        return show(stage, fraction) && !too_slow_;
+    };
+}
+
+/// Hashes of scene and camera, of what the session shows.
+void FrameMaker::identify(FrameRecord& wanted)
+{
+    scene_.show(session_, time_of(wanted.number), log());
+    Fingerprint scene, camera;
+    add(scene, session_.scene());
+    add(camera, choose_camera(session_.scene(), scene_.camera_at(time_of(wanted.number))));
+    for (auto& [name, text] : wanted.depends) {
+        if (name == "scene") text = scene.text();
+        if (name == "camera") text = camera.text();
+    }
+}
+
+void FrameMaker::hold_exposure(const FrameFigures& figures)
+{
+    if (!finds_exposure()) return;
+    held_exposure_ = static_cast<float>(figures.exposure);
+    outputs_.tone_mapper()->hold_exposure(held_exposure_);
+}
+
+RenderResult FrameMaker::render_picture(FrameRecord& wanted)
+{
+    identify(wanted);
+    wanted.figures.records_reused = session_.records().size();
+    RenderArguments arguments = arguments_.render;
+    arguments.scene.time = time_of(wanted.number);
+    RenderOptions options = options_;
+    options.motion = motion_from(arguments, session_.scene());
+    const Camera camera = choose_camera(session_.scene(), scene_.camera_at(time_of(wanted.number)));
+    RenderResult result = rcs::render(session_, camera, options, {.log = log(), .progress = progress()});
+    result.image.metadata["rcs:scene"] = arguments.scene.scene;
+    result.image.metadata["rcs:environment"] = arguments.scene.environment;
+    return result;
+}
+
+void FrameMaker::try_frame(FrameRecord& wanted)
+{
+    frame_began_ = Clock::now();
+    const double cpu = cpu_seconds();
+    warnings_.clear();
+    const RenderResult result = render_picture(wanted);
+    RunReport written;
+    outputs_.write(result.image, session_.pool(), progress(), written,
+                   [&](const std::string& pattern) { return path_of_frame(pattern, wanted.number); });
+    const std::string folder = fs::path(written.written.front()).parent_path().string();
+    for (FrameFile& file : wanted.files) file.bytes = fs::file_size(fs::path(folder) / file.name);
+
+    FrameFigures& figures = wanted.figures;
+    const RenderStats& stats = result.stats;
+    figures.error = stats.errors.image.mean_relative;
+    figures.indirect_error = stats.errors.indirect.mean_relative;
+    figures.records_made = stats.records.records;
+    figures.rays = stats.records.hemisphere_rays + stats.records.shadow_rays + stats.records.looks +
+                   stats.direct_shadow_rays + stats.traced.rays + stats.traced.shadow_rays;
+    judge(wanted, result.image, figures);
+    const Image& beauty = result.image.layers.at("beauty");
+    figures.exposure = static_cast<double>(outputs_.tone_mapper()->exposure(beauty));
+    const Image small = outputs_.tone_mapper()->apply(small_copy(beauty, kThumbnailSide), session_.pool());
+    figures.thumbnail = base64(jpeg_bytes(small, thumbnail_path(record_path(written.written.front()))));
+    figures.warnings = warnings_;
+    figures.seconds = seconds_since(frame_began_);
+    figures.cpu_seconds = cpu_seconds() - cpu;
+}
+
+/// How much differs from the frame before: where the camera stands, or the layer `motion` says what moved.
+void FrameMaker::judge(const FrameRecord& wanted, const LayeredImage& image, FrameFigures& figures)
+{
+    const auto layer = [&](const char* name) {
+        const auto found = image.layers.find(name);
+        return found == image.layers.end() ? std::nullopt : std::optional(found->second);
+    };
+    Before now{wanted.depends[1].second, {image.layers.at("beauty"), layer("motion"), layer("depth")}};
+    if (before_ && (now.frame.motion || now.camera == before_->camera))
+        figures.flicker = change_between(before_->frame, now.frame);
+    before_ = std::move(now);
+}
+
+}  // namespace rcs::service

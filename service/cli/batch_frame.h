@@ -1,0 +1,85 @@
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "batch/flicker.h"
+#include "batch/frame_record.h"
+#include "batch/frames.h"
+#include "cli/batch_run.h"
+#include "cli/batch_scene.h"
+#include "cli/progress_bar.h"
+#include "output/output_files.h"
+
+namespace rcs::service {
+
+double cpu_seconds();  ///< of this process, all threads
+
+/// The mark of a frame that is being made. @param path  of its record
+inline std::string running_path(const std::string& path) { return path + ".running"; }
+/// Where a frame's small picture is made.
+inline std::string thumbnail_path(const std::string& path) { return path + ".jpg"; }
+/// What such a mark says; 0 without one.
+int starts_without_end(const std::string& running);
+
+/// Renders frame after frame in one session.
+class FrameMaker {
+public:
+    /// Makes the folders of the outputs. @param on_request  called when SIGUSR1 came @throws rcs::Error
+    FrameMaker(const BatchArguments& arguments, ProgressBar& bar, std::function<void()> on_request);
+
+    const RenderOptions& options() const { return options_; }
+    int threads() { return session_.pool().size(); }
+    std::vector<std::string> paths_of(int number) const;
+    /// What the record of a frame would say, but for scene and camera. @throws rcs::Error: its camera
+    FrameRecord wanted(int number) const;
+    /// @throws rcs::Error io, if the scene's files have changed
+    void check_scene() const { scene_.check_unchanged(); }
+    /// Adds scene and camera, which have to be loaded for it. @throws rcs::Error
+    void identify(FrameRecord& wanted);
+    /// Makes the frame and its record. @throws rcs::Error, after as many tries as the arguments say
+    void render(FrameRecord& wanted);
+    /// Whether the exposure of the next frame is to be that of all after it: one that followed each picture by itself
+    /// would flicker.
+    bool finds_exposure() const
+    {
+        return !arguments_.independent && arguments_.render.output.exposure == "auto" && !held_exposure_;
+    }
+    /// Takes it from a frame that is done.
+    void hold_exposure(const FrameFigures& figures);
+
+private:
+    void try_frame(FrameRecord& wanted);
+    RenderResult render_picture(FrameRecord& wanted);
+    void judge(const FrameRecord& wanted, const LayeredImage& image, FrameFigures& figures);
+    double time_of(int number) const { return number / arguments_.fps; }
+    LogFunction log();
+    ProgressFunction progress();
+
+    const BatchArguments& arguments_;
+    ProgressBar& bar_;
+    const std::function<void()> on_request_;
+    std::vector<std::string> warnings_;  // of the frame in the making
+    std::chrono::steady_clock::time_point frame_began_;
+    bool too_slow_ = false;
+
+    const RenderOptions options_;
+    const std::vector<OutputFile> files_;
+    OutputFiles outputs_;
+    BatchScene scene_;
+    Session session_;
+    Dependencies settings_;  // what all frames depend on
+    const std::thread::id main_ = std::this_thread::get_id();
+    std::optional<float> held_exposure_;
+    struct Before {
+        std::string camera;
+        FlickerFrame frame;
+    };
+    std::optional<Before> before_;  // the frame before, to see what flickers
+};
+
+}  // namespace rcs::service

@@ -1,0 +1,270 @@
+#include "cli/batch_run.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <ctime>
+#include <filesystem>
+#include <optional>
+#include <set>
+
+#include <signal.h>
+#include <nlohmann/json.hpp>
+
+#include "batch/frame_record.h"
+#include "batch/frames.h"
+#include "batch/report.h"
+#include "cli/batch_frame.h"
+#include "cli/progress_bar.h"
+#include "output/stats_json.h"
+#include "process/exit_code.h"
+#include "process/interrupt.h"
+#include "rcs/error.h"
+#include "report/encoding.h"
+
+namespace rcs::service {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
+
+std::string local_time()
+{
+    const std::time_t now = std::time(nullptr);
+    std::tm parts{};
+    localtime_r(&now, &parts);
+    char text[64];
+    std::strftime(text, sizeof text, "%Y-%m-%d %H:%M:%S", &parts);
+    return text;
+}
+
+/// Whether a file was left half written by a process that was killed: FileWriter's ".NAME.tmp-PID" of one of `paths`.
+bool is_leftover(const fs::path& file, const std::set<std::string>& paths)
+{
+    const std::string name = file.filename().string();
+    const std::size_t mark = name.rfind(".tmp-");
+    if (!name.starts_with('.') || mark == name.npos) return false;
+    const int pid = std::atoi(name.c_str() + mark + 5);
+    const bool ours = paths.contains((file.parent_path() / name.substr(1, mark - 1)).string());
+    return ours && pid > 0 && ::kill(pid, 0) != 0 && errno == ESRCH;
+}
+
+/// @param scratch  files that only a killed process leaves
+void remove_leftovers(const std::set<std::string>& paths, const std::set<std::string>& scratch)
+{
+    std::set<std::string> folders;
+    for (const std::string& path : paths) folders.insert(fs::path(path).parent_path().string());
+    for (const std::string& folder : folders) {
+        std::error_code failed;
+        for (const auto& entry : fs::directory_iterator(folder.empty() ? "." : folder, failed)) {
+            const fs::path file = fs::path(folder) / entry.path().filename();
+            if (is_leftover(file, paths) || scratch.contains(file.string())) fs::remove(file, failed);
+        }
+    }
+}
+
+class Batch {
+public:
+    explicit Batch(const BatchArguments& arguments);
+    void run();
+
+private:
+    FrameResult make(int number);
+    std::string why_render(const std::optional<FrameRecord>& record, FrameRecord& wanted);
+    void clean_up() const;
+    std::vector<int> order() const;
+    void tell(const FrameResult& result) const;
+    void write_report();
+    void end();
+
+    const BatchArguments& arguments_;
+    const Clock::time_point began_ = Clock::now();
+    const double cpu_began_ = cpu_seconds();
+    ProgressBar bar_;
+    FrameMaker maker_;
+    BatchReport report_;
+    std::string report_folder_;
+    bool rendered_before_ = false;  // some frame of this run is not as it was
+};
+
+Batch::Batch(const BatchArguments& arguments)
+    : arguments_(arguments),
+      bar_(parse_log_level(arguments.render.report.log_level), arguments.render.report.quiet),
+      maker_(arguments, bar_, [this] { write_report(); })
+{
+    for (const int number : parse_frames(arguments.frames)) report_.frames.emplace_back().number = number;
+    const fs::path first = fs::path(arguments.render.output.files.front()).parent_path();
+    report_folder_ = arguments.report_folder.empty() ? first.string() : arguments.report_folder;
+    if (!report_folder_.empty()) fs::create_directories(report_folder_);
+    report_.scene = fs::path(arguments.render.scene.scene).filename().string();
+    report_.command = arguments.command_line;
+    report_.fps = arguments.fps;
+    report_.width = maker_.options().width;
+    report_.height = maker_.options().height;
+    report_.threads = maker_.threads();
+    report_.independent = arguments.independent;
+    report_.began = local_time();
+    install_batch_signal_handlers();
+}
+
+/// Frames that two runs did not live through come last, so that they cannot keep the others from being made.
+std::vector<int> Batch::order() const
+{
+    std::vector<int> first, last;
+    for (const FrameResult& frame : report_.frames) {
+        const std::string path = record_path(maker_.paths_of(frame.number).front());
+        (starts_without_end(running_path(path)) > 1 ? last : first).push_back(frame.number);
+    }
+    first.insert(first.end(), last.begin(), last.end());
+    return first;
+}
+
+/// @return "" if the frame is done
+std::string Batch::why_render(const std::optional<FrameRecord>& record, FrameRecord& wanted)
+{
+    if (arguments_.overwrite) return "it was asked for anew";
+    if (!record) return "it was never rendered";
+    const auto as_before = [&](const char* what) {
+        for (auto& [name, text] : wanted.depends)
+            for (const auto& [old_name, old_text] : record->depends)
+                if (name == what && old_name == what) text = old_text;
+    };
+    as_before("scene");
+    as_before("camera");
+    // One that was held before holds on; in a dry run the frames that would say which are not rendered.
+    if (maker_.finds_exposure() || (arguments_.plan_only && rendered_before_)) as_before("exposure");
+    if (const std::string why = difference(record->depends, wanted.depends); !why.empty()) return why;
+    const std::string folder = fs::path(maker_.paths_of(wanted.number).front()).parent_path().string();
+    if (const std::string why = missing_file(*record, wanted.files, folder); !why.empty()) return why;
+    if (record->source == wanted.source) return {};
+    maker_.identify(wanted);
+    return difference(record->depends, wanted.depends);
+}
+
+FrameResult Batch::make(int number)
+{
+    FrameResult result;
+    result.number = number;
+    result.files = maker_.paths_of(number);
+    try {
+        maker_.check_scene();
+        FrameRecord wanted = maker_.wanted(number);
+        const std::string path = record_path(result.files.front());
+        auto record = read_frame_record(path);
+        result.why = why_render(record, wanted);
+        if (result.why.empty()) {
+            if (record->source != wanted.source && !arguments_.plan_only) {
+                record->source = wanted.source;
+                write_frame_record(path, *record);
+            }
+            result.end = FrameEnd::kept;
+            result.figures = record->figures;
+            maker_.hold_exposure(result.figures);
+        } else if (!arguments_.plan_only) {
+            maker_.render(wanted);
+            result.end = FrameEnd::rendered;
+            result.figures = wanted.figures;
+            maker_.hold_exposure(result.figures);
+        }
+    } catch (const Error& e) {
+        if (e.code() == ErrorCode::cancelled && interrupt_signal() != 0) throw;
+        result.end = FrameEnd::failed;
+        result.error = e.what();
+    }
+    return result;
+}
+
+void Batch::tell(const FrameResult& result) const
+{
+    if (arguments_.render.report.quiet) return;
+    std::string line = "frame " + std::to_string(result.number) + ": ";
+    const FrameFigures& f = result.figures;
+    if (result.end == FrameEnd::failed)
+        line += "failed: " + result.error;
+    else if (result.end == FrameEnd::kept)
+        line += arguments_.explain || arguments_.plan_only ? "done before, and nothing it depends on has changed"
+                                                           : "done before";
+    else if (result.end == FrameEnd::left)
+        line += "to be rendered: " + result.why;
+    else
+        line += "rendered in " + duration_text(f.seconds) + ", error " + percent_text(f.error) + ", records " +
+                std::to_string(f.records_made) + " made, " + std::to_string(f.records_reused) + " reused" +
+                (arguments_.explain ? "; " + result.why : "");
+    std::printf("%s\n", line.c_str());
+    std::fflush(stdout);
+}
+
+void Batch::write_report()
+{
+    report_.ended = local_time();
+    report_.seconds = seconds_since(began_);
+    report_.cpu_seconds = cpu_seconds() - cpu_began_;
+    report_.peak_memory = peak_memory();
+    const fs::path folder(report_folder_);
+    write_text_file((folder / "report.json").string(),
+                    to_json(report_).dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+    write_text_file((folder / "report.html").string(), to_html(report_));
+}
+
+/// Takes away what runs that were killed have left. @throws rcs::Error bad_argument: two frames would be one file
+void Batch::clean_up() const
+{
+    std::set<std::string> names, scratch;
+    for (const FrameResult& frame : report_.frames) {
+        const std::vector<std::string> paths = maker_.paths_of(frame.number);
+        for (const std::string& path : paths)
+            if (!names.insert(path).second)
+                throw Error(ErrorCode::bad_argument, "--output: two of the frames' files would be " + path);
+        const std::string record = record_path(paths.front());
+        names.insert({record, running_path(record), thumbnail_path(record)});
+        scratch.insert(thumbnail_path(record));
+    }
+    for (const char* report : {"report.json", "report.html"})
+        names.insert((fs::path(report_folder_) / report).string());
+    remove_leftovers(names, scratch);
+}
+
+void Batch::run()
+{
+    clean_up();
+    for (const int number : order()) {
+        if (interrupt_signal() != 0) break;
+        if (take_report_request()) write_report();
+        const auto slot = std::find_if(report_.frames.begin(), report_.frames.end(),
+                                       [&](const FrameResult& frame) { return frame.number == number; });
+        try {
+            *slot = make(number);
+        } catch (const Error& e) {
+            if (e.code() != ErrorCode::cancelled) throw;
+            break;
+        }
+        bar_.finish();
+        rendered_before_ = rendered_before_ || slot->end != FrameEnd::kept;
+        tell(*slot);
+    }
+    bar_.finish();
+    if (arguments_.plan_only) return;
+    write_report();
+    end();
+}
+
+void Batch::end()
+{
+    const std::string head = headline(report_);
+    const std::string page = (fs::path(report_folder_) / "report.html").string();
+    if (!arguments_.render.report.quiet) std::printf("%s\nreport   %s\n", head.c_str(), page.c_str());
+    if (interrupt_signal() != 0)
+        throw Ended(kSignalBase + interrupt_signal(), "interrupted: " + head + "; the same command goes on");
+    if (report_.count(FrameEnd::failed) > 0) throw Ended(kFailed, head + "; " + page + " says why");
+    const bool warned = std::any_of(report_.frames.begin(), report_.frames.end(),
+                                    [](const FrameResult& frame) { return !frame.figures.warnings.empty(); });
+    if (warned) throw Ended(kWarned, head + ", with warnings, which " + page + " lists");
+}
+
+}  // namespace
+
+void run_batch(const BatchArguments& arguments) { Batch(arguments).run(); }
+
+}  // namespace rcs::service

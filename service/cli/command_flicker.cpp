@@ -1,0 +1,81 @@
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "batch/flicker.h"
+#include "cli/commands.h"
+#include "rcs/error.h"
+#include "rcs/image_io.h"
+#include "report/encoding.h"
+
+namespace rcs::service {
+namespace {
+
+struct FlickerArguments {
+    std::vector<std::string> files;
+    std::string layer = "beauty";
+    bool json = false;
+};
+
+FlickerFrame read_frame(const std::string& file, const std::string& layer)
+{
+    LayeredImage image = read_image(file);
+    const auto take = [&](const std::string& name) -> std::optional<Image> {
+        const auto found = image.layers.find(name);
+        if (found == image.layers.end()) return std::nullopt;
+        return found->second;
+    };
+    std::optional<Image> light = take(layer);
+    if (!light) throw Error(ErrorCode::not_found, file + " has no layer '" + layer + "'");
+    return {std::move(*light), take("motion"), take("depth")};
+}
+
+void print_flicker(const FlickerArguments& arguments)
+{
+    std::vector<FlickerFrame> frames;
+    for (const std::string& file : arguments.files) frames.push_back(read_frame(file, arguments.layer));
+    const Flicker flicker = measure_flicker(frames);
+    const bool followed =
+        std::any_of(frames.begin() + 1, frames.end(), [](const auto& f) { return f.motion.has_value(); });
+    if (arguments.json) {
+        const nlohmann::ordered_json json{
+            {"frames", frames.size()}, {"layer", arguments.layer}, {"followed", followed}, {"points", flicker.points},
+            {"mean", flicker.mean},    {"median", flicker.median}, {"p95", flicker.p95},   {"steps", flicker.steps}};
+        std::printf("%s\n", json.dump(2).c_str());
+        return;
+    }
+    std::printf("%zu frames, layer %s, %zu points %s\n\n", frames.size(), arguments.layer.c_str(), flicker.points,
+                followed ? "followed by the layer motion" : "that stay in their pixels");
+    std::printf("temporal standard deviation over mean\n");
+    std::printf("mean            %s\nmedian          %s\np95             %s\n", percent_text(flicker.mean).c_str(),
+                percent_text(flicker.median).c_str(), percent_text(flicker.p95).c_str());
+}
+
+}  // namespace
+
+void add_flicker_command(CLI::App& app, Action& action)
+{
+    CLI::App& command =
+        *app.add_subcommand("flicker", "Measures how much light changes in time where nothing says that it should");
+    const auto arguments = std::make_shared<FlickerArguments>();
+    command
+        .add_option("frames", arguments->files,
+                    "Pictures in their order; EXR files with the layer motion are followed where things move")
+        ->required()
+        ->expected(2, 10'000)
+        ->type_name("FRAME");
+    command.add_option("--layer", arguments->layer, "Layer to look at; irradiance leaves textures out")
+        ->type_name("NAME")
+        ->capture_default_str();
+    command.add_flag("--json", arguments->json, "Print JSON, with the change of each frame from the one before");
+    command.footer("Example: rcsplat flicker frames/atrium.*.exr --layer irradiance");
+    command.callback([arguments, &action] { action = [arguments] { print_flicker(*arguments); }; });
+}
+
+}  // namespace rcs::service

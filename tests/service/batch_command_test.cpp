@@ -1,0 +1,236 @@
+// rcsplat batch: frames that are complete, resumed and accounted for.
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <csignal>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "support/rcsplat.h"
+#include "support/small_render.h"
+#include "support/temporary_folder.h"
+
+namespace rcs {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using test::bytes_of;
+using test::expect_error;
+using test::Outcome;
+using test::rcsplat;
+using test::TemporaryFolder;
+using test::triangle_glb;
+using test::write_bytes;
+
+std::vector<std::string> small_batch(const std::string& scene, const std::string& frames, const std::string& output,
+                                     const std::vector<std::string>& more = {})
+{
+    std::vector<std::string> words{"batch", scene,    "--frames", frames,  "--size", "24x24", "--aa",
+                                   "1",     "--rays", "16",       "--fps", "10",     "-o",    output};
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+}
+
+/// How many frames of the report are in a state.
+int count(const TemporaryFolder& folder, const std::string& state)
+{
+    return json::parse(bytes_of(folder / "report.json")).at("counts").at(state);
+}
+
+/// A camera that moves over ten frames.
+std::string walk(const std::string& more = "")
+{
+    return R"({"fps": 10, "keys": [{"frame": 1, "eye": [0.0, 0.5, 3.0], "target": [0, 0, 0]},
+               {"frame": 10, "eye": [1.0, 0.5, 3.0], "target": [0, 0, 0]})" +
+           more + "]}";
+}
+
+TEST(BatchCommand, IndependentFramesAreThoseOfRender)
+{
+    const TemporaryFolder folder;
+    write_bytes(folder / "walk.json", walk());
+    const std::vector<std::string> more{"--camera-path", folder / "walk.json", "--independent-frames", "-o",
+                                        folder / "f.####.png"};
+    const Outcome batch = rcsplat(small_batch("demo:furnace", "2-8x3", folder / "f.####.exr", more));
+    EXPECT_EQ(batch.code, 0) << batch.err;
+    for (const int frame : {2, 5, 8}) {
+        const std::string digit = std::to_string(frame);
+        EXPECT_EQ(rcsplat({"render", "demo:furnace", "--size", "24x24", "--aa", "1", "--rays", "16", "--camera-path",
+                           folder / "walk.json", "--time", "0." + digit, "-o", folder / "one.exr", "-o",
+                           folder / "one.png", "-q"})
+                      .code,
+                  0);
+        EXPECT_EQ(bytes_of(folder / ("f.000" + digit + ".exr")), bytes_of(folder / "one.exr")) << frame;
+        EXPECT_EQ(bytes_of(folder / ("f.000" + digit + ".png")), bytes_of(folder / "one.png")) << frame;
+    }
+}
+
+TEST(BatchCommand, FramesOfAWalkThroughAStillSceneShareRecords)
+{
+    const TemporaryFolder folder;
+    write_bytes(folder / "walk.json", walk());
+    const Outcome batch =
+        rcsplat(small_batch("demo:cornell", "1-3", folder / "f.####.png", {"--camera-path", folder / "walk.json"}));
+    EXPECT_EQ(batch.code, 0) << batch.err;
+    const json frames = json::parse(bytes_of(folder / "report.json")).at("frames");
+    EXPECT_EQ(frames[0].at("figures").at("records_reused"), 0);
+    for (const int i : {1, 2}) {
+        const json figures = frames[static_cast<std::size_t>(i)].at("figures");
+        EXPECT_GT(figures.at("records_reused"), 0);
+        EXPECT_LT(figures.at("records_made"), frames[0].at("figures").at("records_made"));
+        EXPECT_EQ(figures.at("exposure"), frames[0].at("figures").at("exposure")) << "or the film would flicker";
+    }
+}
+
+TEST(BatchCommand, RendersOnlyWhatIsMissingOrHasChanged)
+{
+    const TemporaryFolder folder;
+    write_bytes(folder / "scene.glb", triangle_glb(0.0f));
+    const auto batch = [&](const std::string& scene, const std::vector<std::string>& more = {}) {
+        std::vector<std::string> words = small_batch(folder / scene, "1-3", folder / "f.####.png", {"--explain"});
+        words.insert(words.end(), more.begin(), more.end());
+        const Outcome outcome = rcsplat(words);
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        return outcome.out;
+    };
+    EXPECT_NE(batch("scene.glb").find("frame 3: rendered in "), std::string::npos);
+    EXPECT_NE(batch("scene.glb").find("frame 3: done before"), std::string::npos);
+    EXPECT_EQ(count(folder, "kept"), 3);
+
+    fs::remove(folder / "f.0002.png");
+    EXPECT_NE(batch("scene.glb").find("f.0002.png is missing"), std::string::npos);
+    EXPECT_EQ(count(folder, "kept"), 2);
+
+    fs::rename(folder / "scene.glb", folder / "renamed.glb");
+    batch("renamed.glb");
+    EXPECT_EQ(count(folder, "kept"), 3) << "a name is no light";
+
+    EXPECT_NE(batch("renamed.glb", {"--bounces", "2"}).find("bounces was 1, is 2"), std::string::npos);
+    EXPECT_EQ(count(folder, "rendered"), 3);
+    batch("renamed.glb");
+
+    std::string other = triangle_glb(0.0f);
+    other.replace(other.find("\"triangle\""), 10, "\"Triangle\"");
+    write_bytes(folder / "renamed.glb", other);
+    batch("renamed.glb");
+    EXPECT_EQ(count(folder, "kept"), 3) << "other bytes, the same light";
+    write_bytes(folder / "renamed.glb", triangle_glb(0.5f));
+    EXPECT_NE(batch("renamed.glb", {"--dry-run"}).find("frame 2: to be rendered: scene has changed"),
+              std::string::npos);
+    EXPECT_NE(batch("renamed.glb").find("scene has changed"), std::string::npos);
+    EXPECT_EQ(count(folder, "rendered"), 3);
+}
+
+TEST(BatchCommand, RendersTheFramesThatSeeTheChange)
+{
+    const TemporaryFolder folder;
+    const auto batch = [&](const std::string& more) {
+        write_bytes(folder / "walk.json", walk(more));
+        const Outcome outcome = rcsplat(
+            small_batch("demo:furnace", "1-12", folder / "f.####.png", {"--camera-path", folder / "walk.json"}));
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+    };
+    batch(R"(, {"frame": 11, "eye": [2, 0, 3], "target": [0, 0, 0], "cut": true})");
+    EXPECT_EQ(count(folder, "rendered"), 12);
+    batch(R"(, {"frame": 11, "eye": [3, 0, 3], "target": [0, 0, 0], "cut": true})");
+    EXPECT_EQ(count(folder, "rendered"), 2);
+    EXPECT_EQ(count(folder, "kept"), 10);
+}
+
+TEST(BatchCommand, AFrameThatFailsDoesNotStopTheOthers)
+{
+    const TemporaryFolder folder;
+    write_bytes(folder / "walk.json", walk(R"(, {"frame": 11, "camera": "nowhere"},
+        {"frame": 12, "eye": [2, 0, 3], "target": [0, 0, 0]})"));
+    const Outcome outcome =
+        rcsplat(small_batch("demo:furnace", "10-13", folder / "f.####.png", {"--camera-path", folder / "walk.json"}));
+    EXPECT_EQ(outcome.code, 1);
+    EXPECT_NE(outcome.err.find("3 of 4 frames are there, 1 failed"), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.out.find("frame 11: failed: "), std::string::npos) << outcome.out;
+    EXPECT_NE(bytes_of(folder / "report.html").find("nowhere"), std::string::npos);
+    EXPECT_TRUE(fs::exists(folder / "f.0012.png"));
+    EXPECT_FALSE(fs::exists(folder / "f.0011.png"));
+}
+
+TEST(BatchCommand, GoesOnAfterBeingKilled)
+{
+    const TemporaryFolder folder, logs;
+    const auto words = small_batch("demo:furnace", "1-40", folder / "f.####.png", {"-q"});
+    for (const char* frame : {"f.0002.png", "f.0009.png", "f.0020.png"}) {
+        const pid_t pid = start(logs, words);
+        while (!fs::exists(folder / frame)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        kill(pid, SIGKILL);
+        EXPECT_EQ(finish(pid, logs).code, 128 + SIGKILL);
+    }
+    const std::string second = bytes_of(folder / ".rcsplat/f.0002.png.json");
+    const Outcome last = rcsplat(words);
+    EXPECT_EQ(last.code, 0) << last.err;
+    EXPECT_EQ(count(folder, "rendered") + count(folder, "kept"), 40);
+    EXPECT_GE(count(folder, "kept"), 19);
+    EXPECT_EQ(bytes_of(folder / ".rcsplat/f.0002.png.json"), second) << "a finished frame is not rendered again";
+    EXPECT_EQ(folder.names().size(), 40u + 3u) << "40 frames, the report and what is known of the frames";
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder / ".rcsplat"), fs::directory_iterator()), 40);
+}
+
+TEST(BatchCommand, EndsInOrderWhenItIsTold)
+{
+    const TemporaryFolder folder, logs;
+    const auto words = small_batch("demo:furnace", "1-2000", folder / "f.####.png");
+    const pid_t pid = start(logs, words);
+    while (!fs::exists(folder / "f.0003.png")) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    kill(pid, SIGUSR1);
+    while (!fs::exists(folder / "report.html")) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    EXPECT_GE(count(folder, "rendered"), 2) << "the report so far";
+    kill(pid, SIGTERM);
+    kill(pid, SIGTERM);  // as schedulers do
+    const Outcome outcome = finish(pid, logs);
+    EXPECT_EQ(outcome.code, 128 + SIGTERM) << outcome.err;
+    EXPECT_NE(outcome.err.find("the same command goes on"), std::string::npos) << outcome.err;
+    const int done = count(folder, "rendered");
+    EXPECT_EQ(count(folder, "left"), 2000 - done);
+    EXPECT_EQ(folder.names().size(), static_cast<std::size_t>(done) + 3u);
+    EXPECT_EQ(rcsplat(small_batch("demo:furnace", "1-" + std::to_string(done), folder / "f.####.png")).code, 0);
+    EXPECT_EQ(count(folder, "kept"), done);
+}
+
+TEST(BatchCommand, LimitsTheTimeOfAFrame)
+{
+    const TemporaryFolder folder;
+    const Outcome outcome = rcsplat({"batch", "demo:atrium", "--frames", "1", "--size", "600x400", "--time-limit",
+                                     "0.01", "-o", folder / "f.####.png"});
+    EXPECT_EQ(outcome.code, 1);
+    EXPECT_NE(outcome.out.find("it took longer than --time-limit 0.01 s"), std::string::npos) << outcome.out;
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder / ".rcsplat"), fs::directory_iterator()), 0);
+}
+
+TEST(BatchCommand, RefusesWhatCannotBe)
+{
+    const TemporaryFolder folder;
+    expect_error(small_batch("demo:furnace", "1-3", folder / "f.png"), test::kBadUsage, "needs a ####", folder);
+    expect_error(small_batch("demo:furnace", "3-1", folder / "f.####.png"), test::kBadUsage, "runs backwards", folder);
+    expect_error(small_batch("demo:furnace", "1", folder / "f.####.bmp"), test::kBadUsage, "f.####.bmp", folder);
+}
+
+TEST(FlickerCommand, MeasuresFrames)
+{
+    const TemporaryFolder folder;
+    ASSERT_EQ(rcsplat(small_batch("demo:cornell", "1-3", folder / "f.####.exr")).code, 0);
+    const Outcome still =
+        rcsplat({"flicker", folder / "f.0001.exr", folder / "f.0002.exr", folder / "f.0003.exr", "--json"});
+    ASSERT_EQ(still.code, 0) << still.err;
+    EXPECT_EQ(json::parse(still.out).at("points"), 24 * 24);
+    EXPECT_EQ(json::parse(still.out).at("p95"), 0.0) << "nothing moves, and records are kept";
+    ASSERT_EQ(rcsplat(small_batch("demo:cornell", "4", folder / "f.####.exr", {"--seed", "7"})).code, 0);
+    const Outcome noisy = rcsplat({"flicker", folder / "f.0001.exr", folder / "f.0004.exr", "--json"});
+    EXPECT_GT(json::parse(noisy.out).at("median"), 0.001) << "another seed for another frame";
+}
+
+}  // namespace
+}  // namespace rcs

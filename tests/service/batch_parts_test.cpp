@@ -1,0 +1,163 @@
+// What a batch is made of: lists of frames, names of files, records of frames, flicker.
+
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "batch/flicker.h"
+#include "batch/frame_record.h"
+#include "batch/frames.h"
+#include "rcs/error.h"
+#include "support/temporary_folder.h"
+
+namespace rcs::service {
+namespace {
+
+using Frames = std::vector<int>;
+
+TEST(Frames, AreListedInManyWays)
+{
+    EXPECT_EQ(parse_frames("7"), (Frames{7}));
+    EXPECT_EQ(parse_frames("1-5"), (Frames{1, 2, 3, 4, 5}));
+    EXPECT_EQ(parse_frames("1-10x3"), (Frames{1, 4, 7, 10}));
+    EXPECT_EQ(parse_frames("1..10:4"), (Frames{1, 5, 9}));
+    EXPECT_EQ(parse_frames("20,1-3,-2--1"), (Frames{-2, -1, 1, 2, 3, 20}));
+    EXPECT_EQ(parse_frames("-4-4x4"), (Frames{-4, 0, 4}));
+}
+
+TEST(Frames, RefuseWhatIsNoList)
+{
+    for (const char* text : {"", "a", "1-", "-", "1,,2", "5-1", "1-5x0", "1-3,2", "1 - 3", "1-100000", "1x2", "1.5"})
+        EXPECT_THROW(parse_frames(text), Error) << text;
+}
+
+TEST(Frames, HaveFilesOfTheirOwn)
+{
+    EXPECT_EQ(path_of_frame("a/beauty.####.exr", 12), "a/beauty.0012.exr");
+    EXPECT_EQ(path_of_frame("a/beauty.%04d.exr", 12), "a/beauty.0012.exr");
+    EXPECT_EQ(path_of_frame("b#.png", 12), "b12.png");
+    EXPECT_EQ(path_of_frame("b%d.png", 12), "b12.png");
+    EXPECT_EQ(path_of_frame("b.####.png", -3), "b.-0003.png");
+    EXPECT_EQ(path_of_frame("shot#2/b.##.png", 7), "shot#2/b.07.png") << "the last place counts";
+    EXPECT_FALSE(has_frame_pattern("beauty.exr"));
+    EXPECT_FALSE(has_frame_pattern("100%.exr"));
+    EXPECT_TRUE(has_frame_pattern("beauty.%03d.exr"));
+}
+
+TEST(FrameRecord, IsReadAsItWasWritten)
+{
+    const test::TemporaryFolder folder;
+    FrameRecord record;
+    record.number = -3;
+    record.source = "abc";
+    record.depends = {{"scene", "s"}, {"rays", "128"}};
+    record.files = {{"a.exr", 17, "layers"}};
+    record.figures.seconds = 1.5;
+    record.figures.flicker = 0.25;
+    record.figures.warnings = {"careful"};
+    record.figures.thumbnail = "AAAA";
+    write_frame_record(folder / "r.json", record);
+    const auto read = read_frame_record(folder / "r.json");
+    ASSERT_TRUE(read);
+    EXPECT_EQ(read->number, -3);
+    EXPECT_EQ(read->source, "abc");
+    EXPECT_EQ(read->depends, record.depends);
+    EXPECT_EQ(read->files, record.files);
+    EXPECT_EQ(read->figures.seconds, 1.5);
+    EXPECT_EQ(read->figures.flicker, 0.25);
+    EXPECT_EQ(read->figures.warnings, record.figures.warnings);
+    EXPECT_EQ(read->figures.thumbnail, "AAAA");
+    for (const char* damaged : {"", "{", "[]", "{\"layout\": 1}", "{\"layout\": 99}"}) {
+        test::write_bytes(folder / "bad.json", damaged);
+        EXPECT_FALSE(read_frame_record(folder / "bad.json")) << damaged;
+    }
+}
+
+TEST(FrameRecord, SaysWhatDiffers)
+{
+    const Dependencies was{{"scene", "1"}, {"rays", "128"}, {"view", "a"}};
+    EXPECT_EQ(difference(was, was), "");
+    EXPECT_EQ(difference(was, {{"scene", "2"}, {"rays", "64"}, {"view", "a"}}),
+              "scene has changed, rays was 128, is 64");
+    EXPECT_EQ(difference(was, {{"scene", "1"}, {"rays", "128"}}), "view was a");
+    EXPECT_EQ(difference({}, {{"rays", "128"}}), "rays has changed");
+}
+
+TEST(FrameRecord, KnowsItsFiles)
+{
+    const test::TemporaryFolder folder;
+    test::write_bytes(folder / "a.exr", "12345");
+    FrameRecord record;
+    record.files = {{"a.exr", 5, "half"}};
+    const auto wrong = [&](const std::vector<FrameFile>& wanted) {
+        return missing_file(record, wanted, folder.path());
+    };
+    EXPECT_EQ(wrong({{"a.exr", 0, "half"}}), "");
+    EXPECT_EQ(wrong({{"a.exr", 0, "float"}}), "a.exr kept half, is to keep float");
+    EXPECT_EQ(wrong({{"b.exr", 0, "half"}}), "b.exr was not asked for before");
+    test::write_bytes(folder / "a.exr", "1234");
+    EXPECT_EQ(wrong({{"a.exr", 0, "half"}}), "a.exr is not the file that was written");
+    std::filesystem::remove(folder / "a.exr");
+    EXPECT_EQ(wrong({{"a.exr", 0, "half"}}), "a.exr is missing");
+}
+
+/// A grey picture whose pixels are what `value` says.
+FlickerFrame frame_of(int width, int height, const std::function<float(int, int)>& value)
+{
+    FlickerFrame frame{Image(width, height, 3), {}, {}};
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            for (int c = 0; c < 3; ++c) frame.light.at(x, y)[c] = value(x, y);
+    return frame;
+}
+
+TEST(FlickerMeasure, IsTheTemporalStandardDeviation)
+{
+    // Two pixels: 1, 2, 3 has the standard deviation 1 and the mean 2, the other one is still; eps is 1 % of the last
+    // frame's mean, (3 + 2) / 2.
+    const auto frame = [](float left) { return frame_of(2, 1, [=](int x, int) { return x == 0 ? left : 2.0f; }); };
+    const Flicker flicker = measure_flicker({frame(1.0f), frame(2.0f), frame(3.0f)});
+    EXPECT_EQ(flicker.points, 2u);
+    EXPECT_NEAR(flicker.mean, 0.5 * 1.0 / (2.0 + 0.025), 1e-6);
+    EXPECT_NEAR(flicker.p95, 1.0 / (2.0 + 0.025), 1e-6);
+    ASSERT_EQ(flicker.steps.size(), 2u);
+    EXPECT_NEAR(flicker.steps[0], 0.5 * 1.0 / (std::sqrt(2.0) * (1.5 + 0.02)), 1e-6);
+}
+
+TEST(FlickerMeasure, FollowsWhatMoves)
+{
+    // A ramp that goes two pixels to the right and one up from frame to frame.
+    const auto at = [](int step) {
+        FlickerFrame frame = frame_of(16, 12, [=](int x, int y) { return 10.0f + (x - 2 * step) + 3.0f * (y + step); });
+        frame.motion = Image(16, 12, 2);
+        for (int y = 0; y < 12; ++y)
+            for (int x = 0; x < 16; ++x) frame.motion->at(x, y)[0] = 2.0f, frame.motion->at(x, y)[1] = 1.0f;
+        return frame;
+    };
+    std::vector<FlickerFrame> frames{at(0), at(1), at(2)};
+    const Flicker followed = measure_flicker(frames);
+    EXPECT_GT(followed.points, 60u);
+    EXPECT_LT(followed.points, 16u * 12u) << "some come from outside";
+    EXPECT_LT(followed.p95, 1e-6);
+    for (FlickerFrame& frame : frames) frame.motion.reset();
+    EXPECT_GT(measure_flicker(frames).median, 0.01);
+}
+
+TEST(FlickerMeasure, LeavesOutWhatWasHidden)
+{
+    const auto far = [](float depth, float light) {
+        FlickerFrame frame = frame_of(4, 1, [=](int, int) { return light; });
+        frame.motion = Image(4, 1, 2);
+        frame.depth = Image(4, 1, 1);
+        for (int x = 0; x < 4; ++x) *frame.depth->at(x, 0) = x == 0 ? depth : 5.0f;
+        return frame;
+    };
+    EXPECT_EQ(measure_flicker({far(5.0f, 1.0f), far(5.1f, 1.0f)}).points, 4u);
+    EXPECT_EQ(measure_flicker({far(5.0f, 1.0f), far(9.0f, 1.0f)}).points, 3u);
+}
+
+}  // namespace
+}  // namespace rcs::service
