@@ -9,34 +9,26 @@
 #include <gtest/gtest.h>
 
 #include "facts/scene_effects.h"
-#include "gbuffer/views.h"
 #include "records/gatherer.h"
 #include "records/guided_gathers.h"
 #include "support/effect_scenes.h"
-#include "support/floor_points.h"
+#include "support/place.h"
 #include "support/session.h"
 #include "util/color.h"
 
 namespace rcs {
 namespace {
 
-/// A lit scene, and points of its floor that look around in it.
-struct Place {
-    Scene scene;
-    ThreadPool pool{2};
-    RayScene rays;
-    GBuffer points;
-    View view;
+std::vector<glm::vec2> scattered_points()
+{
+    std::vector<glm::vec2> floor;
+    for (int i = 0; i < 24; ++i)
+        floor.emplace_back(-1.7f + 0.147f * static_cast<float>(i), 1.6f - 0.31f * static_cast<float>(i % 7));
+    return floor;
+}
 
-    explicit Place(Scene s)
-        : scene(std::move(s)), rays(build_ray_scene(scene, pool)), view(make_views(scene.cameras[0], 64, 64, 1)[0])
-    {
-        std::vector<glm::vec2> floor;
-        for (int i = 0; i < 24; ++i)
-            floor.emplace_back(-1.7f + 0.147f * static_cast<float>(i), 1.6f - 0.31f * static_cast<float>(i % 7));
-        points = test::points_on_floor(floor);
-    }
-    Place(const Place&) = delete;
+struct Place : test::Place {
+    explicit Place(Scene s) : test::Place(std::move(s), scattered_points()) {}
 
     LightSurvey survey(std::uint64_t seed)
     {

@@ -11,7 +11,7 @@
 #include "rcs/reference.h"
 #include "records/lamps_to_gather.h"
 #include "support/effect_scenes.h"
-#include "support/floor_points.h"
+#include "support/place.h"
 #include "support/session.h"
 #include "util/color.h"
 
@@ -48,22 +48,16 @@ Scene window_room(float roughness, float panel_size = 60.0f)
     return scene;
 }
 
-struct Place {
-    Scene scene;
-    ThreadPool pool{2};
-    RayScene rays;
-    GBuffer points;
-    View view;
+std::vector<glm::vec2> even_points()
+{
+    std::vector<glm::vec2> floor;
+    for (int i = 0; i < 400; ++i)
+        floor.emplace_back(-1.9f + 0.2f * static_cast<float>(i / 20), -1.9f + 0.2f * static_cast<float>(i % 20));
+    return floor;
+}
 
-    explicit Place(Scene s)
-        : scene(std::move(s)), rays(build_ray_scene(scene, pool)), view(make_views(scene.cameras[0], 64, 64, 1)[0])
-    {
-        std::vector<glm::vec2> floor;
-        for (int i = 0; i < 400; ++i)
-            floor.emplace_back(-1.9f + 0.2f * static_cast<float>(i / 20), -1.9f + 0.2f * static_cast<float>(i % 20));
-        points = test::points_on_floor(floor);
-    }
-    Place(const Place&) = delete;
+struct Place : test::Place {
+    explicit Place(Scene s) : test::Place(std::move(s), even_points()) {}
 
     GatheredLamps lamps() { return lamps_to_gather(LitScene{rays}, points, RecordSettings{}, pool); }
 };

@@ -84,7 +84,8 @@ class ErrorHistogram {
 public:
     void add(double sigma)
     {
-        const double place = sigma > kLeastBin ? kBinsPerOctave * std::log2(sigma / kLeastBin) + 1.0 : 0.0;
+        const float octaves = sigma > kLeastBin ? std::log2(static_cast<float>(sigma / kLeastBin)) : 0.0f;
+        const double place = sigma > kLeastBin ? kBinsPerOctave * static_cast<double>(octaves) + 1.0 : 0.0;
         ++bins_[std::min(kBins - 1, static_cast<std::size_t>(place))];
         ++count_;
     }
@@ -159,23 +160,37 @@ void scale(ErrorMap& map, const ErrorScale& scale)
     }
 }
 
+namespace {
+
+double light_at(const SplatBuffer& sums, std::size_t i)
+{
+    const float l = luminance({sums.weighted_r[i], sums.weighted_g[i], sums.weighted_b[i]});
+    return sums.weight[i] > 0.0f ? static_cast<double>(l / sums.weight[i]) : 0.0;
+}
+
+}  // namespace
+
+double mean_light(const SplatBuffer& sums)
+{
+    const std::size_t pixels = sums.weight.size();
+    double mean = 0.0;
+    for (std::size_t i = 0; i < pixels; ++i) mean += light_at(sums, i) / static_cast<double>(pixels);
+    return mean;
+}
+
 MeanErrors mean_errors(const SplatBuffer& sums, const ErrorMap& errors, const ErrorScale& scale)
 {
     const std::size_t pixels = sums.weight.size();
-    const auto light = [&](std::size_t i) {
-        const float l = luminance({sums.weighted_r[i], sums.weighted_g[i], sums.weighted_b[i]});
-        return sums.weight[i] > 0.0f ? static_cast<double>(l / sums.weight[i]) : 0.0;
-    };
-    double mean = 0.0;
-    for (std::size_t i = 0; i < pixels; ++i) mean += light(i) / static_cast<double>(pixels);
+    const double mean = mean_light(sums);
     MeanErrors result;
     result.mean = mean;
     if (!(mean > 0.0)) return result;
     for (std::size_t i = 0; i < pixels; ++i) {
-        const double part = light(i) / (light(i) + kRelativeErrorFloor * mean);
+        const double light = light_at(sums, i);
+        const double part = light / (light + kRelativeErrorFloor * mean);
         const double total = kMeanAbsolute * part * static_cast<double>(errors.total(i));
         if (!(total > 0.0)) continue;
-        const double judged = scale.judged(total) / static_cast<double>(pixels);
+        const double judged = scale.judged(total).mean / static_cast<double>(pixels);
         result.noise += judged * static_cast<double>(errors.noise[i] / errors.total(i));
         result.spread += judged * static_cast<double>(errors.spread[i] / errors.total(i));
         result.total += judged;
@@ -275,8 +290,9 @@ ErrorEstimate estimate_error(const JudgedLayer& layer, const ErrorScale& scale)
         // Direct light that is dark by chance is darker than the truth, which errors are relative to.
         const double truth = length(layer.light[i] + dark, layer.direct[i]);
         const double own = kMeanAbsolute * length(layer.indirect[i], layer.direct[i]) / truth;
-        histogram.add(std::lerp(scale.typical(own), noise.error, noise.part) / kMeanAbsolute);
-        sum += std::lerp(scale.judged(own), noise.error, noise.part);
+        const ErrorScale::Judged judged = scale.judged(own);
+        histogram.add(std::lerp(judged.typical, noise.error, noise.part) / kMeanAbsolute);
+        sum += std::lerp(judged.mean, noise.error, noise.part);
     }
     return {sum / static_cast<double>(pixels), histogram.percentile(0.5), histogram.percentile(0.95)};
 }

@@ -34,6 +34,8 @@ struct MeanErrors {
     double noise = 0.0, spread = 0.0, total = 0.0;
     double mean = 0.0;  ///< irradiance [W m^-2], on luminance
 };
+/// That mean alone.
+double mean_light(const SplatBuffer& sums);
 MeanErrors mean_errors(const SplatBuffer& sums, const ErrorMap& errors, const ErrorScale& scale = {});
 
 }  // namespace rcs

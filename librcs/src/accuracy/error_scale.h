@@ -20,25 +20,21 @@ public:
     explicit ErrorScale(const std::vector<Part>& parts);
 
     /// What a map's error is to be multiplied by.
-    double of_map(double told) const { return of_map_.at(told); }
+    double of_map(double told) const;
     /// An error relative to the picture, made relative to the truth: in the mean, and most of them.
-    double judged(double found) const { return found * judged_.at(found); }
-    double typical(double found) const { return found * typical_.at(found); }
+    struct Judged {
+        double mean, typical;
+    };
+    Judged judged(double found) const;
 
 private:
-    /// A factor by an error: between the parts by logarithms, beyond them as at the nearest. Without parts it is 1.
-    class Curve {
-    public:
-        void add(double at, double factor);
-        double at(double error) const;
-
-    private:
-        struct Point {
-            double at, log_at, factor, log_factor;
-        };
-        std::vector<Point> points_;
+    /// Of a part, for curves between them by logarithms, and beyond them as at the nearest.
+    struct Point {
+        double told, found;
+        float log_told, log_found;
+        float log_of_map, log_judged, log_typical;  ///< factors
     };
-    Curve of_map_, judged_, typical_;
+    std::vector<Point> points_;
 };
 
 }  // namespace rcs

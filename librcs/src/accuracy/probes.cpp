@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <span>
 
+#include "gbuffer/visible_points.h"
 #include "rcs/metrics.h"
 #include "util/color.h"
 #include "util/random.h"
@@ -12,6 +13,8 @@
 namespace rcs {
 namespace {
 
+// Pixels that are looked at to find those of little and of much error.
+constexpr std::size_t kCandidates = 32768;
 constexpr double kMostProbes = 448.0, kLeastProbes = 70.0;
 constexpr double kUsualRays = 256.0, kLeastRays = 64.0, kMostRays = 8192.0;  // of a gather
 // Rays of probes over those of records, and at least: some milliseconds, that of small pictures something can be told.
@@ -155,11 +158,10 @@ Probes::Probes(const LitScene& scene, const GBuffer& gbuffer, const RecordSettin
 
 void Probes::choose_pixels(std::size_t count, const SplatBuffer& sums, const ErrorMap& map)
 {
-    const double dark = kRelativeErrorFloor * mean_errors(sums, map).mean;
+    const double dark = kRelativeErrorFloor * mean_light(sums);
     std::vector<std::pair<float, std::uint32_t>> by_error;
-    for (std::size_t i = 0; i < gbuffer_.size(); ++i)
-        if (gbuffer_.covered(i) && sums.weight[i] > 0.0f)
-            by_error.emplace_back(static_cast<float>(told_at(sums, map, i, dark)), static_cast<std::uint32_t>(i));
+    for (const std::uint32_t i : spread_pixels(gbuffer_, std::min(kCandidates, gbuffer_.size()), ~seed_))
+        if (sums.weight[i] > 0.0f) by_error.emplace_back(static_cast<float>(told_at(sums, map, i, dark)), i);
     std::sort(by_error.begin(), by_error.end());
     for (std::size_t part = 0; part < kParts; ++part) {
         const auto size = static_cast<double>(by_error.size());
@@ -201,7 +203,7 @@ void Probes::spend(double rays, const SplatBuffer& sums, const ErrorMap& map)
 
 ErrorScale Probes::compare(const SplatBuffer& sums, const ErrorMap& map) const
 {
-    const double dark = kRelativeErrorFloor * mean_errors(sums, map).mean;
+    const double dark = kRelativeErrorFloor * mean_light(sums);
     std::vector<ProbeFindings> findings;
     for (std::size_t k = 0; k < pixels_.size() && dark > 0.0; ++k) {
         const double splat = light_at(sums, pixels_[k]), told = told_at(sums, map, pixels_[k], dark);

@@ -9,21 +9,12 @@
 #include "direct/direct_error.h"
 #include "direct/direct_point.h"
 #include "facts/scene_effects.h"
+#include "gbuffer/visible_points.h"
 #include "rcs/error.h"
 #include "util/color.h"
 
 namespace rcs {
 namespace {
-
-SurfacePoint surface_of(const GBuffer& g, std::size_t i)
-{
-    SurfacePoint p{};
-    p.position = g.scene_position(i);
-    p.position_error = g.position_error[i];
-    p.geometric_normal = g.geometric_normal[i];
-    p.shading_normal = g.normal(i);
-    return p;
-}
 
 /// @param bsdf  becomes the pixel's
 DirectLight::Viewer viewer_of(const GBuffer& g, const View& view, const Shading& shading, std::size_t i, Bsdf& bsdf)
@@ -86,7 +77,7 @@ double try_direct_light(const RayScene& rays, const GBuffer& gbuffer, const View
             Bsdf bsdf;
             const DirectLight::Viewer viewer =
                 shading.has_lobes() ? viewer_of(gbuffer, view, shading, tried[k], bsdf) : DirectLight::Viewer{};
-            light.at(surface_of(gbuffer, tried[k]), viewer, stream_key(options.seed, Stream::direct, tried[k]),
+            light.at(visible_point(gbuffer, tried[k]), viewer, stream_key(options.seed, Stream::direct, tried[k]),
                      workspaces[static_cast<std::size_t>(thread)], 0);
         }
     });
@@ -106,7 +97,7 @@ DirectLightResult direct_light(const RayScene& rays, const GBuffer& gbuffer, con
     std::vector<DirectLight::Workspace> workspaces(static_cast<std::size_t>(pool.size()));
     const auto light_at = [&](std::size_t i, std::uint64_t mixed, Stream stream, DirectLight::Workspace& w) {
         Bsdf bsdf;
-        return light.at(surface_of(gbuffer, i),
+        return light.at(visible_point(gbuffer, i),
                         highlights ? viewer_of(gbuffer, view, shading, i, bsdf) : DirectLight::Viewer{},
                         stream_key(options.seed, stream, i), w, mixed);
     };

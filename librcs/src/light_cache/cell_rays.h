@@ -19,6 +19,17 @@ struct SurfaceSample {
     glm::vec3 geometric_normal, normal;  ///< unit; the second one is the shading normal
 };
 
+/// The same without what a sample does not know.
+inline SurfacePoint point_of(const SurfaceSample& sample)
+{
+    SurfacePoint p{};
+    p.position = sample.position;
+    p.position_error = sample.position_error;
+    p.geometric_normal = sample.geometric_normal;
+    p.shading_normal = sample.normal;
+    return p;
+}
+
 /// What one ray of a cell has met.
 struct CellHit {
     bool hit = false;

@@ -119,11 +119,7 @@ void LampGuide::learn(const RayScene& rays, std::span<const SurfaceSample> place
         ShadowBatch shadow;
         for (std::size_t b = begin; b < end; ++b)
             for (std::size_t i = b * kPlacesAtATime; i < std::min(places.size(), (b + 1) * kPlacesAtATime); ++i) {
-                SurfacePoint p{};
-                p.position = places[i].position;
-                p.position_error = places[i].position_error;
-                p.geometric_normal = places[i].geometric_normal;
-                p.shading_normal = places[i].normal;
+                const SurfacePoint p = point_of(places[i]);
                 const LookCells cells = guide_.cells(p.position, p.shading_normal);
                 RandomStream random(stream_key(seed, Stream::lit_points, i));
                 guide_.choose({p.position, p.shading_normal, cells}, kLooks, random, scratch, choices);

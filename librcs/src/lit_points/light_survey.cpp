@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "gbuffer/visible_points.h"
 #include "util/color.h"
 #include "util/random.h"
 
@@ -29,14 +30,8 @@ std::size_t count_for(const GBuffer& g, double per_pixel)
 std::vector<SurfaceSample> visible_points(const GBuffer& g, std::size_t count, std::uint64_t seed)
 {
     std::vector<SurfaceSample> points;
-    const double step = static_cast<double>(g.size()) / static_cast<double>(count);
-    for (std::size_t k = 0; k < count; ++k) {
-        RandomStream random(stream_key(seed, Stream::lit_points, k));
-        const double at = (static_cast<double>(k) + static_cast<double>(random.next())) * step;
-        const std::size_t i = std::min(g.size() - 1, static_cast<std::size_t>(at));
-        if (g.covered(i))
-            points.push_back({g.scene_position(i), g.position_error[i], g.geometric_normal[i], g.normal(i)});
-    }
+    for (const std::uint32_t i : spread_pixels(g, count, seed))
+        points.push_back({g.scene_position(i), g.position_error[i], g.geometric_normal[i], g.normal(i)});
     return points;
 }
 

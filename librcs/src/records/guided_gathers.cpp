@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "facts/scene_effects.h"
+#include "gbuffer/visible_points.h"
 #include "records/gatherer.h"
 #include "records/hemisphere.h"
 #include "util/color.h"
@@ -29,19 +30,6 @@ constexpr double kSparedRayCost = 1.15, kLookCost = 0.7;
 constexpr double kLeastGain = 1.25;
 // A record below this part of the mean is judged as if it were as bright: it can hardly be seen.
 constexpr double kDark = 0.1;
-
-std::vector<std::uint32_t> probe_pixels(const GBuffer& g, std::uint64_t seed)
-{
-    std::vector<std::uint32_t> pixels;
-    const double step = static_cast<double>(g.size()) / kProbes;
-    for (std::size_t k = 0; k < kProbes; ++k) {
-        RandomStream random(stream_key(seed, Stream::lit_points, k));
-        const double at = (static_cast<double>(k) + static_cast<double>(random.next())) * step;
-        const std::size_t i = std::min(g.size() - 1, static_cast<std::size_t>(at));
-        if (g.covered(i)) pixels.push_back(static_cast<std::uint32_t>(i));
-    }
-    return pixels;
-}
 
 /// Of gathers at the probes: means relative to what is received.
 struct Errors {
@@ -127,7 +115,7 @@ std::unique_ptr<GatherGuide> make_gather_guide(const LitScene& scene, const GBuf
 {
     if (settings.bounces == 0) return nullptr;
     const LitScene lit{scene.rays, settings.bounces > 1 ? scene.cache : nullptr, nullptr, scene.gathered};
-    const Probes probes{gbuffer, probe_pixels(gbuffer, settings.seed), settings.seed, pool};
+    const Probes probes{gbuffer, spread_pixels(gbuffer, kProbes, settings.seed), settings.seed, pool};
     const GatherSize all{make_hemisphere_grid(settings.rays), 0};
     const GatherSize half{make_hemisphere_grid(settings.rays / 2), settings.rays - settings.rays / 2};
     const Errors plain = gather_at(probes, Gatherer(lit, settings), all, 0, nullptr);

@@ -1,10 +1,10 @@
 #include "records/lamps_to_gather.h"
 
-#include <algorithm>
 #include <numbers>
 #include <vector>
 
 #include "facts/scene_effects.h"
+#include "gbuffer/visible_points.h"
 #include "hit_light/hit_light.h"
 #include "rays/ray_scene_impl.h"
 #include "util/color.h"
@@ -26,16 +26,6 @@ struct Arrival {
     float sky;              // part of the hemisphere
     float possible, found;  // luminance of irradiance
 };
-
-SurfacePoint surface_of(const GBuffer& g, std::size_t i)
-{
-    SurfacePoint p{};
-    p.position = g.scene_position(i);
-    p.position_error = g.position_error[i];
-    p.geometric_normal = g.geometric_normal[i];
-    p.shading_normal = g.normal(i);
-    return p;
-}
 
 std::vector<Arrival> look_at_lamps(const RayScene& rays, const HitLights& lights, const SurfacePoint& point,
                                    RandomStream random)
@@ -61,24 +51,21 @@ GatheredLamps lamps_to_gather(const LitScene& scene, const GBuffer& gbuffer, con
 {
     const HitLights lights(collect_lights(scene.rays, effects_or_scene(settings.effects, scene.rays)));
     if (lights.lights().triangles.empty()) return {};
-    std::vector<std::vector<Arrival>> found(kProbes);
-    pool.parallel_for(kProbes, 4, [&](std::size_t begin, std::size_t end, int) {
-        const double step = static_cast<double>(gbuffer.size()) / kProbes;
+    const std::vector<std::uint32_t> probes = spread_pixels(gbuffer, kProbes, settings.seed);
+    std::vector<std::vector<Arrival>> found(probes.size());
+    pool.parallel_for(probes.size(), 4, [&](std::size_t begin, std::size_t end, int) {
         for (std::size_t k = begin; k < end; ++k) {
-            RandomStream random(stream_key(settings.seed, Stream::lit_points, ~k));
-            const double at = (static_cast<double>(k) + static_cast<double>(random.next())) * step;
-            const std::size_t pixel = std::min(gbuffer.size() - 1, static_cast<std::size_t>(at));
-            if (gbuffer.covered(pixel))
-                found[k] = look_at_lamps(scene.rays, lights, surface_of(gbuffer, pixel), random);
+            const RandomStream random(stream_key(settings.seed, Stream::lit_points, ~k));
+            found[k] = look_at_lamps(scene.rays, lights, visible_point(gbuffer, probes[k]), random);
         }
     });
     struct Sum {
         double sky = 0.0, possible = 0.0, found = 0.0;
     };
     std::vector<Sum> sums(scene.rays.impl().instances.size());
-    double probes = 0.0;
+    double lit = 0.0;  // probes that a lamp could light
     for (const std::vector<Arrival>& arrivals : found) {
-        probes += arrivals.empty() ? 0.0 : 1.0;
+        lit += arrivals.empty() ? 0.0 : 1.0;
         for (const Arrival& a : arrivals) {
             sums[a.instance].sky += static_cast<double>(a.sky);
             sums[a.instance].possible += static_cast<double>(a.possible);
@@ -91,7 +78,7 @@ GatheredLamps lamps_to_gather(const LitScene& scene, const GBuffer& gbuffer, con
     std::uint64_t id = 0;
     for (std::size_t i = 0; i < sums.size(); ++i) {
         const Sum& s = sums[i];
-        if (s.sky < kLeastSky * kRays * probes || !(s.found > 0.0) || s.found > kMostSeen * s.possible) continue;
+        if (s.sky < kLeastSky * kRays * lit || !(s.found > 0.0) || s.found > kMostSeen * s.possible) continue;
         result.of_instance[i] = 1;
         id = mix64(id ^ (i + 1));
         result.id = static_cast<std::uint32_t>(id) | 1u;

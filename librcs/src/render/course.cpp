@@ -209,7 +209,8 @@ bool wants_pass(Course& course, const Deadline& deadline, int done, int most)
 
 DirectSettings affordable_direct(const Frame& frame)
 {
-    const DirectSettings& asked = frame.settings.direct;
+    DirectSettings asked = frame.settings.direct;
+    asked.gathered = &frame.gathered;
     if (!frame.deadline.is_set()) return asked;
     const auto seconds = [&](const DirectSettings& tried) {
         return try_direct_light(frame.rays, frame.gbuffer, frame.view(), frame.shading, tried, frame.session.pool());

@@ -49,10 +49,14 @@ void part_lamps(Frame& f)
     if (!f.needs(Effect::indirect_diffuse)) return;
     f.gathered = lamps_to_gather({f.rays}, f.gbuffer, f.settings.records, f.session.pool());
     const auto differs = [&](const Record& r) { return r.gathered_lamps != f.gathered.id; };
-    if (std::any_of(f.records.begin(), f.records.end(), differs)) {
+    if (std::any_of(f.records.begin(), f.records.end(), differs) ||
+        std::any_of(f.without_radiance.begin(), f.without_radiance.end(), differs)) {
         f.gathered = {};
-        std::erase_if(f.records, differs);
-        std::erase_if(f.without_radiance, differs);
+        const std::size_t left_out = std::erase_if(f.records, differs) + std::erase_if(f.without_radiance, differs);
+        if (left_out > 0 && f.hooks.log)
+            f.hooks.log(LogLevel::warning, std::to_string(left_out) +
+                                               " records of other views are not used: they hold "
+                                               "light of huge lamps that shadow rays find in this view");
     }
     if (!f.gathered.any()) return;
     f.stats().records.gathered_lamps =
@@ -152,7 +156,7 @@ void light_directly(Frame& f)
     f.light.layers = &f.layers;
     if (!f.settings.has_lamps) return;
     if (f.is_first_view()) {
-        part_lamps(f);
+        timed(f, "lamps", [&] { part_lamps(f); });
         f.direct = f.course.direct = affordable_direct(f);
     }
     f.direct.gathered = &f.gathered;

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "rays/surface.h"
+#include "rcs/gbuffer.h"
+#include "util/random.h"
+
+namespace rcs {
+
+/// What a covered pixel sees, as far as rays from there need it.
+inline SurfacePoint visible_point(const GBuffer& g, std::size_t pixel)
+{
+    SurfacePoint p{};
+    p.position = g.scene_position(pixel);
+    p.position_error = g.position_error[pixel];
+    p.geometric_normal = g.geometric_normal[pixel];
+    p.shading_normal = g.normal(pixel);
+    return p;
+}
+
+/// Covered pixels evenly over the picture: one in each of `count` parts of it, fewer where nothing is seen.
+inline std::vector<std::uint32_t> spread_pixels(const GBuffer& g, std::size_t count, std::uint64_t seed)
+{
+    std::vector<std::uint32_t> pixels;
+    const double step = static_cast<double>(g.size()) / static_cast<double>(count);
+    for (std::size_t k = 0; k < count; ++k) {
+        RandomStream random(stream_key(seed, Stream::lit_points, k));
+        const double at = (static_cast<double>(k) + static_cast<double>(random.next())) * step;
+        const std::size_t i = std::min(g.size() - 1, static_cast<std::size_t>(at));
+        if (g.covered(i)) pixels.push_back(static_cast<std::uint32_t>(i));
+    }
+    return pixels;
+}
+
+}  // namespace rcs
