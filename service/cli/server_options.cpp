@@ -35,10 +35,13 @@ void add_server_options(CLI::App& command, ServerConfig& c)
     add_number(command, "--memory-limit", c.memory_limit_mb, {0, 1e9},
                "Memory of a worker, beyond which its frame fails [MB]; 0 "
                "shares 80 % of the machine's out");
+    add_number(command, "--worker-start", c.worker_start, {0, 1e6, true},
+               "Time that a worker may take to be ready or to begin with a frame, after which it is replaced [s]");
     add_number(command, "--stop-grace", c.stop_grace, {0, 3600},
                "Time that running frames get to end when the server is told to stop [s]");
     add_number(command, "--min-free", c.min_free_mb, {0, 1e9},
-               "Space to leave on the state's disk: below, jobs and uploads are refused [MB]");
+               "Space to leave on the state's disk: below, jobs and uploads are refused; below half, no frame is "
+               "started [MB]");
     add_number(command, "--keep-days", c.keep_days, {0, 36500},
                "How long jobs that have ended and their pictures stay [days]");
     add_number(command, "--keep-gb", c.keep_gb, {0, 1e6}, "Pictures beyond so much go, the oldest first [GB]");

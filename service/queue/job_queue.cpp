@@ -188,6 +188,7 @@ void JobQueue::fail(FrameKey key, Ending ending, const v1::Error& error, Moment 
         settle(key.job, now);
         return;
     }
+    if (ending == Ending::no_room) return give_back(key, now);
     Statement(database_, "UPDATE frames SET tries=tries+1, deaths=deaths+? WHERE job=? AND idx=?")
         .bind(std::int64_t{ending == Ending::died})
         .bind(job)

@@ -33,6 +33,7 @@ enum class Ending {
     failed,    ///< trying again would not help
     may_pass,  ///< is tried again a while later
     died,      ///< its worker with it
+    no_room,   ///< the disk had none: this was no try, it waits on
 };
 
 struct FrameKey {

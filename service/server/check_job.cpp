@@ -7,6 +7,7 @@
 #include "rcs/scene.h"
 #include "server/sockets.h"
 #include "wire/errors.h"
+#include "wire/framing.h"
 #include "wire/limits.h"
 #include "wire/options.h"
 #include "wire/outputs.h"
@@ -157,8 +158,26 @@ void check_frames(const v1::Job& job)
     }
 }
 
+/// What is accepted can be told to a worker: all of the job but its other frames and its list of files.
+void check_task(const v1::Job& job)
+{
+    v1::Job told = job;
+    told.clear_frames();
+    told.mutable_scene()->clear_files();
+    std::size_t largest = 0;
+    for (const v1::Frame& frame : job.frames()) largest = std::max(largest, frame.ByteSizeLong());
+    constexpr std::size_t kPaths = 32 << 10;  // the server adds [bytes]
+    const std::size_t size = told.ByteSizeLong() + largest + kPaths;
+    if (size > kMaxMessage) {
+        throw ServiceError(v1::ERROR_CODE_LIMIT, "a frame's description has " + std::to_string(size) +
+                                                     " bytes with all that the job says, more than the " +
+                                                     std::to_string(kMaxMessage) + " that a worker is told");
+    }
+}
+
 void check_rest(const v1::Job& job, const ServerConfig& config)
 {
+    check_task(job);
     if (std::abs(static_cast<double>(job.priority())) > kMostPriority) {
         refuse("priority is " + std::to_string(job.priority()) + ", expected a value in [-100, 100]");
     }

@@ -25,10 +25,12 @@ struct ServerConfig {
     int threads = 0;               ///< of a worker; 0: shares the cores
     double time_limit = 3600.0;    ///< of a frame [s]
     double memory_limit_mb = 0.0;  ///< of a worker [MB]; 0: 80 % of the machine's, shared
+    double worker_start = 60.0;    ///< that a worker may take to be ready, and to begin with a frame [s]
     double stop_grace = 10.0;      ///< that running frames get when the server is told to stop [s]
-    double min_free_mb = 256.0;    ///< on the state's disk: below, jobs and uploads are refused [MB]
-    double keep_days = 14.0;       ///< pictures and jobs that have ended
-    double keep_gb = 50.0;         ///< of pictures; beyond, the oldest go
+    double min_free_mb =
+        256.0;                ///< on the state's disk: below, jobs and uploads are refused, below half frames wait [MB]
+    double keep_days = 14.0;  ///< pictures and jobs that have ended
+    double keep_gb = 50.0;    ///< of pictures; beyond, the oldest go
     int max_connections = 256;
     double message_seconds = 30.0;  ///< from the first byte of a message to its last, and for what is sent to be taken
     int max_pixels_millions = 64;   ///< of a frame

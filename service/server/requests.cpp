@@ -218,7 +218,10 @@ v1::HealthReply Service::health() const
     } catch (const ServiceError& e) {
         why = e.what();
     }
+    if (const std::string paused = pause(); !paused.empty()) why = paused;
+    if (!not_scheduled_.empty()) why = not_scheduled_;
     if (!unsaved_.empty()) why = "pictures wait for the database to take them";
+    if (why.empty() && reply.workers() == 0) why = "no worker is ready";
     reply.set_serving(why.empty());
     reply.set_message(why);
     return reply;

@@ -2,6 +2,7 @@
 #include "server/service.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <set>
 
@@ -14,14 +15,16 @@
 #include "server/check_job.h"
 #include "server/sockets.h"
 #include "wire/errors.h"
+#include "wire/framing.h"
 
 namespace rcs::service {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::int64_t kTendPeriod = 250, kExpiryPeriod = 60'000, kRetryUnsaved = 500;  // [ms]
-constexpr double kGiga = 1e9;
+constexpr std::int64_t kTendPeriod = 250, kExpiryPeriod = 60'000, kRetryUnsaved = 500,
+                       kPauseOfScheduling = 1000;  // [ms]
+constexpr double kMega = 1e6, kGiga = 1e9;
 
 std::string prepared_state(const std::string& folder)
 {
@@ -168,7 +171,10 @@ internal::Task Service::task_of(const NextFrame& next)
     const v1::Scene& scene = job.scene();
     if (scene.has_builtin()) task.set_scene_file(scene.builtin());
     if (scene.has_path()) task.set_scene_file(confined_file(scene.path(), config_.roots));
-    if (scene.has_files()) task.set_scene_file(blobs_.scene(next.scene_key, scene.files(), clock));
+    if (scene.has_files()) {
+        task.set_scene_file(blobs_.scene(next.scene_key, scene.files(), clock));
+        task.mutable_job()->mutable_scene()->mutable_files()->Clear();  // they lie there; their list may be long
+    }
     task.set_scene_key(next.scene_key);
     if (job.environment().has_image()) {
         const auto file = single_file("environment" + job.environment().image_ending(), job.environment().image());
@@ -191,56 +197,87 @@ bool Service::start_one(Moment now)
     if (!next) return false;
     Worker* worker = workers_.idle(next->scene_key);
     if (worker == nullptr) return false;
-    internal::ToWorker message;
+    internal::Task task;
+    std::string bytes;
     try {
-        *message.mutable_task() = task_of(*next);
+        task = task_of(*next);
+        internal::ToWorker message;
+        *message.mutable_task() = task;
+        message.mutable_task()->set_folder(path_of(task.folder()));
+        bytes = service::frame(message);
     } catch (const ServiceError& e) {
+        if (e.code() == v1::ERROR_CODE_UNAVAILABLE) throw;
         queue_.start(next->key, "", now);
-        queue_.fail(next->key, e.code() == v1::ERROR_CODE_UNAVAILABLE ? Ending::may_pass : Ending::failed,
-                    error_message(e.code(), e.what()), now);
+        queue_.fail(next->key, Ending::failed, error_message(e.code(), e.what()), now);
         queue_.commit();
         log_.write(Level::warning, "frame_not_started", {{"job", next->key.job}, {"why", e.what()}});
         return true;
     }
-    queue_.start(next->key, message.task().folder(), now);
+    queue_.start(next->key, task.folder(), now);
     queue_.commit();
     RunningFrame frame;
     frame.key = next->key;
-    frame.task = message.task().id();
-    frame.folder = message.task().folder();
+    frame.task = task.id();
+    frame.folder = task.folder();
     frame.started_ms = now.steady_ms;
     const double limit = next->job->time_limit_seconds() > 0.0 ? next->job->time_limit_seconds() : config_.time_limit;
     frame.deadline_ms = now.steady_ms + static_cast<std::int64_t>(1e3 * limit);
     frame.progress.set_frame(next->frame.number());
     worker->scene_key = next->scene_key;
     worker->frame = std::move(frame);
-    message.mutable_task()->set_folder(path_of(message.task().folder()));
-    workers_.send(*worker, message);
+    workers_.send(*worker, bytes);
     return true;
 }
 
 void Service::schedule()
 {
-    if (stopping_) return;
+    if (stopping_ || !workers_.has_idle() || steady_ms() < schedule_after_ms_) return;
+    watch_space();
+    if (!pause_.empty()) return;
     try {
         while (workers_.has_idle() && start_one(read_clocks())) {
         }
+        not_scheduled_.clear();
     } catch (const ServiceError& e) {
         queue_.roll_back();
-        log_.write(Level::error, "not_scheduled", {{"why", e.what()}});
+        if (not_scheduled_ != e.what()) log_.write(Level::error, "not_scheduled", {{"why", e.what()}});
+        not_scheduled_ = e.what();
+        schedule_after_ms_ = steady_ms() + kPauseOfScheduling;
     }
+}
+
+std::string Service::pause() const
+{
+    if (workers_.any_waits_for_space()) return "a finished picture waits for room on the server's disk";
+    const double free = static_cast<double>(free_space(config_.state)) / kMega, least = 0.5 * config_.min_free_mb;
+    if (free >= least) return {};
+    char text[160];
+    std::snprintf(text, sizeof text, "the server's disk is full: %.0f MB are free, frames wait until %.0f MB are", free,
+                  least);
+    return text;
+}
+
+/// Says in the log when frames begin to wait for room, and when they no longer do.
+void Service::watch_space()
+{
+    std::string why = pause();
+    if (why.empty() && !pause_.empty()) log_.info("resumed", {{"why", "there is room on the disk again"}});
+    if (!why.empty() && pause_.empty()) log_.write(Level::warning, "paused", {{"why", why}});
+    pause_ = std::move(why);
 }
 
 std::int64_t Service::tend()
 {
     const Moment moment = read_clocks();
     const std::int64_t now = moment.steady_ms;
+    watch_space();
     if (!stopping_ || !is_idle()) workers_.tend(now, [&](std::uint64_t job) { return queue_.is_cancelled(job); });
     if (now >= next_expiry_ms_) {
         next_expiry_ms_ = now + kExpiryPeriod;
         expire(moment);
     }
     std::int64_t next = now + (unsaved_.empty() ? kTendPeriod : kRetryUnsaved);
+    next = std::max(now + 1, std::min(next, workers_.next_deadline_ms()));
     if (const auto retry = queue_.next_retry_ms()) next = std::min(next, std::max(now + 1, *retry));
     return next;
 }

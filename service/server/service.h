@@ -75,6 +75,9 @@ private:
     v1::SubmitReply submit(const v1::SubmitRequest& request, const Caller& caller);
     void check_may_see(std::uint64_t job, const Caller& caller) const;
     void check_space() const;
+    void watch_space();
+    /// Why no frames are started now; "": they are.
+    std::string pause() const;
     void put_down(const FrameEnd& end);
     internal::Task task_of(const NextFrame& next);
     bool start_one(Moment now);
@@ -95,6 +98,9 @@ private:
     std::vector<FrameEnd> of_this_turn_;  ///< put down, not yet committed
     std::uint64_t next_task_ = 1;
     std::int64_t started_ms_, next_expiry_ms_ = 0;  ///< by the steady clock
+    std::string pause_;                             ///< for want of space, as the log was told
+    std::string not_scheduled_;                     ///< why the last attempt to start a frame failed; "": it did not
+    std::int64_t schedule_after_ms_ = 0;
     bool stopping_ = false;
 };
 

@@ -36,6 +36,7 @@ v1::StatsReply Service::stats(bool prometheus) const
     const Value values[] = {
         {"rcsplat_up_seconds", "gauge", "Time since the server's start", state.uptime_seconds()},
         {"rcsplat_serving", "gauge", "1 while jobs are taken", state.serving() ? 1.0 : 0.0},
+        {"rcsplat_paused_for_space", "gauge", "1 while frames wait for room on the disk", pause().empty() ? 0.0 : 1.0},
         {"rcsplat_jobs_submitted_total", "counter", "Jobs taken", number(counters_.jobs_submitted)},
         {"rcsplat_jobs_repeated_total", "counter", "Submits whose idempotency key was known",
          number(counters_.jobs_repeated)},

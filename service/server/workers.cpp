@@ -112,31 +112,68 @@ void WorkerPool::tend(std::int64_t now, const std::function<bool(std::uint64_t)>
         }
     }
     for (Worker& worker : workers_) {
-        worker.memory = resident_memory(worker.pid);
-        const double megabytes = 1e-6 * static_cast<double>(worker.memory);
-        if (megabytes > config_.memory_limit_mb) {
-            char text[120];
-            std::snprintf(text, sizeof text, "took %.0f MB of memory, more than the limit of %.0f MB", megabytes,
-                          config_.memory_limit_mb);
-            kill(worker, v1::ERROR_CODE_MEMORY_LIMIT, text);
-        }
-        if (!worker.frame) continue;
-        if (now >= worker.frame->deadline_ms) {
-            char text[120];
-            std::snprintf(text, sizeof text, "took longer than the limit of %.4g s",
-                          1e-3 * static_cast<double>(worker.frame->deadline_ms - worker.frame->started_ms));
-            kill(worker, v1::ERROR_CODE_TIME_LIMIT, text);
-        }
-        if (worker.frame->cancelled_ms == 0 && is_cancelled(worker.frame->key.job)) {
-            worker.frame->cancelled_ms = now;
-            internal::ToWorker message;
-            message.set_cancel(true);
-            send(worker, message);
-        }
-        if (worker.frame->cancelled_ms != 0 && now >= worker.frame->cancelled_ms + kCancelGrace) {
-            kill(worker, v1::ERROR_CODE_CANCELLED, "cancelled");
-        }
+        tend_worker(worker, now);
+        if (worker.frame) tend_frame(worker, now, is_cancelled(worker.frame->key.job));
     }
+}
+
+std::int64_t WorkerPool::next_deadline_ms() const
+{
+    std::int64_t next = INT64_MAX;
+    const auto patience = static_cast<std::int64_t>(1e3 * config_.worker_start);
+    for (const Worker& worker : workers_) {
+        if (worker.killed_for) continue;
+        if (!worker.ready) next = std::min(next, worker.since_ms + patience);
+        if (worker.frame) next = std::min(next, worker.frame->deadline_ms);
+    }
+    return next;
+}
+
+/// Those that hang or take too much memory are killed.
+void WorkerPool::tend_worker(Worker& worker, std::int64_t now)
+{
+    char text[120];
+    worker.memory = resident_memory(worker.pid);
+    const double megabytes = 1e-6 * static_cast<double>(worker.memory);
+    if (megabytes > config_.memory_limit_mb) {
+        std::snprintf(text, sizeof text, "took %.0f MB of memory, more than the limit of %.0f MB", megabytes,
+                      config_.memory_limit_mb);
+        kill(worker, v1::ERROR_CODE_MEMORY_LIMIT, text);
+    }
+    const auto patience = static_cast<std::int64_t>(1e3 * config_.worker_start);
+    if (!worker.ready && now >= worker.since_ms + patience) {
+        std::snprintf(text, sizeof text, "was not ready after %.4g s", config_.worker_start);
+        kill(worker, v1::ERROR_CODE_WORKER_DIED, text);
+    }
+    if (worker.frame && !worker.frame->begun && now >= worker.frame->started_ms + patience) {
+        std::snprintf(text, sizeof text, "its worker did not begin within %.4g s", config_.worker_start);
+        kill(worker, v1::ERROR_CODE_WORKER_DIED, text);
+    }
+}
+
+void WorkerPool::tend_frame(Worker& worker, std::int64_t now, bool is_cancelled)
+{
+    RunningFrame& frame = *worker.frame;
+    if (now >= frame.deadline_ms && frame.waits_since_ms == 0) {
+        char text[120];
+        std::snprintf(text, sizeof text, "took longer than the limit of %.4g s",
+                      1e-3 * static_cast<double>(frame.deadline_ms - frame.started_ms));
+        kill(worker, v1::ERROR_CODE_TIME_LIMIT, text);
+    }
+    if (frame.cancelled_ms == 0 && is_cancelled) {
+        frame.cancelled_ms = now;
+        internal::ToWorker message;
+        message.set_cancel(true);
+        send(worker, service::frame(message));
+    }
+    if (frame.cancelled_ms != 0 && now >= frame.cancelled_ms + kCancelGrace)
+        kill(worker, v1::ERROR_CODE_CANCELLED, "cancelled");
+}
+
+bool WorkerPool::any_waits_for_space() const
+{
+    return std::any_of(workers_.begin(), workers_.end(),
+                       [](const Worker& worker) { return worker.frame && worker.frame->waits_since_ms != 0; });
 }
 
 bool WorkerPool::has_idle() const { return std::any_of(workers_.begin(), workers_.end(), is_idle); }
@@ -152,9 +189,9 @@ Worker* WorkerPool::idle(const std::string& scene_key)
     return best;
 }
 
-void WorkerPool::send(Worker& worker, const internal::ToWorker& message)
+void WorkerPool::send(Worker& worker, const std::string& bytes)
 {
-    worker.out += frame(message);
+    worker.out += bytes;
     std::vector<FrameEnd> none;
     std::vector<std::uint64_t> nobody;
     serve(worker, false, true, none, nobody);
@@ -199,7 +236,16 @@ void WorkerPool::handle(Worker& worker, internal::FromWorker& message, std::vect
     }
     if (!worker.frame || message.task() != worker.frame->task) return;
     RunningFrame& frame = *worker.frame;
+    frame.begun = true;
     switch (message.message_case()) {
+        case internal::FromWorker::kWaitsForSpace: {
+            const std::int64_t now = steady_ms();
+            if (!message.waits_for_space()) frame.deadline_ms += now - frame.waits_since_ms;
+            frame.waits_since_ms = message.waits_for_space() ? now : 0;
+            log_.write(Level::warning, message.waits_for_space() ? "picture_waits_for_space" : "picture_found_space",
+                       {{"job", frame.key.job}, {"frame", frame.progress.frame()}});
+            break;
+        }
         case internal::FromWorker::kProgress: {
             const std::uint32_t previews = frame.progress.preview_number();
             frame.progress = message.progress();
@@ -224,9 +270,10 @@ void WorkerPool::handle(Worker& worker, internal::FromWorker& message, std::vect
             const v1::ErrorCode code = message.failed().code();
             if (code == v1::ERROR_CODE_IO || code == v1::ERROR_CODE_OUT_OF_MEMORY ||
                 code == v1::ERROR_CODE_GL_UNAVAILABLE || code == v1::ERROR_CODE_INTERNAL ||
-                code == v1::ERROR_CODE_CANCELLED || code == v1::ERROR_CODE_UNAVAILABLE) {
+                code == v1::ERROR_CODE_CANCELLED) {
                 end.ending = Ending::may_pass;
             }
+            if (code == v1::ERROR_CODE_UNAVAILABLE) end.ending = Ending::no_room;
             ends.push_back(std::move(end));
             worker.frame.reset();
             worker.used_ms = steady_ms();
@@ -255,14 +302,16 @@ void WorkerPool::reap(std::vector<FrameEnd>& ends)
             FrameEnd end{std::move(*worker->frame), std::nullopt, Ending::died, {}};
             end.error = worker->killed_for ? *worker->killed_for
                                            : error_message(v1::ERROR_CODE_WORKER_DIED, "its worker " + how);
-            if (worker->killed_for) end.ending = Ending::failed;
+            if (worker->killed_for && worker->killed_for->code() != v1::ERROR_CODE_WORKER_DIED)
+                end.ending = Ending::failed;
             ends.push_back(std::move(end));
         }
         ++restarts_;
         if (!worker->ready) {
             const std::int64_t pause = std::min<std::int64_t>(kLongestPause, 1000LL << std::min(failed_starts_++, 6));
             next_start_ms_ = steady_ms() + pause;
-            trouble_ = "workers do not start: the last one " + how + "; the log says more";
+            trouble_ = "workers do not start: the last one " +
+                       (worker->killed_for ? worker->killed_for->message() : how) + "; the log says more";
         }
         worker = workers_.erase(worker);
     }

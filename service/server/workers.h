@@ -25,7 +25,9 @@ struct RunningFrame {
     std::string folder;  ///< of its pictures, beneath the state folder
     std::int64_t started_ms = 0;
     std::int64_t deadline_ms = 0;
-    std::int64_t cancelled_ms = 0;  ///< when its worker was asked to stop; 0: was not
+    std::int64_t cancelled_ms = 0;    ///< when its worker was asked to stop; 0: was not
+    std::int64_t waits_since_ms = 0;  ///< when its picture was done and found no room on the disk; 0: it does not wait
+    bool begun = false;               ///< its worker has said so
     v1::Progress progress;
     std::string preview;  ///< JPEG
     std::vector<std::string> warnings;
@@ -56,7 +58,8 @@ struct Worker {
 };
 
 /// The worker processes. They are started when there is none too many, live on from frame to frame, and are replaced
-/// when they die; one that dies before it was ready is not replaced at once.
+/// when they die; one that dies before it was ready is not replaced at once. One that takes too long to be ready, or to
+/// begin with a frame, is killed.
 class WorkerPool {
 public:
     /// @param changed  told when a frame's progress did
@@ -67,10 +70,13 @@ public:
 
     /// Starts what is missing, kills what is past its limits, asks cancelled frames to stop.
     void tend(std::int64_t now, const std::function<bool(std::uint64_t job)>& is_cancelled);
+    /// When the first of those that hang is to be killed, if they do. [ms]
+    std::int64_t next_deadline_ms() const;
     /// An idle worker, the one that keeps this scene if there is one.
     Worker* idle(const std::string& scene_key);
     bool has_idle() const;
-    void send(Worker& worker, const internal::ToWorker& message);
+    /// @param bytes  a framed internal::ToWorker
+    void send(Worker& worker, const std::string& bytes);
     /// Reads and writes what can be. Ends of frames are appended to `ends`, jobs with news to `changed`.
     void serve(Worker& worker, bool readable, bool writable, std::vector<FrameEnd>& ends,
                std::vector<std::uint64_t>& changed);
@@ -82,6 +88,7 @@ public:
     std::list<Worker>& workers() { return workers_; }
     const std::list<Worker>& workers() const { return workers_; }
     const RunningFrame* running(FrameKey key) const;
+    bool any_waits_for_space() const;
     std::uint64_t restarts() const { return restarts_; }
     /// Why workers do not start; "" while they do.
     const std::string& trouble() const { return trouble_; }
@@ -91,6 +98,8 @@ private:
     void handle(Worker& worker, internal::FromWorker& message, std::vector<FrameEnd>& ends,
                 std::vector<std::uint64_t>& changed);
     void kill(Worker& worker, v1::ErrorCode code, const std::string& why);
+    void tend_worker(Worker& worker, std::int64_t now);
+    void tend_frame(Worker& worker, std::int64_t now, bool is_cancelled);
 
     const ServerConfig& config_;
     const ServerLog& log_;

@@ -87,6 +87,15 @@ void set_modified(const std::string& path, std::int64_t ms)
     ::utimensat(AT_FDCWD, path.c_str(), times, AT_SYMLINK_NOFOLLOW);
 }
 
+bool has_room(const std::string& folder, std::uint64_t bytes)
+{
+    const std::string probe = folder + "/.room";
+    const Fd file(::open(probe.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC | O_NOFOLLOW, 0600));
+    const int error = file ? ::posix_fallocate(file.get(), 0, static_cast<off_t>(bytes)) : errno;
+    ::unlink(probe.c_str());
+    return error != ENOSPC && error != EDQUOT;
+}
+
 std::uint64_t free_space(const std::string& path)
 {
     struct statvfs status{};

@@ -36,6 +36,8 @@ std::string read_part(const std::string& path, std::uint64_t offset, std::size_t
 /// What a file's time of modification is to be [ms].
 void set_modified(const std::string& path, std::int64_t ms);
 
+/// Whether the disk takes so many bytes more in this folder: they are reserved to see, and freed again.
+bool has_room(const std::string& folder, std::uint64_t bytes);
 /// What the disk that holds `path` still takes [bytes].
 std::uint64_t free_space(const std::string& path);
 

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <thread>
 
 #include <sys/stat.h>
 #include <unistd.h>
@@ -21,6 +22,7 @@
 #include "rcs/rcs.h"
 #include "wire/errors.h"
 #include "wire/files.h"
+#include "wire/framing.h"
 #include "wire/options.h"
 #include "wire/outputs.h"
 #include "wire/scene.h"
@@ -36,6 +38,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int kPreviewSide = 320;  ///< [px]
 constexpr auto kBetweenPreviews = std::chrono::milliseconds(500);
+constexpr auto kBetweenLooks = std::chrono::milliseconds(250);  ///< for room on the disk
 
 double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
@@ -76,6 +79,30 @@ std::optional<MotionFrom> motion_from(const internal::Task& task, const Scene& s
     return load_motion(motion_choice(task.frame()), scene, scene_choice(task), camera_choice(task.frame()));
 }
 
+/// What files of a picture take at most [bytes].
+std::uint64_t most_bytes(const LayeredImage& image, int files)
+{
+    std::uint64_t floats = 0;
+    for (const auto& [name, layer] : image.layers) floats += layer.pixels.size();
+    return (1 << 20) + static_cast<std::uint64_t>(files) * floats * sizeof(float);
+}
+
+/// What went wrong as the user knows things: by the names in the job, not by those of the server's folders.
+std::string in_the_users_words(std::string text, const internal::Task& task)
+{
+    const auto rename = [&](const std::string& path, const std::string& name) {
+        for (std::size_t at = 0; path.size() > 1 && (at = text.find(path, at)) != text.npos; at += name.size())
+            text.replace(at, path.size(), name);
+    };
+    const v1::Job& job = task.job();
+    if (!job.scene().has_path()) rename(task.scene_file(), job.scene().label());
+    if (!job.scene().has_path()) rename(fs::path(task.scene_file()).parent_path().string() + "/", "");
+    rename(task.environment_file(), job.environment().label());
+    rename(task.ocio_file(), "of the job");
+    rename(task.folder() + "/", "");
+    return text;
+}
+
 class FrameRenderer {
 public:
     FrameRenderer(ServerLink& link, int threads) : link_(link), session_({.threads = threads})
@@ -96,6 +123,11 @@ private:
     void tell(FrameProgress& progress);
     void send_preview(const Image& beauty);
     std::vector<v1::OutputFile> settle(const internal::Task& task);
+    std::vector<v1::OutputFile> write_pictures(const internal::Task& task, const LayeredImage& image,
+                                               const OutputFiles& outputs, const ProgressFunction& progress,
+                                               RunReport& report);
+    void wait_for_room(std::uint64_t bytes);
+    v1::Error failure(v1::ErrorCode code, const char* what, const internal::Task& task) const;
     void send(internal::FromWorker& message);
 
     ServerLink& link_;
@@ -130,10 +162,11 @@ void FrameRenderer::run(const internal::Task& task)
     internal::FromWorker message;
     try {
         *message.mutable_done() = render_frame(task);
+        if (message.ByteSizeLong() > kMaxMessage - 64) message.mutable_done()->set_stats_json("{}");
     } catch (const Error& e) {
-        *message.mutable_failed() = error_message(to_wire(e.code()), e.what());
+        *message.mutable_failed() = failure(to_wire(e.code()), e.what(), task);
     } catch (const ServiceError& e) {
-        *message.mutable_failed() = error_message(e.code(), e.what());
+        *message.mutable_failed() = failure(e.code(), e.what(), task);
     } catch (const std::bad_alloc&) {
         *message.mutable_failed() = error_message(v1::ERROR_CODE_OUT_OF_MEMORY, "out of memory");
     } catch (const std::exception& e) {
@@ -142,13 +175,23 @@ void FrameRenderer::run(const internal::Task& task)
     send(message);
 }
 
+/// Unavailable where the disk is what failed.
+v1::Error FrameRenderer::failure(v1::ErrorCode code, const char* what, const internal::Task& task) const
+{
+    const std::string text = in_the_users_words(what, task);
+    const bool full = code == v1::ERROR_CODE_IO && !has_room(folder_, 1 << 20);
+    return full ? error_message(v1::ERROR_CODE_UNAVAILABLE, "the server's disk is full: " + text)
+                : error_message(code, text);
+}
+
 /// To the server; what is less than a warning is dropped.
 LogFunction FrameRenderer::warnings()
 {
     return [this](LogLevel level, std::string_view line) {
         if (level < LogLevel::warning) return;
         internal::FromWorker message;
-        message.set_warning(utf8_text(std::string(line)));
+        constexpr std::size_t kLongest = 4000;  // [bytes]
+        message.set_warning(utf8_text(std::string(line.substr(0, kLongest))));
         send(message);
     };
 }
@@ -184,13 +227,18 @@ void FrameRenderer::send_preview(const Image& beauty)
     const std::string file = folder_ + "/.preview.jpg";
     ImageFileOptions preview_options;
     preview_options.jpeg_quality = 80;
-    write_display_image(file, preview_mapper_->apply(small_copy(beauty, kPreviewSide), session_.pool()),
-                        preview_options);
+    previewed_ = Clock::now();
+    try {
+        write_display_image(file, preview_mapper_->apply(small_copy(beauty, kPreviewSide), session_.pool()),
+                            preview_options);
+    } catch (const Error& e) {
+        if (e.code() != ErrorCode::io) throw;
+        return;  // for want of space; the frame goes on without
+    }
     internal::FromWorker message;
     message.mutable_preview()->set_jpeg(read_part(file, 0, 512 << 10));
     ::unlink(file.c_str());
     send(message);
-    previewed_ = Clock::now();
 }
 
 /// What was written stays when the power goes; nothing is said to be done before.
@@ -210,6 +258,37 @@ std::vector<v1::OutputFile> FrameRenderer::settle(const internal::Task& task)
     sync_path(task.folder());
     sync_path(fs::path(task.folder()).parent_path().string());
     return files;
+}
+
+/// Returns when the disk has room again, or the frame was cancelled.
+void FrameRenderer::wait_for_room(std::uint64_t bytes)
+{
+    internal::FromWorker message;
+    message.set_waits_for_space(true);
+    send(message);
+    while (!link_.cancelled() && !has_room(folder_, bytes)) std::this_thread::sleep_for(kBetweenLooks);
+    message.set_waits_for_space(false);
+    send(message);
+}
+
+/// A picture that is rendered is not lost to a full disk: it is written once there is room.
+std::vector<v1::OutputFile> FrameRenderer::write_pictures(const internal::Task& task, const LayeredImage& image,
+                                                          const OutputFiles& outputs, const ProgressFunction& progress,
+                                                          RunReport& report)
+{
+    const std::uint64_t bytes = most_bytes(image, task.job().outputs_size());
+    for (;;) {
+        try {
+            report.written.clear();
+            outputs.write(image, session_.pool(), progress, report);
+            return settle(task);
+        } catch (const Error& e) {
+            if (e.code() != ErrorCode::io || link_.cancelled() || has_room(folder_, bytes)) throw;
+        } catch (const ServiceError& e) {
+            if (e.code() != v1::ERROR_CODE_UNAVAILABLE || link_.cancelled()) throw;
+        }
+        wait_for_room(bytes);
+    }
 }
 
 RunReport FrameRenderer::begin_report(const v1::Job& job, const RenderOptions& options)
@@ -256,7 +335,8 @@ void FrameRenderer::make_pictures(const internal::Task& task, RenderOptions opti
     for (const auto& [stage, seconds] : result.stats.stage_seconds) report.add(stage, seconds);
     result.image.metadata["rcs:scene"] = task.job().scene().label();
     result.image.metadata["rcs:environment"] = task.job().environment().label();
-    outputs.write(result.image, session_.pool(), hooks.progress, report);
+    for (v1::OutputFile& file : write_pictures(task, result.image, outputs, hooks.progress, report))
+        *done.add_files() = std::move(file);
     report.render = std::move(result.stats);
 }
 
@@ -277,7 +357,6 @@ internal::Done FrameRenderer::render_frame(const internal::Task& task)
     internal::Done done;
     RunReport report = begin_report(job, options);
     make_pictures(task, options, OutputFiles(files, tone_map, warnings()), report, done);
-    for (const v1::OutputFile& file : settle(task)) *done.add_files() = file;
     report.seconds = seconds_since(begin);
     report.written.clear();
     for (const v1::Output& output : job.outputs()) report.written.push_back(output.name());

@@ -110,5 +110,116 @@ TEST_F(Night, AJumpingClockFailsExpiresAndDisconnectsNothing)
     EXPECT_NE(server.log().find("time=2099-"), std::string::npos) << "the clock was set";
 }
 
+v1::HealthReply health_of(Client& client)
+{
+    v1::Request request;
+    request.mutable_health();
+    return client.call(request).health();
+}
+
+TEST_F(Night, LowSpaceLetsFramesWaitAndGoesOnByItself)
+{
+    const std::string file = folder_ / "config";
+    write_bytes(file, "min-free = 0\n");
+    TestServer server(folder_.path(), {"--config", file});
+    Client client(server.socket());
+    const auto first = client.submit(long_job()).job();
+    wait_until_rendering(client, first);
+    const auto waiting = client.submit(small_job()).job();
+    write_bytes(file, "min-free = 1e9\n");
+    ::kill(server.pid(), SIGHUP);
+    wait_until([&] { return server.log().find("event=paused") != std::string::npos; });
+    client.cancel(first);
+    EXPECT_EQ(client.watch(first).state(), v1::JOB_STATE_CANCELLED);
+    EXPECT_EQ(client.details(waiting).status().state(), v1::JOB_STATE_QUEUED);
+    EXPECT_FALSE(health_of(client).serving());
+    EXPECT_NE(health_of(client).message().find("disk is full"), std::string::npos) << health_of(client).message();
+    v1::Request stats;
+    stats.mutable_stats();
+    EXPECT_EQ(client.call(stats).stats().values().at("rcsplat_paused_for_space"), 1.0);
+    EXPECT_EQ(code_of([&] { client.submit(small_job()); }), v1::ERROR_CODE_UNAVAILABLE);
+    write_bytes(file, "min-free = 0\n");
+    ::kill(server.pid(), SIGHUP);
+    EXPECT_EQ(client.watch(waiting).state(), v1::JOB_STATE_COMPLETED);
+    EXPECT_NE(server.log().find("event=resumed"), std::string::npos);
+}
+
+TEST_F(Night, AFinishedPictureWaitsForRoomOnAFullDisk)
+{
+    if (std::system("unshare -rm mount -t tmpfs none /mnt >/dev/null 2>&1") != 0)
+        GTEST_SKIP() << "this user may not mount in a namespace";
+    fs::create_directory(folder_ / "state");
+    const std::string mount = "mount -t tmpfs -o size=24m none " + folder_ / "state" + R"( && exec "$0" "$@")";
+    TestServer server(folder_.path(), {"--min-free", "2"}, {"unshare", "-rm", "sh", "-c", mount});
+    Client client(server.socket());
+    v1::Job job = small_job(256);
+    job.mutable_options()->mutable_settings()->set_rays(2048);
+    job.mutable_outputs(0)->set_name("a.exr");
+    const auto number = client.submit(job).job(), next = client.submit(small_job()).job();
+    wait_until_rendering(client, number);
+    const std::string filler = "/proc/" + std::to_string(server.pid()) + "/root" + server.state() + "/filler";
+    write_bytes(filler, std::string(32 << 20, 'x'));
+    wait_until([&] { return server.log().find("event=picture_waits_for_space") != std::string::npos; });
+    EXPECT_NE(health_of(client).message().find("waits for room"), std::string::npos) << health_of(client).message();
+    EXPECT_EQ(client.details(number).status().state(), v1::JOB_STATE_RUNNING);
+    fs::remove(filler);
+    EXPECT_EQ(client.watch(number).state(), v1::JOB_STATE_COMPLETED);
+    EXPECT_EQ(client.watch(next).state(), v1::JOB_STATE_COMPLETED);
+    EXPECT_EQ(client.details(number).frames(0).attempts(), 1) << "it was rendered once";
+    client.fetch(number, 0, "a.exr", folder_ / "a.exr");
+}
+
+TEST_F(Night, WhatNoWorkerCouldBeToldIsRefused)
+{
+    TestServer server(folder_.path());
+    Client client(server.socket());
+    v1::Job job = small_job();
+    job.mutable_outputs(0)->set_name("a.exr");
+    for (std::size_t bytes = 0; bytes < service::kMaxMessage - 1000; bytes += 10)
+        job.mutable_outputs(0)->add_layers("indirect");
+    ASSERT_LT(job.ByteSizeLong(), service::kMaxMessage);
+    EXPECT_EQ(code_of([&] { client.submit(job); }), v1::ERROR_CODE_LIMIT);
+    job = small_job();
+    for (int i = 0; i < 9000; ++i) {
+        job.add_frames()->set_number(i);
+        job.mutable_frames(i)->set_camera_name(std::string(90, 'c'));
+    }
+    const auto many = client.submit(job).job();
+    wait_until([&] { return client.details(many).status().frames_failed() > 0; });
+    EXPECT_NE(client.details(many).status().error().message().find("ccc"), std::string::npos) << "it was handed over";
+    client.cancel(many);
+}
+
+TEST_F(Night, AWorkerThatHangsIsReplaced)
+{
+    TestServer server(folder_.path(), {"--worker-start", "3"});
+    Client client(server.socket());
+    wait_until([&] { return health_of(client).serving(); });
+    ::kill(server.worker(), SIGSTOP);
+    const auto job = client.submit(small_job()).job();
+    EXPECT_EQ(client.watch(job).state(), v1::JOB_STATE_COMPLETED);
+    EXPECT_EQ(client.details(job).frames(0).attempts(), 2);
+}
+
+TEST_F(Night, WithoutAWorkerAServerIsNotWell)
+{
+    TestServer server(folder_.path(), {"--worker-start", "0.01"});
+    Client client(server.socket());
+    EXPECT_FALSE(health_of(client).serving());
+    wait_until([&] { return health_of(client).message().find("was not ready after 0.01 s") != std::string::npos; });
+    EXPECT_FALSE(health_of(client).serving());
+}
+
+TEST_F(Night, FailuresAreToldInTheUsersWords)
+{
+    TestServer server(folder_.path());
+    write_bytes(folder_ / "broken.gltf", R"({"asset": {"version": "2.0"}, "meshes": 7})");
+    const auto outcome = rcsplat(
+        {"submit", folder_ / "broken.gltf", "--size", "16x16", "-o", folder_ / "a.png", "--server", server.socket()});
+    EXPECT_EQ(outcome.code, kFailure);
+    EXPECT_NE(outcome.err.find("broken.gltf"), std::string::npos) << outcome.err;
+    EXPECT_EQ(outcome.err.find(server.state()), std::string::npos) << outcome.err;
+}
+
 }  // namespace
 }  // namespace rcs::test

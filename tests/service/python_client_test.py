@@ -19,7 +19,8 @@ from rcsplat import Client, RenderError, job_pb2
 
 address, scene, expected = sys.argv[1:]
 with Client(address) as client:
-    assert client.health().serving
+    while not client.health().serving:  # until a worker is ready
+        pass
     job = client.submit(scene, width=40, height=32, bounces=2, error_tolerance=0.3, labels={"test": "python"})
     stages = [s.running[0].stage for s in job.progress() if s.running]
     assert stages, "no progress was seen"

@@ -23,8 +23,10 @@ namespace rcs::test {
 class TestServer {
 public:
     /// @param options  beside --socket and --state
-    explicit TestServer(const std::string& folder, std::vector<std::string> options = {})
-        : folder_(folder), options_(std::move(options))
+    /// @param before  a command that runs another one, as env does
+    explicit TestServer(const std::string& folder, std::vector<std::string> options = {},
+                        std::vector<std::string> before = {})
+        : folder_(folder), options_(std::move(options)), before_(std::move(before))
     {
         start();
     }
@@ -34,7 +36,8 @@ public:
 
     void start()
     {
-        std::vector<std::string> words = {RCS_BIN_DIR "/rcsplat", "serve", "--socket", socket(), "--state", state()};
+        std::vector<std::string> words = before_;
+        words.insert(words.end(), {RCS_BIN_DIR "/rcsplat", "serve", "--socket", socket(), "--state", state()});
         words.insert(words.end(), options_.begin(), options_.end());
         std::vector<char*> argv;
         for (std::string& word : words) argv.push_back(word.data());
@@ -42,7 +45,7 @@ public:
         posix_spawn_file_actions_t actions;
         posix_spawn_file_actions_init(&actions);
         posix_spawn_file_actions_addopen(&actions, 2, log_path().c_str(), O_WRONLY | O_CREAT | O_APPEND, 0600);
-        if (::posix_spawn(&pid_, argv[0], &actions, nullptr, argv.data(), environ) != 0)
+        if (::posix_spawnp(&pid_, argv[0], &actions, nullptr, argv.data(), environ) != 0)
             throw std::runtime_error("cannot start rcsplat");
         posix_spawn_file_actions_destroy(&actions);
         for (int i = 0; i < 1000; ++i) {
@@ -95,7 +98,7 @@ public:
 
 private:
     std::string folder_;
-    std::vector<std::string> options_;
+    std::vector<std::string> options_, before_;
     pid_t pid_ = 0;
 };
 
