@@ -17,6 +17,7 @@
 #include "cli/batch_frame.h"
 #include "cli/progress_bar.h"
 #include "output/stats_json.h"
+#include "process/clock.h"
 #include "process/exit_code.h"
 #include "process/interrupt.h"
 #include "rcs/error.h"
@@ -32,7 +33,7 @@ double seconds_since(Clock::time_point begin) { return std::chrono::duration<dou
 
 std::string local_time()
 {
-    const std::time_t now = std::time(nullptr);
+    const auto now = static_cast<std::time_t>(read_clocks().wall_ms / 1000);
     std::tm parts{};
     localtime_r(&now, &parts);
     char text[64];
@@ -155,6 +156,8 @@ FrameResult Batch::make(int number)
         auto record = read_frame_record(path);
         result.why = why_render(record, wanted);
         if (result.why.empty()) {
+            std::error_code ignored;
+            if (!arguments_.plan_only) fs::remove(running_path(path), ignored);  // it died once all was written
             if (record->source != wanted.source && !arguments_.plan_only) {
                 record->source = wanted.source;
                 write_frame_record(path, *record);

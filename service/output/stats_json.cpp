@@ -163,7 +163,11 @@ void append_render(std::string& text, const RunReport& report)
     throw Error(ErrorCode::io, "cannot write " + path + ": " + std::strerror(error));
 }
 
-std::string temporary_name(const std::string& path) { return path + ".tmp-" + std::to_string(::getpid()); }
+std::string temporary_name(const std::string& path)
+{
+    const std::filesystem::path target(path);
+    return (target.parent_path() / ("." + target.filename().string() + ".tmp-" + std::to_string(::getpid()))).string();
+}
 
 }  // namespace
 

@@ -8,7 +8,6 @@ namespace rcs::service {
 
 inline constexpr int kFailed = 1;        ///< some of it, or for a reason that has no code of its own
 inline constexpr int kBadUsage = 2;      ///< the command line
-inline constexpr int kTryAgain = 75;     ///< the same command may work later
 inline constexpr int kWarned = 80;       ///< all is done, but a warning says that pictures may not be what was meant
 inline constexpr int kSignalBase = 128;  ///< the shell's convention: 130 is SIGINT
 

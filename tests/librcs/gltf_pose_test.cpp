@@ -109,6 +109,83 @@ TEST(GltfAnimation, RotationsTakeTheShorterArcAtConstantSpeed)
     }
 }
 
+/// An animation of a property, with one channel.
+void animate_property(GltfBuilder& b, const std::string& pointer, int input, int output, const char* interpolation)
+{
+    const Json target = {{"path", "pointer"}, {"extensions", {{"KHR_animation_pointer", {{"pointer", pointer}}}}}};
+    b.add("animations",
+          {{"channels", Json::array({{{"sampler", 0}, {"target", target}}})},
+           {"samplers", Json::array({{{"input", input}, {"output", output}, {"interpolation", interpolation}}})}});
+}
+
+TEST(GltfAnimationPointer, ChangesLampsCamerasMaterialsAndNodes)
+{
+    GltfBuilder b;
+    b.add_node({{"mesh", b.add_triangle_mesh()}, {"name", "a"}});
+    b.add_node(
+        {{"camera", b.add("cameras", {{"type", "perspective"}, {"perspective", {{"yfov", 1.0}, {"znear", 0.1}}}})}});
+    b.root["extensions"]["KHR_lights_punctual"]["lights"] = Json::array({{{"type", "point"}, {"intensity", 8.0}}});
+    b.add_node({{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+    b.root["extensionsRequired"] = Json::array({"KHR_animation_pointer"});
+    b.root["materials"] = Json::array({Json::object()});
+    b.root["meshes"][0]["primitives"][0]["material"] = 0;
+    const int input = add_scalars(b, {0, 2});
+    animate_property(b, "/extensions/KHR_lights_punctual/lights/0/intensity", input, add_scalars(b, {0, 4}), "LINEAR");
+    animate_property(b, "/cameras/0/perspective/yfov", input, add_scalars(b, {0.5f, 1.5f}), "LINEAR");
+    animate_property(b, "/materials/0/pbrMetallicRoughness/baseColorFactor", input,
+                     add_vec4(b, {{0, 0, 0, 1}, {1, 0.5f, 0.25f, 1}}), "LINEAR");
+    animate_property(b, "/materials/0/pbrMetallicRoughness/roughnessFactor", input, add_scalars(b, {0.25f, 0.75f}),
+                     "STEP");
+    animate_property(b, "/nodes/0/translation", input, b.add_vec3({{0, 0, 0}, {4, 0, 0}}), "LINEAR");
+    const Scene rest = load_at(b, {});
+    EXPECT_EQ(rest.lights.at(0).intensity.x, 8.0f);
+    EXPECT_EQ(rest.cameras.at(0).yfov, 1.0);
+    Log log;
+    const Scene moved = load_at(b, 1.0, &log);
+    EXPECT_EQ(log.count("ignored"), 0) << "all of it is known";
+    EXPECT_FLOAT_EQ(moved.lights.at(0).intensity.x, 2.0f);
+    EXPECT_NEAR(moved.cameras.at(0).yfov, 1.0, 1e-7);
+    EXPECT_NEAR(load_at(b, 2.0).cameras.at(0).yfov, 1.5, 1e-7);
+    EXPECT_FLOAT_EQ(moved.materials.at(0).base_color.y, 0.25f);
+    EXPECT_FLOAT_EQ(moved.materials.at(0).roughness, 0.25f);
+    EXPECT_FLOAT_EQ(load_at(b, 2.0).materials.at(0).roughness, 0.75f);
+    expect_near(vertex(moved, 0, 0), {2, 0, 0});
+}
+
+TEST(GltfAnimationPointer, HidesNodesWithAllBelow)
+{
+    GltfBuilder b;
+    const int mesh = b.add_triangle_mesh();
+    const Json hidden = {{"KHR_node_visibility", {{"visible", false}}}};
+    b.add_node({{"mesh", mesh}, {"name", "parent"}, {"children", {1}}, {"extensions", hidden}});
+    b.root["nodes"].push_back({{"mesh", mesh}, {"name", "child"}});
+    b.add_node({{"mesh", mesh}, {"name", "other"}});
+    const auto output = b.add_accessor(b.add_view(raw(std::vector<std::uint8_t>{0, 1})), kUnsignedByte, "SCALAR", 2);
+    animate_property(b, "/nodes/0/extensions/KHR_node_visibility/visible", add_scalars(b, {0, 1}), output, "STEP");
+    const auto names = [&](std::optional<double> time) {
+        std::string list;
+        for (const Instance& instance : load_at(b, time).instances) list += instance.name + " ";
+        return list;
+    };
+    EXPECT_EQ(names({}), "other ");
+    EXPECT_EQ(names(0.99), "other ");
+    EXPECT_EQ(names(1.0), "parent child other ");
+}
+
+TEST(GltfAnimationPointer, ToNothingIsNamed)
+{
+    GltfBuilder b;
+    b.add_node({{"mesh", b.add_triangle_mesh()}});
+    const int input = add_scalars(b, {0, 2});
+    animate_property(b, "/materials/7/alphaCutoff", input, add_scalars(b, {0, 1}), "LINEAR");
+    try {
+        load_at(b, 1.0);
+        ADD_FAILURE() << "there is no such material";
+    } catch (const Error& e) {
+        EXPECT_NE(std::string(e.what()).find("points to /materials/7/alphaCutoff"), std::string::npos) << e.what();
+    }
+}
+
 TEST(GltfAnimation, ThoseOfDifferentNodesPlayTogetherOthersAreNamed)
 {
     GltfBuilder b;

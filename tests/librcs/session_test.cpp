@@ -183,6 +183,29 @@ TEST(Session, KeepsRecordsAsLongAsTheOptionsThatTheyDependOn)
     EXPECT_GT(other.records.records, records);
 }
 
+TEST(Session, KeepsNoMoreRecordsThanItMay)
+{
+    const Scene scene = test::furnished_room();
+    ThreadPool pool(2);
+    Session free = borrowed(pool, true);
+    free.show(scene);
+    const Camera here = scene.cameras[0], there = moved(here);
+    render(free, here, small(1));
+    const std::size_t of_one = free.records().size();
+    render(free, there, small(1));
+    const std::size_t of_both = free.records().size();
+    ASSERT_GT(of_both, of_one);
+    for (const std::size_t most : {of_both - 1, of_one / 2}) {
+        Session session(test::shared_gl(), pool, {.keep_records = true, .most_records = most});
+        session.show(scene);
+        render(session, here, small(1));
+        const RenderResult bounded = render(session, there, small(1));
+        EXPECT_LE(session.records().size(), most);
+        EXPECT_EQ(session.records().empty(), most == of_one / 2) << "those in sight stay if they are few enough";
+        EXPECT_EQ(bounded.stats.unserved_pixels, 0u);
+    }
+}
+
 TEST(Session, AsksSurfacesAgainWhereTheChoiceOfEffectsIsAnother)
 {
     const Scene scene = test::furnished_room();

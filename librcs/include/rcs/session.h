@@ -21,7 +21,9 @@ struct SessionOptions {
     bool keep_records = false;  ///< a view begins with the records of those before it, as far as they hold: less time,
                                 ///< and another noise than by itself. Without it a view is the same bits whatever was
                                 ///< rendered before
-    LogFunction log = {};       ///< told what could not be kept
+    std::size_t most_records = 1'000'000;  ///< kept at a time: where there are more, those out of sight go; where
+                                           ///< that is not enough, all
+    LogFunction log = {};                  ///< told what could not be kept
 };
 
 /// Something that a session holds from view to view.

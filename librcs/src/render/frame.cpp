@@ -145,7 +145,7 @@ RenderResult finish(Frame& f)
     warn(f);
     f.records.insert(f.records.end(), std::make_move_iterator(f.without_radiance.begin()),
                      std::make_move_iterator(f.without_radiance.end()));
-    result.records = f.session.state().keep_records(std::move(f.records), f.asked);
+    result.records = f.session.state().keep_records(std::move(f.records), f.asked, f.views.front());
     stats.kept = f.session.state().end_view();
     return std::move(result);
 }

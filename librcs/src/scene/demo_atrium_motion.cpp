@@ -46,7 +46,7 @@ void add_lamp(Scene& scene, double time)
     if (time < 1.0) return;
     PunctualLight lamp;
     lamp.name = "lamp";
-    lamp.intensity = 12.0f * glm::vec3(1.0f, 0.78f, 0.50f);
+    lamp.intensity = 4.0f * glm::vec3(1.0f, 0.78f, 0.50f);
     lamp.position = {-1.5, 3.4, -7.6};
     scene.lights.push_back(lamp);
 }

@@ -77,13 +77,13 @@ tinygltf::FsCallbacks file_access(BufferAccess& user)
     return access;
 }
 
-tinygltf::Model read_model(const GltfFile& file)
+tinygltf::Model read_model(const GltfFile& file, const std::vector<PosedProperty>& properties = {})
 {
     std::vector<unsigned char> bytes = read_file(file.path, "scene file");
     if (bytes.size() > std::numeric_limits<std::uint32_t>::max()) {
         fail(file, ErrorCode::unsupported, "is larger than the 4 GiB that a .glb file can have");
     }
-    GltfSource source = check_gltf(file, std::move(bytes));
+    GltfSource source = check_gltf(file, std::move(bytes), properties);
     bytes = std::move(source.bytes);
 
     BufferAccess access{file, source};
@@ -133,8 +133,13 @@ Scene load_gltf(const std::string& path, const LoadOptions& options, const LogFu
 {
     GltfNotes notes;
     const GltfFile file{path, std::filesystem::path(path).parent_path(), &notes};
-    const tinygltf::Model model = read_model(file);
-    Scene scene = build_scene(file, model, options.time);
+    tinygltf::Model model = read_model(file);
+    const GltfPose pose = pose_at(file, model, options.time);
+    if (!pose.properties.empty()) {
+        GltfNotes said;  // by the first reading
+        model = read_model({path, file.folder, &said}, pose.properties);
+    }
+    Scene scene = build_scene(file, model, pose.nodes);
     const std::string name = std::filesystem::path(path).filename().string();
     notes.write(name, log);
     const auto inform = [&](const std::string& what) {

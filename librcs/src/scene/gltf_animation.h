@@ -1,12 +1,13 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
 
-#include "scene/gltf_file.h"
+#include "scene/gltf_document.h"
 #include "scene/tinygltf.h"
 
 namespace rcs {
@@ -21,10 +22,25 @@ struct NodePose {
     bool moves() const { return translation || rotation || scale; }
 };
 
+/// A property of the file that an animation gives another value (KHR_animation_pointer).
+struct PosedProperty {
+    std::string pointer;  ///< JSON pointer (RFC 6901) into the file
+    Json value;
+    std::string what;  ///< gives it: "animation 0 'blink', channel 2"
+};
+
+struct GltfPose {
+    std::vector<NodePose> nodes;  ///< one per node
+    std::vector<PosedProperty> properties;
+};
+
+/// Writes them into the file. @throws Error bad_file: a pointer to nothing
+void set_properties(GltfDocument& document, const std::vector<PosedProperty>& properties);
+
 /// The file's animations at a time [s], held at the first and last keyframe outside of them. They play
 /// together; one that moves what an earlier one moves is left out (a walk and a run) with a note.
-/// @return one per node
+/// @param time  none: the rest pose, that of nodes and properties by themselves
 /// @throws Error bad_file
-std::vector<NodePose> pose_at(const GltfFile& file, const tinygltf::Model& model, double time);
+GltfPose pose_at(const GltfFile& file, const tinygltf::Model& model, std::optional<double> time);
 
 }  // namespace rcs

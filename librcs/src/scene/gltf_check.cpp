@@ -17,8 +17,9 @@ namespace {
 
 /// Beside those of materials.
 constexpr std::string_view kSupportedExtensions[] = {
-    "EXT_mesh_gpu_instancing", "EXT_meshopt_compression", "EXT_texture_webp",     "KHR_draco_mesh_compression",
-    "KHR_lights_punctual",     "KHR_mesh_quantization",   "KHR_texture_transform"};
+    "EXT_mesh_gpu_instancing", "EXT_meshopt_compression",    "EXT_texture_webp",
+    "KHR_animation_pointer",   "KHR_draco_mesh_compression", "KHR_lights_punctual",
+    "KHR_mesh_quantization",   "KHR_node_visibility",        "KHR_texture_transform"};
 
 bool is_supported(std::string_view name)
 {
@@ -191,6 +192,23 @@ void check_meshes(const GltfDocument& document, const GltfSource& source)
     }
 }
 
+/// tinygltf drops channels without a node, as those of KHR_animation_pointer are: gives them one that is none.
+/// @return whether there were any
+bool keep_pointers(GltfDocument& document)
+{
+    bool any = false;
+    if (!document.root.contains("animations")) return any;
+    for (Json& animation : document.root["animations"]) {
+        for (Json& channel : animation["channels"]) {
+            Json& target = channel["target"];
+            if (target.contains("node") || target.value("path", "") != "pointer") continue;
+            target["node"] = -1;
+            any = true;
+        }
+    }
+    return any;
+}
+
 /// Replaces every URI by a number, so that this library alone decides what is read.
 void take_out_uris(GltfDocument& document, const GltfSource& source)
 {
@@ -214,18 +232,21 @@ bool has_uris(const GltfSource& source)
 
 }  // namespace
 
-GltfSource check_gltf(const GltfFile& file, std::vector<unsigned char> bytes)
+GltfSource check_gltf(const GltfFile& file, std::vector<unsigned char> bytes,
+                      const std::vector<PosedProperty>& properties)
 {
     GltfDocument document = read_document(file, bytes);
     GltfSource source;
     check_extensions(document);
     const bool made_whole = make_indices_whole(document);
+    set_properties(document, properties);
     check_types(document);
+    const bool has_pointers = keep_pointers(document);
     check_buffers(document, source);
     check_views(document, source);
     check_images(document, source);
     check_meshes(document, source);
-    if (has_uris(source) || made_whole) {
+    if (has_uris(source) || made_whole || has_pointers || !properties.empty()) {
         take_out_uris(document, source);
         if (is_glb(bytes)) {
             bytes = glb_bytes(document);

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "scene/gltf_animation.h"
 #include "scene/gltf_document.h"
 #include "scene/gltf_meshopt.h"
 
@@ -26,8 +27,10 @@ inline constexpr const char* kImageUri = "rcs-image-";
 
 /// Looks at a .gltf or .glb file before tinygltf does, which trusts a file in places: everything that it
 /// would follow without a check (chunk lengths, buffer views, Draco attributes, types) is checked here.
+/// @param properties  that take the place of what the file says
 /// @throws Error bad_file, unsupported
-GltfSource check_gltf(const GltfFile& file, std::vector<unsigned char> bytes);
+GltfSource check_gltf(const GltfFile& file, std::vector<unsigned char> bytes,
+                      const std::vector<PosedProperty>& properties);
 
 /// Contents of a buffer as it is stored, exactly `size` bytes. @throws Error bad_file, not_found, io
 std::vector<unsigned char> buffer_bytes(const GltfFile& file, const GltfSource::Buffer& buffer, Bytes binary,

@@ -203,12 +203,12 @@ void add_rigid(Context& context, std::size_t node, const Shown& shown)
 }  // namespace
 
 void add_instances(const GltfFile& file, const tinygltf::Model& model, const Matrices& matrices,
-                   const std::vector<NodePose>& poses, Scene& scene)
+                   const std::vector<NodePose>& poses, const std::vector<bool>& visible, Scene& scene)
 {
     Context context{file, model, matrices, scene};
     for (std::size_t i = 0; i < model.nodes.size(); ++i) {
         const tinygltf::Node& node = model.nodes[i];
-        if (!matrices[i] || node.mesh < 0) continue;
+        if (!matrices[i] || !visible[i] || node.mesh < 0) continue;
         if (static_cast<std::size_t>(node.mesh) >= model.meshes.size()) {
             bad_file(file, context.name_of(i) + " names mesh " + std::to_string(node.mesh) + ", the file has " +
                                std::to_string(model.meshes.size()));

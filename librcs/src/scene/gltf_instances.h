@@ -17,8 +17,8 @@ using Matrices = std::vector<std::optional<glm::dmat4>>;
 
 /// Adds the meshes that nodes show, posed, and an instance for each place where they do. Nodes that show
 /// a mesh in the same way share it. A mesh's material is its number in the file, -1 if it has none.
-/// @throws Error bad_file, unsupported
+/// @param visible  whether a node shows its mesh   @throws Error bad_file, unsupported
 void add_instances(const GltfFile& file, const tinygltf::Model& model, const Matrices& matrices,
-                   const std::vector<NodePose>& poses, Scene& scene);
+                   const std::vector<NodePose>& poses, const std::vector<bool>& visible, Scene& scene);
 
 }  // namespace rcs

@@ -134,6 +134,27 @@ std::vector<std::optional<glm::dmat4>> node_matrices(const GltfFile& file, const
     return matrices;
 }
 
+std::vector<bool> visible_nodes(const GltfFile& file, const tinygltf::Model& model)
+{
+    const std::vector<int> parents = parents_of(file, model);
+    std::vector<bool> visible(model.nodes.size(), true);
+    for (std::size_t i = 0; i < visible.size(); ++i) {
+        const auto hides = [&](std::size_t node) {
+            const auto found = model.nodes[node].extensions.find("KHR_node_visibility");
+            if (found == model.nodes[node].extensions.end()) return false;
+            const tinygltf::Value& value = found->second.Get("visible");
+            return value.IsBool() && !value.Get<bool>();
+        };
+        int node = static_cast<int>(i);
+        // Nodes outside of the scene may form a cycle.
+        for (std::size_t depth = 0; depth < visible.size() && node != kNone && visible[i]; ++depth) {
+            visible[i] = !hides(static_cast<std::size_t>(node));
+            node = parents[static_cast<std::size_t>(node)];
+        }
+    }
+    return visible;
+}
+
 void check_entries(const GltfFile& file, const std::string& what, const glm::dmat4& matrix)
 {
     // The scene keeps coordinates as floats; products of a few of them must stay in range.

@@ -97,11 +97,12 @@ PunctualLight read_light(const GltfFile& file, const tinygltf::Light& source, st
     return light;
 }
 
-void add_lights(const GltfFile& file, const tinygltf::Model& model, const Matrices& matrices, Scene& scene)
+void add_lights(const GltfFile& file, const tinygltf::Model& model, const Matrices& matrices,
+                const std::vector<bool>& visible, Scene& scene)
 {
     for (std::size_t i = 0; i < model.nodes.size(); ++i) {
         const auto found = model.nodes[i].extensions.find("KHR_lights_punctual");
-        if (!matrices[i] || found == model.nodes[i].extensions.end()) continue;
+        if (!matrices[i] || !visible[i] || found == model.nodes[i].extensions.end()) continue;
         const std::string& name = model.nodes[i].name;
         const tinygltf::Value& number = found->second.Get("light");
         if (!number.IsInt()) bad_file(file, element_name("node", i, name) + " names no light");
@@ -198,15 +199,15 @@ void check_cameras_reach(const GltfFile& file, const Scene& scene)
 
 }  // namespace
 
-Scene build_scene(const GltfFile& file, const tinygltf::Model& model, std::optional<double> time)
+Scene build_scene(const GltfFile& file, const tinygltf::Model& model, const std::vector<NodePose>& poses)
 {
-    const std::vector<NodePose> poses = time ? pose_at(file, model, *time) : std::vector<NodePose>(model.nodes.size());
     const Matrices matrices = node_matrices(file, model, poses);
+    const std::vector<bool> visible = visible_nodes(file, model);
     Scene scene;
     scene.name = std::filesystem::path(file.path).stem().string();
-    add_instances(file, model, matrices, poses, scene);
+    add_instances(file, model, matrices, poses, visible, scene);
     add_materials(file, model, scene);
-    add_lights(file, model, matrices, scene);
+    add_lights(file, model, matrices, visible, scene);
     add_cameras(file, model, matrices, scene);
     check_meshes_reach(file, scene);
     move_origin(scene);

@@ -1,8 +1,9 @@
 #pragma once
 
-#include <optional>
+#include <vector>
 
 #include "rcs/scene.h"
+#include "scene/gltf_animation.h"
 #include "scene/gltf_file.h"
 #include "scene/tinygltf.h"
 
@@ -10,8 +11,8 @@ namespace rcs {
 
 /// Turns what tinygltf read into a scene: nodes become instances, lights and cameras in world space,
 /// which is then moved by Scene::origin. A file without a camera gets none.
-/// @param time  [s] of its animations; none: the pose that the nodes themselves have
+/// @param poses  one per node
 /// @throws Error bad_file, not_found, unsupported
-Scene build_scene(const GltfFile& file, const tinygltf::Model& model, std::optional<double> time);
+Scene build_scene(const GltfFile& file, const tinygltf::Model& model, const std::vector<NodePose>& poses);
 
 }  // namespace rcs

@@ -34,7 +34,7 @@ MotionFrom load_motion(const MotionChoice& choice, const Scene& scene, const Sce
                        const CameraChoice& camera)
 {
     std::shared_ptr<Scene> pose;
-    if (choice.time && choice.time != picture.time) {
+    if (choice.time && choice.time != picture.time && is_animated(picture.source)) {
         pose = std::make_shared<Scene>(load_scene(picture.source, {}, {choice.time}));
         pose->textures.clear();
     }

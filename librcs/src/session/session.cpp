@@ -33,6 +33,13 @@ void take_lamps(Scene& from, Scene& to)
     to.environment = std::move(from.environment);
 }
 
+/// Whether a record lies where the view looks, be it hidden or not.
+bool shows(const View& view, const Record& record)
+{
+    const auto at = image_position(view, glm::dvec3(record.position) - camera_position(view.camera));
+    return at && at->x >= 0.0 && at->y >= 0.0 && at->x < view.width && at->y < view.height;
+}
+
 }  // namespace
 
 const char* name_of(SessionPart part)
@@ -190,9 +197,11 @@ std::vector<Record> Session::State::take_records(const RenderOptions& asked)
     return std::exchange(records, {});
 }
 
-std::vector<Record> Session::State::keep_records(std::vector<Record> made, const RenderOptions& asked)
+std::vector<Record> Session::State::keep_records(std::vector<Record> made, const RenderOptions& asked, const View& view)
 {
     if (!options.keep_records) return made;
+    if (made.size() > options.most_records) std::erase_if(made, [&](const Record& r) { return !shows(view, r); });
+    if (made.size() > options.most_records) made = {};
     records = std::move(made);
     record_settings = record_settings_words(asked);
     return {};

@@ -41,8 +41,8 @@ struct Session::State {
 
     /// The records that a view with these options begins with; keeps none of them.
     std::vector<Record> take_records(const RenderOptions& options);
-    /// Keeps the records of a view, if that is wanted. @return those that are not kept
-    std::vector<Record> keep_records(std::vector<Record> records, const RenderOptions& options);
+    /// Keeps the records of a view, if that is wanted, and as many as there may be. @return those that are not kept
+    std::vector<Record> keep_records(std::vector<Record> records, const RenderOptions& options, const View& view);
     /// The light cache if it serves this use; null if it has to be built.
     const LightCache* find_light_cache(const LightCacheUse& use);
     const LightCache* keep_light_cache(LightCache cache, LightCacheUse use);
