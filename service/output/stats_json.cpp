@@ -166,7 +166,9 @@ void append_render(std::string& text, const RunReport& report)
 std::string temporary_name(const std::string& path)
 {
     const std::filesystem::path target(path);
-    return (target.parent_path() / ("." + target.filename().string() + ".tmp-" + std::to_string(::getpid()))).string();
+    std::string name = ".";
+    name.append(target.filename().string()).append(".tmp-").append(std::to_string(::getpid()));
+    return (target.parent_path() / name).string();
 }
 
 }  // namespace
