@@ -124,7 +124,8 @@ std::string formats() { return OIIO::get_string_attribute("format_list"); }
 }  // namespace
 }  // namespace rcs
 
-extern "C" const rcs::ImageModule* rcs_image_module()
+/// What the library looks for in this file.
+extern "C" __attribute__((visibility("default"))) const rcs::ImageModule* rcs_image_module()
 {
     static const rcs::ImageModule module{rcs::open_file, rcs::open_memory, rcs::reads, rcs::formats};
     return &module;

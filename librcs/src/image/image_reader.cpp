@@ -29,7 +29,6 @@ std::filesystem::path own_folder()
 
 const ImageModule& load_module()
 {
-    if (rcs_image_module) return *rcs_image_module();
     const std::filesystem::path file = own_folder() / (std::string("librcs-images-") + kVersion + ".so");
     void* const module = dlopen(file.c_str(), RTLD_LAZY | RTLD_LOCAL);
     const auto entry = module ? reinterpret_cast<Entry>(dlsym(module, "rcs_image_module")) : nullptr;

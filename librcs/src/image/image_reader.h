@@ -66,6 +66,3 @@ struct ImageModule {
 const ImageModule& image_module();
 
 }  // namespace rcs
-
-/// Of the module; a program that has it linked in has no need of the file.
-extern "C" __attribute__((weak, visibility("default"))) const rcs::ImageModule* rcs_image_module();
