@@ -19,28 +19,9 @@ namespace {
 
 using rcs::ErrorCode;
 
+using rcs::service::exit_code;
 using rcs::service::kBadUsage;
 using rcs::service::kFailed;
-using rcs::service::kSignalBase;
-
-int exit_code(ErrorCode code)
-{
-    switch (code) {
-        case ErrorCode::bad_argument:
-            return kBadUsage;
-        case ErrorCode::cancelled:
-            return rcs::service::interrupt_signal() != 0 ? kSignalBase + rcs::service::interrupt_signal() : kFailed;
-        case ErrorCode::not_found:
-        case ErrorCode::bad_file:
-        case ErrorCode::unsupported:
-        case ErrorCode::gl_unavailable:
-        case ErrorCode::io:
-        case ErrorCode::out_of_memory:
-        case ErrorCode::internal:
-            return kFailed;
-    }
-    return kFailed;
-}
 
 int report(const std::string& message, int code)
 {

@@ -124,7 +124,7 @@ TEST(CommandLine, OptionsThatDoNotGoTogetherAreNamed)
     expect_error({"render", "-o", folder / "a.png"}, kBadUsage, "scene", folder);
     expect_error({"render", "demo:cornell", "-o", folder / "a.png", "--colour"}, kBadUsage, "--colour", folder);
     const std::string picture = folder / "a.png";
-    const auto refuse = [&](const std::vector<std::string>& more, int code, const std::string& words) {
+    const auto refuse = [&](const std::vector<std::string>& more, auto code, const std::string& words) {
         std::vector<std::string> all{"render", "demo:cornell", "-o", picture};
         all.insert(all.end(), more.begin(), more.end());
         expect_error(all, code, words, folder);
