@@ -16,5 +16,9 @@ run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/consumer -B ${work}/consumer -
     -D CMAKE_FIND_PACKAGE_NO_PACKAGE_REGISTRY=ON)
 run(${CMAKE_COMMAND} --build ${work}/consumer)
 run(${work}/consumer/consumer)
-run(${work}/prefix/bin/rcsplat --version)
+# Wherever the folder is moved, the program finds its library, and that the module that reads pictures.
+file(RENAME ${work}/prefix ${work}/moved)
+run(${work}/moved/bin/rcsplat --version)
+run(${work}/moved/bin/rcsplat render demo:cornell --size 16x16 --aa 1 --rays 16 --quiet --output ${work}/a.exr)
+run(${work}/moved/bin/rcsplat compare ${work}/a.exr ${work}/a.exr)
 file(REMOVE_RECURSE ${work})
