@@ -161,21 +161,25 @@ std::string cost(const BatchReport& report)
 /// Frames as the page's script takes them.
 std::string pictures(const BatchReport& report)
 {
-    std::vector<const FrameResult*> shown;
-    for (const FrameResult& frame : report.frames)
-        if (is_there(frame) && !frame.figures.thumbnail.empty()) shown.push_back(&frame);
-    const std::size_t step = (shown.size() + kMostPictures - 1) / kMostPictures;
+    const std::size_t step = picture_step(report.frames.size());
     Json list = Json::array();
-    for (std::size_t i = 0; i < shown.size(); i += std::max<std::size_t>(1, step))
-        list.push_back(
-            {{"frame", shown[i]->number},
-             {"text", "frame " + std::to_string(shown[i]->number) + ", " + duration_text(shown[i]->figures.seconds) +
-                          ", error " + percent_text(shown[i]->figures.error)},
-             {"image", "data:image/jpeg;base64," + shown[i]->figures.thumbnail}});
-    return Json{{"fps", report.fps / static_cast<double>(std::max<std::size_t>(1, step))}, {"frames", list}}.dump();
+    for (std::size_t i = 0; i < report.frames.size(); i += step) {
+        const FrameResult& frame = report.frames[i];
+        if (!is_there(frame) || frame.figures.thumbnail.empty()) continue;
+        list.push_back({{"frame", frame.number},
+                        {"text", "frame " + std::to_string(frame.number) + ", " + duration_text(frame.figures.seconds) +
+                                     ", error " + percent_text(frame.figures.error)},
+                        {"image", "data:image/jpeg;base64," + frame.figures.thumbnail}});
+    }
+    return Json{{"fps", report.fps / static_cast<double>(step)}, {"frames", list}}.dump();
 }
 
 }  // namespace
+
+std::size_t picture_step(std::size_t frames)
+{
+    return std::max<std::size_t>(1, (frames + kMostPictures - 1) / kMostPictures);
+}
 
 std::string name_of(FrameEnd end)
 {

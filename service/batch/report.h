@@ -37,6 +37,9 @@ struct BatchReport {
     std::size_t count(FrameEnd end) const;
 };
 
+/// Of so many frames every how many-th shows its picture in the page.
+std::size_t picture_step(std::size_t frames);
+
 /// "3 of 48 frames failed, 40 rendered, ..."
 std::string headline(const BatchReport& report);
 nlohmann::ordered_json to_json(const BatchReport& report);

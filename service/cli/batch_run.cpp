@@ -239,6 +239,8 @@ void Batch::run()
                                        [&](const FrameResult& frame) { return frame.number == number; });
         try {
             *slot = make(number);
+            const auto index = static_cast<std::size_t>(slot - report_.frames.begin());
+            if (index % picture_step(report_.frames.size()) != 0) slot->figures.thumbnail.clear();  // memory
         } catch (const Error& e) {
             if (e.code() != ErrorCode::cancelled) throw;
             break;

@@ -53,7 +53,8 @@ TEST_F(RenderService, SkiesAndShiftedLensesArriveToo)
     for (const std::vector<std::string>& more : {std::vector<std::string>{},
                                                  {"--environment", "none"},
                                                  {"--environment", "0.5,1,2"},
-                                                 {"--lens-shift", "0.25,-0.5"}}) {
+                                                 {"--lens-shift", "0.25,-0.5"},
+                                                 {"--eye", "0,1,3", "--target", "0.2,0.8,0"}}) {
         std::vector<std::string> arguments = plain;
         arguments.insert(arguments.end(), more.begin(), more.end());
         arguments.insert(arguments.end(), {"-o", folder_ / "a.exr"});
@@ -65,7 +66,7 @@ TEST_F(RenderService, SkiesAndShiftedLensesArriveToo)
         EXPECT_TRUE(bytes_of(folder_ / "a.exr") == bytes_of(folder_ / "b.exr")) << (more.empty() ? "plain" : more[1]);
         pictures.insert(bytes_of(folder_ / "a.exr"));
     }
-    EXPECT_EQ(pictures.size(), 4u) << "they differ";
+    EXPECT_EQ(pictures.size(), 5u) << "they differ";
 }
 
 TEST_F(RenderService, FramesOfAnAnimationAreFilesOfTheirOwn)
