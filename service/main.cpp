@@ -29,7 +29,7 @@ int report(const std::string& message, int code)
     for (char& c : line) {
         if (c == '\n' || c == '\r') c = ' ';
     }
-    std::fprintf(stderr, "rcsplat: error: %s\n", line.c_str());
+    std::fprintf(stderr, "rcsplat: %s: %s\n", code == rcs::service::kWarned ? "warning" : "error", line.c_str());
     return code;
 }
 

@@ -200,6 +200,18 @@ TEST(BatchCommand, EndsInOrderWhenItIsTold)
     EXPECT_EQ(count(folder, "kept"), done);
 }
 
+TEST(BatchCommand, TellsThatThereWereWarnings)
+{
+    const TemporaryFolder folder;
+    write_bytes(folder / "empty.gltf", R"({"asset": {"version": "2.0"}})");
+    for (const char* when : {"rendered", "done before"}) {
+        const Outcome outcome = rcsplat(small_batch(folder / "empty.gltf", "1-2", folder / "f.####.png"));
+        EXPECT_EQ(outcome.code, 80) << when;
+        EXPECT_NE(outcome.err.find("rcsplat: warning: All 2 frames are there"), std::string::npos) << outcome.err;
+        EXPECT_NE(bytes_of(folder / "report.html").find("nothing that can be drawn"), std::string::npos) << when;
+    }
+}
+
 TEST(BatchCommand, LimitsTheTimeOfAFrame)
 {
     const TemporaryFolder folder;
