@@ -11,6 +11,7 @@
 #include "cli/outputs.h"
 #include "process/exit_code.h"
 #include "process/interrupt.h"
+#include "process/printable.h"
 #include "rcs/error.h"
 #include "rcs/version.h"
 #include "wire/errors.h"
@@ -29,7 +30,8 @@ int report(const std::string& message, int code)
     for (char& c : line) {
         if (c == '\n' || c == '\r') c = ' ';
     }
-    std::fprintf(stderr, "rcsplat: %s: %s\n", code == rcs::service::kWarned ? "warning" : "error", line.c_str());
+    const char* kind = code == rcs::service::kWarned ? "warning" : "error";
+    std::fprintf(stderr, "rcsplat: %s: %s\n", kind, rcs::service::printable(line).c_str());
     return code;
 }
 

@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <ctime>
-#include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -10,10 +10,12 @@
 #include <google/protobuf/util/json_util.h>
 #include <CLI/CLI.hpp>
 
-#include "batch/frames.h"
 #include "cli/commands.h"
+#include "cli/delivery.h"
 #include "cli/job_run.h"
 #include "cli/server_arguments.h"
+#include "process/exit_code.h"
+#include "process/printable.h"
 #include "wire/errors.h"
 
 namespace rcs::service {
@@ -49,20 +51,16 @@ std::string time_text(std::int64_t ms)
 
 void print_line(const v1::JobStatus& status)
 {
-    std::string scene = status.scene();
-    for (char& c : scene) {
-        if (static_cast<unsigned char>(c) < ' ') c = '?';
-    }
     std::printf("%8llu  %-23s %5d/%-5d %4d  %-19s  %s", static_cast<unsigned long long>(status.job()),
                 state_text(status.state()).c_str(), status.frames_completed(), status.frames(), status.priority(),
-                time_text(status.submitted_ms()).c_str(), scene.c_str());
-    if (status.has_error()) std::printf("  %s", status.error().message().c_str());
+                time_text(status.submitted_ms()).c_str(), printable(status.scene()).c_str());
+    if (status.has_error()) std::printf("  %s", printable(status.error().message()).c_str());
     std::putchar('\n');
 }
 
 void run_watch(const JobArguments& arguments)
 {
-    Client client = connect(arguments.server);
+    Client client = connect(arguments.server, Patience::of_a_waiting_client);
     const auto show = [&](const v1::JobStatus& status) {
         if (arguments.json) {
             std::printf("%s\n", json_of(status).c_str());
@@ -70,7 +68,7 @@ void run_watch(const JobArguments& arguments)
             std::printf("job %llu %s %d/%d", static_cast<unsigned long long>(status.job()),
                         state_text(status.state()).c_str(), status.frames_completed(), status.frames());
             for (const v1::Progress& p : status.running()) {
-                std::printf("  frame %d %s %.0f %%", p.frame(), p.stage().c_str(), 100.0 * p.fraction());
+                std::printf("  frame %d %s %.0f %%", p.frame(), printable(p.stage()).c_str(), 100.0 * p.fraction());
                 if (p.has_error_estimate()) std::printf(" error %.1f %%", 100.0 * p.error_estimate());
                 if (p.has_eta_seconds()) std::printf(" eta %.0f s", p.eta_seconds());
             }
@@ -91,35 +89,25 @@ struct FetchArguments : JobArguments {
 
 void run_fetch(const FetchArguments& arguments, bool one_frame)
 {
-    Client client = connect(arguments.server);
+    Client client = connect(arguments.server, Patience::of_a_waiting_client);
     const v1::JobReply job = client.details(arguments.job, 0, 1);
-    int written = 0;
-    for_each_frame(client, arguments.job, [&](const v1::FrameStatus& frame) {
-        if (one_frame && frame.number() != arguments.frame) return;
-        for (const v1::OutputFile& file : frame.files()) {
-            const std::filesystem::path name(file.name());
-            const std::string numbered =
-                job.status().frames() == 1
-                    ? file.name()
-                    : path_of_frame(name.stem().string() + ".####" + name.extension().string(), frame.number());
-            const std::string path = (std::filesystem::path(arguments.folder) / numbered).string();
-            client.fetch(arguments.job, frame.number(), file.name(), path);
-            std::printf("wrote %s\n", path.c_str());
-            ++written;
-        }
-    });
-    if (written == 0) {
-        throw ServiceError(v1::ERROR_CODE_NOT_FOUND, "job " + std::to_string(arguments.job) + " is " +
-                                                         state_text(job.status().state()) + " and has no pictures" +
-                                                         (one_frame ? " of that frame" : "") + " yet");
-    }
+    std::map<std::string, std::string> patterns;
+    for (const v1::Output& output : job.job().outputs())
+        patterns[output.name()] = path_of_output(arguments.folder, output, job.status().frames());
+    Delivery delivery(
+        client, arguments.job, patterns, [](const std::string& path) { std::printf("wrote %s\n", path.c_str()); },
+        [](const std::string&) {});
+    const std::string holes = delivery.take_all(one_frame ? std::optional(arguments.frame) : std::nullopt);
+    if (!holes.empty()) throw Ended(kFailed, holes);
 }
 
 void run_cancel(const JobArguments& arguments)
 {
     Client client = connect(arguments.server);
-    std::printf("job %llu %s\n", static_cast<unsigned long long>(arguments.job),
-                state_text(client.cancel(arguments.job)).c_str());
+    const v1::CancelReply reply = client.cancel(arguments.job);
+    std::printf("job %llu %s%s\n", static_cast<unsigned long long>(arguments.job),
+                reply.had_ended() ? "had ended before, nothing was cancelled: " : "",
+                state_text(reply.state()).c_str());
 }
 
 struct ListArguments {
@@ -143,11 +131,12 @@ void run_list(const ListArguments& arguments)
         for_each_frame(client, arguments.job, [](const v1::FrameStatus& frame) {
             std::printf("  frame %d %s, %.1f s, %d attempts", frame.number(), state_text(frame.state()).c_str(),
                         frame.seconds(), frame.attempts());
-            if (frame.has_error()) std::printf(": %s", frame.error().message().c_str());
+            if (frame.has_error()) std::printf(": %s", printable(frame.error().message()).c_str());
             std::putchar('\n');
             for (const v1::OutputFile& file : frame.files())
                 std::printf("    %s, %llu bytes\n", file.name().c_str(), static_cast<unsigned long long>(file.size()));
-            for (const std::string& warning : frame.warnings()) std::printf("    warning: %s\n", warning.c_str());
+            for (const std::string& warning : frame.warnings())
+                std::printf("    warning: %s\n", printable(warning).c_str());
         });
         return;
     }

@@ -1,16 +1,20 @@
 #include <cstdio>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 
 #include "batch/frames.h"
 #include "cli/commands.h"
+#include "cli/delivery.h"
 #include "cli/job_run.h"
 #include "cli/render_arguments.h"
 #include "cli/server_arguments.h"
+#include "process/exit_code.h"
 #include "rcs/image_io.h"
 #include "wire/errors.h"
 
@@ -47,6 +51,36 @@ void add_frames(const SubmitArguments& arguments, RequestedJob& requested)
     }
 }
 
+/// Writes frames as they finish. @throws Ended: some have no pictures
+void deliver_job(const SubmitArguments& arguments, const RequestedJob& requested, Client& client, std::uint64_t job,
+                 ProgressBar& bar)
+{
+    std::map<std::string, std::string> patterns;
+    for (int i = 0; i < requested.job.outputs_size(); ++i)
+        patterns[requested.job.outputs(i).name()] = requested.paths[static_cast<std::size_t>(i)];
+    const auto written = [&](const std::string& path) {
+        if (!arguments.render.report.quiet) std::printf("wrote %s\n", path.c_str());
+        std::fflush(stdout);
+    };
+    try {
+        Client fetching = connect(arguments.server, Patience::of_a_waiting_client);  // the other one watches
+        Delivery delivery(fetching, job, patterns, written,
+                          [&](const std::string& warning) { bar.log()(LogLevel::warning, warning); });
+        int known = 0;
+        follow(client, job, bar, [&](const v1::JobStatus& status) {
+            if (std::exchange(known, status.frames_completed()) != status.frames_completed()) delivery.take_new();
+        });
+        const std::string holes = delivery.take_all();
+        if (!holes.empty()) throw Ended(kFailed, holes);
+    } catch (const Error& e) {
+        if (e.code() != ErrorCode::cancelled) throw;
+        const std::string number = std::to_string(job);
+        throw Error(ErrorCode::cancelled, "interrupted; job " + number + " goes on: rcsplat watch " + number +
+                                              " shows it, rcsplat fetch " + number +
+                                              " writes its pictures, rcsplat cancel " + number + " ends it");
+    }
+}
+
 void run_submit(const SubmitArguments& arguments)
 {
     ProgressBar bar(parse_log_level(arguments.render.report.log_level), arguments.render.report.quiet);
@@ -64,22 +98,13 @@ void run_submit(const SubmitArguments& arguments)
     if (!arguments.detach) {
         for (const std::string& path : requested.paths) check_output_path(path_of_frame(path, 0), {});
     }
-    Client client = connect(arguments.server);
+    Client client = connect(arguments.server, Patience::of_a_waiting_client);
     const v1::SubmitReply submitted = submit(client, requested, bar);
     bar.finish();
     std::printf("job %llu%s\n", static_cast<unsigned long long>(submitted.job()),
                 submitted.existed() ? " (submitted before)" : "");
     std::fflush(stdout);
-    if (arguments.detach) return;
-    follow(client, submitted.job(), bar);
-    for_each_frame(client, submitted.job(), [&](const v1::FrameStatus& frame) {
-        for (int i = 0; i < requested.job.outputs_size(); ++i) {
-            const std::string path = path_of_frame(requested.paths[static_cast<std::size_t>(i)], frame.number());
-            client.fetch(submitted.job(), frame.number(), requested.job.outputs(i).name(), path);
-            if (!arguments.render.report.quiet) std::printf("wrote %s\n", path.c_str());
-        }
-        for (const std::string& warning : frame.warnings()) bar.log()(LogLevel::warning, warning);
-    });
+    if (!arguments.detach) deliver_job(arguments, requested, client, submitted.job(), bar);
 }
 
 }  // namespace
@@ -114,7 +139,9 @@ void add_submit_command(CLI::App& app, Action& action)
     command.get_option("--output")->required();
     command.footer(
         "Example: rcsplat submit sponza.glb --camera atrium -o sponza.png\n"
-        "While it waits, Ctrl-C leaves the job in the queue; rcsplat cancel ends it.");
+        "Frames are written as they finish. While it waits the server may be stopped and started; Ctrl-C leaves the "
+        "job in the "
+        "queue, and rcsplat cancel ends it.");
     command.callback([arguments, &action] { action = [arguments] { run_submit(*arguments); }; });
 }
 

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "cli/outputs.h"
+#include "process/printable.h"
 #include "rcs/error.h"
 #include "rcs/scene.h"
 #include "wire/errors.h"
@@ -86,8 +87,11 @@ RequestedJob request_job(const RenderArguments& arguments, bool on_server)
     std::set<std::string> names;
     for (OutputFile& file : parse_outputs(arguments.output, PixelFormat::half_float)) {
         requested.paths.push_back(file.path);
+        const std::string shown = fs::path(file.path).filename().string();
         file.path = output_name(file.path, names);
-        *requested.job.add_outputs() = to_message(file);
+        v1::Output& output = *requested.job.add_outputs();
+        output = to_message(file);
+        if (utf8_text(printable(shown)) == shown && !shown.starts_with('.')) output.set_file_name(shown);
     }
     ToneMapOptions tone_map = parse_tone_map(arguments.output);
     *requested.job.mutable_tone_map() = to_message(tone_map);

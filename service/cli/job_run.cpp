@@ -3,6 +3,7 @@
 #include <cctype>
 #include <cstdio>
 
+#include "process/printable.h"
 #include "rcs/error.h"
 #include "wire/errors.h"
 
@@ -27,20 +28,18 @@ v1::SubmitReply submit(Client& client, const RequestedJob& requested, ProgressBa
     return client.submit(requested.job);
 }
 
-v1::JobStatus follow(Client& client, std::uint64_t job, ProgressBar& bar)
+v1::JobStatus follow(Client& client, std::uint64_t job, ProgressBar& bar,
+                     const std::function<void(const v1::JobStatus&)>& news)
 {
     const v1::JobStatus end = client.watch(job, [&](const v1::JobStatus& status) {
         if (status.running_size() > 0) {
-            bar.show(status.running(0).stage(), status.running(0).stage_fraction());
+            bar.show(printable(status.running(0).stage()), status.running(0).stage_fraction());
         } else if (status.state() == v1::JOB_STATE_QUEUED) {
             bar.show("queued", 0.0f);
         }
+        if (news) news(status);
     });
     bar.finish();
-    if (end.state() == v1::JOB_STATE_CANCELLED) {
-        throw ServiceError(v1::ERROR_CODE_CANCELLED, "job " + std::to_string(job) + " was cancelled");
-    }
-    if (end.state() == v1::JOB_STATE_FAILED) throw ServiceError(end.error().code(), end.error().message());
     return end;
 }
 

@@ -13,8 +13,10 @@ namespace rcs::service {
 /// Uploads what the server lacks, and submits.
 v1::SubmitReply submit(Client& client, const RequestedJob& requested, ProgressBar& bar);
 
-/// Shows how the job goes on until it has ended. @throws ServiceError: why it failed; rcs::Error cancelled
-v1::JobStatus follow(Client& client, std::uint64_t job, ProgressBar& bar);
+/// Shows how the job goes on until it has ended. Calls `news` with each state.
+/// @throws ServiceError: why there is no more news of it; rcs::Error cancelled
+v1::JobStatus follow(Client& client, std::uint64_t job, ProgressBar& bar,
+                     const std::function<void(const v1::JobStatus&)>& news = {});
 
 /// Calls `use` with every frame of a job.
 void for_each_frame(Client& client, std::uint64_t job, const std::function<void(const v1::FrameStatus&)>& use);

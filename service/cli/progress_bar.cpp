@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "process/interrupt.h"
+#include "process/printable.h"
 
 namespace rcs::service {
 namespace {
@@ -123,7 +124,7 @@ LogFunction ProgressBar::log()
             return;
         }
         clear_line();
-        std::fprintf(stderr, "rcsplat: %s: %.*s\n", level_name(level), static_cast<int>(line.size()), line.data());
+        std::fprintf(stderr, "rcsplat: %s: %s\n", level_name(level), printable(line).c_str());
     };
 }
 

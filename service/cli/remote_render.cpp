@@ -9,6 +9,7 @@
 #include "process/interrupt.h"
 #include "rcs/error.h"
 #include "rcs/image_io.h"
+#include "wire/errors.h"
 
 namespace rcs::service {
 namespace {
@@ -46,13 +47,17 @@ void render_on_server(const RenderArguments& arguments, const ServerArguments& s
     *requested.job.add_frames() = request_frame(arguments, 0, arguments.scene.time);
     for (const std::string& path : requested.paths) check_output_path(path, {});
     check_text_path(arguments.report.stats_file);
-    Client client = connect(server);
+    Client client = connect(server, Patience::of_a_waiting_client);
     const std::uint64_t job = submit(client, requested, bar).job();
     try {
-        follow(client, job, bar);
+        const v1::JobStatus end = follow(client, job, bar);
+        if (end.state() == v1::JOB_STATE_CANCELLED)
+            throw ServiceError(v1::ERROR_CODE_CANCELLED, "job " + std::to_string(job) + " was cancelled");
+        if (end.state() == v1::JOB_STATE_FAILED) throw ServiceError(end.error().code(), end.error().message());
     } catch (const Error& e) {
         if (e.code() != ErrorCode::cancelled) throw;
-        connect(server, false).cancel(job);  // the signal has come already: this is not to end by it
+        connect(server, Patience::none_and_no_interrupt)
+            .cancel(job);  // the signal has come already: this is not to end by it
         throw Error(ErrorCode::cancelled, "interrupted, nothing was written");
     }
     const v1::JobReply details = client.details(job, 0, 1);

@@ -1,6 +1,9 @@
 #include "cli/server_arguments.h"
 
+#include <cstdio>
+
 #include "process/interrupt.h"
+#include "process/printable.h"
 #include "rcs/error.h"
 #include "wire/address.h"
 #include "wire/files.h"
@@ -30,13 +33,17 @@ void add_server_arguments(CLI::App& command, ServerArguments& arguments)
     command.get_option("--tls-key")->needs("--tls-certificate");
 }
 
-Client connect(const ServerArguments& arguments, bool interruptible)
+Client connect(const ServerArguments& arguments, Patience patience)
 {
     ClientOptions options;
     options.ca = arguments.ca;
     options.certificate = arguments.certificate;
     options.key = arguments.key;
-    if (interruptible) options.keep_waiting = [] { return interrupt_signal() == 0; };
+    if (patience != Patience::none_and_no_interrupt) options.keep_waiting = [] { return interrupt_signal() == 0; };
+    if (patience == Patience::of_a_waiting_client) {
+        options.patience_seconds = 1e9;  // whoever waits decides how long
+        options.news = [](const std::string& what) { std::fprintf(stderr, "rcsplat: %s\n", printable(what).c_str()); };
+    }
     if (!arguments.token_file.empty()) {
         options.token = read_part(arguments.token_file, 0, 4096);
         while (!options.token.empty() && (options.token.back() == '\n' || options.token.back() == '\r'))

@@ -16,7 +16,12 @@ struct ServerArguments {
 };
 void add_server_arguments(CLI::App& command, ServerArguments& arguments);
 
-/// @param interruptible  waiting ends when a signal comes @throws ServiceError, rcs::Error
-Client connect(const ServerArguments& arguments, bool interruptible = true);
+enum class Patience {
+    of_one_question,        ///< a signal ends it, and so does the server's end
+    of_a_waiting_client,    ///< a signal ends it; the server may go and come back
+    none_and_no_interrupt,  ///< where the signal has come already
+};
+/// @throws ServiceError, rcs::Error
+Client connect(const ServerArguments& arguments, Patience patience = Patience::of_one_question);
 
 }  // namespace rcs::service

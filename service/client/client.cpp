@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <utility>
 
 #include <fcntl.h>
 #include <netdb.h>
@@ -12,6 +13,7 @@
 #include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -28,7 +30,27 @@ namespace {
 
 constexpr std::int64_t kAskPeriod = 200;  // between questions whether to go on [ms]
 
-[[noreturn]] void unavailable(const std::string& what) { throw ServiceError(v1::ERROR_CODE_UNAVAILABLE, what); }
+constexpr std::int64_t kFirstPause = 250, kLongestPause = 5000;  // between attempts to find a server again [ms]
+
+[[noreturn]] void unavailable(const std::string& what) { throw ConnectionLost(what); }
+
+/// Nobody may pose as a server: it is this user or root, or whose socket and folder they are where the address was
+/// given. Said before a byte is sent. @throws ServiceError forbidden
+void check_owner(const std::string& path, int fd)
+{
+    ucred peer{};
+    socklen_t size = sizeof peer;
+    if (::getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0) unavailable("cannot tell who answers on " + path);
+    if (peer.uid == ::geteuid() || peer.uid == 0) return;
+    std::string folder = std::filesystem::path(path).parent_path().string();
+    if (folder.empty()) folder.assign(1, '.');
+    struct stat of_folder{}, of_socket{};
+    const bool owned = ::stat(folder.c_str(), &of_folder) == 0 && ::stat(path.c_str(), &of_socket) == 0 &&
+                       of_folder.st_uid == peer.uid && of_socket.st_uid == peer.uid && (of_folder.st_mode & 0022) == 0;
+    if (owned && path != default_socket()) return;
+    throw ServiceError(v1::ERROR_CODE_FORBIDDEN, "who answers on " + path + " is user " + std::to_string(peer.uid) +
+                                                     ", neither this user nor the owner of a folder of its own");
+}
 
 Fd connected_unix(const std::string& path)
 {
@@ -41,6 +63,7 @@ Fd connected_unix(const std::string& path)
     if (::connect(fd.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
         unavailable("no server answers on " + path + ": " + std::strerror(errno) + " (rcsplat serve starts one)");
     }
+    check_owner(path, fd.get());
     return fd;
 }
 
@@ -85,7 +108,14 @@ Client::LocalFile local_file(const std::string& path)
 
 Client::Client(const std::string& address, const ClientOptions& options) : options_(options), address_(address)
 {
-    connect_to(address, options);
+    begin();
+}
+
+/// Connects, greets and says who it is.
+void Client::begin()
+{
+    reader_ = {};
+    connect_to(address_, options_);
     const std::string first = greeting();
     const std::int64_t until = steady_ms() + static_cast<std::int64_t>(1e3 * options_.connect_seconds);
     for (std::size_t sent = 0; sent < first.size();) {
@@ -108,8 +138,8 @@ Client::Client(const std::string& address, const ClientOptions& options) : optio
     check_greeting(theirs);
     v1::Request hello;
     hello.mutable_hello()->set_client(std::string("rcsplat ") + kVersion);
-    hello.mutable_hello()->set_token(options.token);
-    hello_ = call(hello).hello();
+    hello.mutable_hello()->set_token(options_.token);
+    hello_ = call_once(hello).hello();
 }
 
 void Client::connect_to(const std::string& address, const ClientOptions& options)
@@ -160,7 +190,9 @@ v1::Response Client::receive()
         if (const auto message = reader_.next()) {
             v1::Response response;
             parse(*message, response);
-            if (response.has_error()) throw ServiceError(response.error().code(), response.error().message());
+            const v1::Error& error = response.error();
+            if (response.id() == 0 && error.code() == v1::ERROR_CODE_UNAVAILABLE) unavailable(error.message());
+            if (response.has_error()) throw ServiceError(error.code(), error.message());
             return response;
         }
         char bytes[64 << 10];
@@ -176,7 +208,45 @@ v1::Response Client::receive()
     }
 }
 
+void Client::pause(std::int64_t ms)
+{
+    for (const std::int64_t until = steady_ms() + ms; steady_ms() < until;) {
+        if (options_.keep_waiting && !options_.keep_waiting()) throw Error(ErrorCode::cancelled, "interrupted");
+        ::poll(nullptr, 0, static_cast<int>(std::min(kAskPeriod, until - steady_ms())));
+    }
+}
+
+/// Returns with a new connection. @throws ConnectionLost: patience is at an end
+void Client::come_back(const std::string& why)
+{
+    if (options_.patience_seconds <= 0.0) throw ConnectionLost(why);
+    if (options_.news) options_.news("the server has gone (" + why + "); looking for it until it is back");
+    const std::int64_t until = steady_ms() + static_cast<std::int64_t>(1e3 * options_.patience_seconds);
+    for (std::int64_t wait = kFirstPause;; wait = std::min(2 * wait, kLongestPause)) {
+        pause(wait);
+        try {
+            begin();
+            if (options_.news) options_.news("the server is back");
+            return;
+        } catch (const ConnectionLost&) {
+            if (steady_ms() >= until) throw;
+        }
+    }
+}
+
 v1::Response Client::call(v1::Request request)
+{
+    for (;;) {
+        try {
+            return call_once(request);
+        } catch (const ConnectionLost& e) {
+            if (request.has_submit() && request.submit().job().idempotency_key().empty()) throw;
+            come_back(e.what());
+        }
+    }
+}
+
+v1::Response Client::call_once(v1::Request& request)
 {
     request.set_id(next_id_++);
     send(request);
@@ -197,12 +267,14 @@ void Client::upload(const std::vector<LocalFile>& files, const std::function<voi
         const v1::Blob& blob = files[i].blob;
         std::uint64_t held = there.held(static_cast<int>(i));
         bool complete = held == blob.size() && blob.size() > 0;
+        const Fd file(::open(files[i].path.c_str(), O_RDONLY | O_CLOEXEC));
+        if (!file) throw Error(ErrorCode::io, "cannot read " + files[i].path + ": " + std::strerror(errno));
         while (!complete) {
             v1::Request put;
             *put.mutable_blob_put()->mutable_blob() = blob;
             put.mutable_blob_put()->set_offset(held);
-            put.mutable_blob_put()->set_data(
-                read_part(files[i].path, held, std::min<std::uint64_t>(hello_.max_chunk_bytes(), blob.size() - held)));
+            put.mutable_blob_put()->set_data(read_part(
+                file, held, std::min<std::uint64_t>(hello_.max_chunk_bytes(), blob.size() - held), files[i].path));
             held = call(put).blob_put().held();
             complete = held == blob.size();
             if (progress) progress(static_cast<float>((done + static_cast<double>(held)) / all));
@@ -215,33 +287,40 @@ v1::SubmitReply Client::submit(const v1::Job& job)
 {
     v1::Request request;
     *request.mutable_submit()->mutable_job() = job;
+    if (options_.patience_seconds > 0.0 && job.idempotency_key().empty())
+        request.mutable_submit()->mutable_job()->set_idempotency_key("once-" + random_id());
     return call(request).submit();
 }
 
 v1::JobStatus Client::watch(std::uint64_t job, const std::function<void(const v1::JobStatus&)>& news)
 {
     v1::Request request;
-    request.set_id(next_id_++);
     request.mutable_watch()->set_job(job);
-    send(request);
-    const double usual = options_.reply_seconds;
-    options_.reply_seconds = 1e9;  // a frame may take long
-    for (;;) {
-        const v1::Response response = receive();
-        if (response.id() != request.id()) continue;
-        if (news) news(response.watch().status());
-        if (response.watch().last()) {
+    const double usual = std::exchange(options_.reply_seconds, 1e9);  // a frame may take long
+    for (bool asked = false;;) {
+        try {
+            if (!std::exchange(asked, true)) {
+                request.set_id(next_id_++);
+                send(request);
+            }
+            const v1::Response response = receive();
+            if (response.id() != request.id()) continue;
+            if (news) news(response.watch().status());
+            if (!response.watch().last()) continue;
             options_.reply_seconds = usual;
             return response.watch().status();
+        } catch (const ConnectionLost& e) {
+            come_back(e.what());
+            asked = false;
         }
     }
 }
 
-v1::JobState Client::cancel(std::uint64_t job)
+v1::CancelReply Client::cancel(std::uint64_t job)
 {
     v1::Request request;
     request.mutable_cancel()->set_job(job);
-    return call(request).cancel().state();
+    return call(request).cancel();
 }
 
 v1::JobReply Client::details(std::uint64_t job, std::uint32_t first, std::uint32_t frames)

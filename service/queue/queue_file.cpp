@@ -6,7 +6,6 @@
 #include <set>
 
 #include <fcntl.h>
-#include <sys/random.h>
 #include <unistd.h>
 
 #include "queue/database.h"
@@ -94,14 +93,6 @@ Marker upgraded(Database& database, const std::string& state, Marker marker, std
 }
 
 }  // namespace
-
-std::string random_id()
-{
-    std::string bytes(16, '\0');
-    if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
-        fail_file("read", "random numbers");
-    return hex(bytes);
-}
 
 std::string queue_path(const std::string& state) { return state + "/queue.db"; }
 

@@ -21,7 +21,6 @@ std::optional<Marker> read_marker(const std::string& state);
 /// @throws ServiceError unavailable, internal; then the old one stands
 void write_marker(const std::string& state, const Marker& marker);
 
-std::string random_id();
 std::string queue_path(const std::string& state);
 
 /// Makes the database if there was none, or finds it whole: SQLite's own check, the tables, the marker.

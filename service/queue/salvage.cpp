@@ -11,6 +11,7 @@
 #include "queue/queue_file.h"
 #include "wire/errors.h"
 #include "wire/files.h"
+#include "wire/sha256.h"
 
 namespace rcs::service {
 namespace {

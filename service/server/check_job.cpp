@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "process/printable.h"
 #include "rcs/layers.h"
 #include "rcs/scene.h"
 #include "server/sockets.h"
@@ -120,6 +121,10 @@ void check_outputs(const v1::Job& job)
         const auto has = [&](const char* ending) { return name.ends_with(ending); };
         const bool exr = has(".exr"), png = has(".png"), jpeg = has(".jpg") || has(".jpeg");
         if (!exr && !png && !jpeg) refuse("outputs.name '" + name + "' does not end in .exr, .png, .jpg or .jpeg");
+        const std::string& shown = output.file_name();
+        check_length("outputs.file_name", shown, 255);
+        if (shown.find('/') != shown.npos || shown.starts_with('.') || printable(shown) != shown)
+            refuse("outputs.file_name of '" + name + "' begins with a dot or has a '/' or control character");
         if (!names.insert(name).second) refuse("outputs has '" + name + "' twice");
         const OutputFile file = from_message(output);
         const PixelFormat format = file.options.format;

@@ -1,11 +1,13 @@
 #include "server/log.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <ctime>
 
 #include <unistd.h>
 
 #include "process/clock.h"
+#include "process/printable.h"
 
 namespace rcs::service {
 namespace {
@@ -29,10 +31,13 @@ std::string quoted(const std::string& value)
 {
     bool plain = !value.empty();
     std::string text = "\"";
-    for (const char c : value) {
+    std::size_t control_end = 0;
+    for (std::size_t i = 0; i < value.size(); ++i) {
+        const char c = value[i];
         const auto byte = static_cast<unsigned char>(c);
         plain = plain && byte > ' ' && byte < 0x7f && c != '"' && c != '=' && c != '\\';
-        if (byte < ' ' || byte == 0x7f) {
+        control_end = std::max(control_end, i + control_length(value, i));
+        if (i < control_end) {
             char code[8];
             std::snprintf(code, sizeof code, "\\x%02x", byte);
             text += code;

@@ -137,8 +137,9 @@ v1::CancelReply Service::cancel(const v1::CancelRequest& request, const Caller& 
 {
     check_may_see(request.job(), caller);
     v1::CancelReply reply;
+    reply.set_had_ended(has_ended(queue_.status(request.job())->state()));
     reply.set_state(*queue_.cancel(request.job(), read_clocks()));
-    log_.info("job_cancelled", {{"job", request.job()}, {"by", caller.owner}});
+    if (!reply.had_ended()) log_.info("job_cancelled", {{"job", request.job()}, {"by", caller.owner}});
     return reply;
 }
 

@@ -67,6 +67,11 @@ std::string read_part(const std::string& path, std::uint64_t offset, std::size_t
 {
     const Fd fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW));
     if (!fd) fail_file("read", path);
+    return read_part(fd, offset, length, path);
+}
+
+std::string read_part(const Fd& fd, std::uint64_t offset, std::size_t length, const std::string& path)
+{
     std::string bytes(length, '\0');
     std::size_t done = 0;
     while (done < length) {

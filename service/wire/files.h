@@ -32,6 +32,7 @@ void sync_path(const std::string& path);
 void write_all(int fd, std::string_view bytes, const std::string& path);
 /// Bytes at `offset`, fewer only at the file's end. @throws ServiceError
 std::string read_part(const std::string& path, std::uint64_t offset, std::size_t length);
+std::string read_part(const Fd& file, std::uint64_t offset, std::size_t length, const std::string& path);
 
 /// What a file's time of modification is to be [ms].
 void set_modified(const std::string& path, std::int64_t ms);

@@ -6,6 +6,8 @@
 #include <new>
 #include <vector>
 
+#include <sys/random.h>
+
 #include <openssl/evp.h>
 
 #include "rcs/error.h"
@@ -75,6 +77,14 @@ std::string hex(std::string_view bytes)
         text += kDigits[static_cast<unsigned char>(c) & 15];
     }
     return text;
+}
+
+std::string random_id()
+{
+    std::string bytes(16, '\0');
+    if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
+        throw Error(ErrorCode::internal, "no random numbers");
+    return hex(bytes);
 }
 
 }  // namespace rcs::service

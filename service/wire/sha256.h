@@ -37,5 +37,7 @@ FileDigest sha256_of_file(const std::string& path);
 
 /// "00ff..", two characters a byte.
 std::string hex(std::string_view bytes);
+/// 16 random bytes in hexadecimal.
+std::string random_id();
 
 }  // namespace rcs::service

@@ -1,0 +1,95 @@
+#include "cli/delivery.h"
+
+#include <filesystem>
+#include <utility>
+#include <vector>
+
+#include "batch/frames.h"
+#include "cli/job_run.h"
+#include "process/printable.h"
+
+namespace rcs::service {
+namespace {
+
+constexpr std::uint32_t kPage = 500;    // frames that are asked for at a time
+constexpr std::size_t kMostHoles = 20;  // that are named
+
+bool has_ended(v1::FrameState state)
+{
+    return state == v1::FRAME_STATE_COMPLETED || state == v1::FRAME_STATE_FAILED || state == v1::FRAME_STATE_CANCELLED;
+}
+
+}  // namespace
+
+Delivery::Delivery(Client& client, std::uint64_t job, std::map<std::string, std::string> patterns,
+                   std::function<void(const std::string&)> written, std::function<void(const std::string&)> warned)
+    : client_(client),
+      job_(job),
+      patterns_(std::move(patterns)),
+      written_(std::move(written)),
+      warned_(std::move(warned))
+{
+}
+
+void Delivery::take(const v1::FrameStatus& frame)
+{
+    if (frame.state() != v1::FRAME_STATE_COMPLETED || !taken_.insert(frame.number()).second) return;
+    for (const v1::OutputFile& file : frame.files()) {
+        const auto pattern = patterns_.find(file.name());
+        if (pattern == patterns_.end()) continue;
+        const std::string path = path_of_frame(pattern->second, frame.number());
+        client_.fetch(job_, frame.number(), file.name(), path);
+        written_(path);
+    }
+    for (const std::string& warning : frame.warnings()) warned_(warning);
+}
+
+void Delivery::take_new()
+{
+    for (std::uint32_t first = first_open_;;) {
+        const v1::JobReply reply = client_.details(job_, first, kPage);
+        bool any_ended = false;
+        for (const v1::FrameStatus& frame : reply.frames()) {
+            take(frame);
+            any_ended = any_ended || has_ended(frame.state());
+            if (first == first_open_ && has_ended(frame.state())) ++first_open_;
+            ++first;
+        }
+        if (!any_ended) return;  // frames are begun in their order
+    }
+}
+
+std::string Delivery::take_all(std::optional<int> only)
+{
+    std::string holes;
+    std::size_t missing = 0, all = 0;
+    for_each_frame(client_, job_, [&](const v1::FrameStatus& frame) {
+        if (only && frame.number() != *only) return;
+        ++all;
+        take(frame);
+        if (frame.state() == v1::FRAME_STATE_COMPLETED || ++missing > kMostHoles) return;
+        holes.append(missing > 1 ? "; " : "").append("frame ").append(std::to_string(frame.number())).append(" ");
+        holes.append(state_text(frame.state()));
+        if (frame.has_error()) holes.append(": ").append(printable(frame.error().message()));
+    });
+    if (missing == 0 && all > 0) return "";
+    const std::string job = "job " + std::to_string(job_);
+    if (all == 0) return job + " has no such frame";
+    if (missing > kMostHoles) holes += "; and " + std::to_string(missing - kMostHoles) + " more";
+    return job + ", " + std::to_string(missing) + " of " + std::to_string(all) +
+           (all == 1 ? " frame has" : " frames have") + " no pictures: " + holes;
+}
+
+std::string path_of_output(const std::string& folder, const v1::Output& output, int frames)
+{
+    namespace fs = std::filesystem;
+    // What a server says is not trusted with other folders.
+    const std::string& given = output.file_name();
+    const bool usable =
+        !given.empty() && given.front() != '.' && given.find('/') == given.npos && printable(given) == given;
+    const fs::path name = usable ? given : output.name();
+    if (frames == 1 || has_frame_pattern(name.string())) return (fs::path(folder) / name).string();
+    return (fs::path(folder) / (name.stem().string() + ".####" + name.extension().string())).string();
+}
+
+}  // namespace rcs::service
