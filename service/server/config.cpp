@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <thread>
+#include <utility>
 
 #include <grp.h>
 #include <unistd.h>
@@ -26,25 +27,36 @@ double machine_memory_mb()
 
 std::string default_state()
 {
-    const char* state = std::getenv("XDG_STATE_HOME");
-    if (state != nullptr && *state != '\0') return std::string(state) + "/rcsplat";
-    const char* home = std::getenv("HOME");
-    return std::string(home != nullptr ? home : "") + "/.local/state/rcsplat";
+    for (const auto& [variable, within] :
+         {std::pair("XDG_STATE_HOME", "/rcsplat"), {"HOME", "/.local/state/rcsplat"}}) {
+        const char* folder = std::getenv(variable);
+        if (folder != nullptr && *folder == '/') return std::string(folder) + within;
+    }
+    return {};
 }
 
-void ServerConfig::adopt_reloadable(const ServerConfig& fresh)
+std::string ServerConfig::adopt_reloadable(const ServerConfig& fresh)
 {
-    const ServerConfig old = *this;
+    ServerConfig old = *this;
     *this = fresh;
-    socket = old.socket, group = old.group, state = old.state, listen = old.listen, http = old.http;
-    workers = old.workers, threads = old.threads;
+    std::string left_out;
+    const auto keep = [&](auto& mine, auto& before, const char* option) {
+        if (mine != before) left_out.append(left_out.empty() ? "" : ",").append(option);
+        mine = before;
+    };
+    keep(socket, old.socket, "--socket"), keep(group, old.group, "--group"), keep(state, old.state, "--state");
+    keep(listen, old.listen, "--listen"), keep(http, old.http, "--http");
+    keep(workers, old.workers, "--workers"), keep(threads, old.threads, "--threads");
+    return left_out;
 }
 
 void complete(ServerConfig& c)
 {
     if (c.socket.empty() || c.socket.size() > 107)
         refuse("--socket has " + std::to_string(c.socket.size()) + " bytes, expected [1, 107]");
-    if (c.state.empty() || c.state.front() != '/') c.state = std::filesystem::absolute(c.state).string();
+    if (c.state.empty())
+        refuse("--state is missing, and neither $XDG_STATE_HOME nor $HOME says where the queue is to be kept");
+    if (c.state.front() != '/') c.state = std::filesystem::absolute(c.state).string();
     const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
     if (c.workers == 0) c.workers = std::max(1, cores / kCoresOfAWorker);
     if (c.threads == 0) c.threads = std::max(1, cores / c.workers);

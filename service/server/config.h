@@ -39,13 +39,14 @@ struct ServerConfig {
     QueueOptions queue;
     BlobLimits blobs;
 
-    void adopt_reloadable(const ServerConfig& fresh);  ///< what a running server can change
+    /// Takes over what a running server can change. @return the options that differ and are left as they were
+    std::string adopt_reloadable(const ServerConfig& fresh);
 };
 
 /// Fills in what follows from the machine, and checks what can be. @throws rcs::Error bad_argument, not_found
 void complete(ServerConfig& config);
 
-/// $XDG_STATE_HOME/rcsplat, else ~/.local/state/rcsplat.
+/// $XDG_STATE_HOME/rcsplat, else ~/.local/state/rcsplat; "" where neither variable holds an absolute path.
 std::string default_state();
 
 }  // namespace rcs::service

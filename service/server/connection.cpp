@@ -26,7 +26,7 @@ bool same_secret(const std::string& a, const std::string& b)
 }  // namespace
 
 Connection::Connection(Stream stream, const std::string& owner, bool sees_all, std::int64_t now)
-    : stream_(std::move(stream)), caller_{owner, sees_all}, heard_ms_(now)
+    : stream_(std::move(stream)), caller_{owner, sees_all}, local_(!owner.empty()), since_ms_(now), heard_ms_(now)
 {
     out_ = greeting();
     unsent_since_ms_ = now;

@@ -32,6 +32,8 @@ public:
     void greet(const v1::HelloRequest& hello, const std::string& token);
     bool known() const { return hello_; }
     const Caller& caller() const { return caller_; }
+    bool is_local() const { return local_; }  ///< came by the Unix socket
+    std::int64_t since_ms() const { return since_ms_; }
 
     void watch(std::uint64_t job, std::uint64_t request);
     /// Something about this job has changed. @param now  as one of its frames has ended: watchers are told at once
@@ -64,7 +66,9 @@ private:
     std::string out_;
     std::size_t sent_ = 0;  ///< of out_
     bool greeted_ = false, hello_ = false, finishing_ = false, closed_ = false;
-    bool backlog_ = false;   ///< whole messages were left in reader_
+    bool backlog_ = false;  ///< whole messages were left in reader_
+    const bool local_;
+    const std::int64_t since_ms_;
     std::int64_t heard_ms_;  ///< when the message that is arriving began, or the last one ended
     std::int64_t unsent_since_ms_ = 0;
     std::map<std::uint64_t, Watch> watches_;  ///< by request

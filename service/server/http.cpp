@@ -33,13 +33,14 @@ const char* reason(int status)
     }
 }
 
+/// @return "" also where there are two
 std::string header(const std::string& request, const std::string& name)
 {
     std::string lower = request;
     std::transform(lower.begin(), lower.end(), lower.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     const std::size_t at = lower.find("\r\n" + name + ":");
-    if (at == lower.npos) return {};
+    if (at == lower.npos || lower.find("\r\n" + name + ":", at + 1) != lower.npos) return {};
     const std::size_t begin = std::min(request.find_first_not_of(" \t", at + name.size() + 3), request.size());
     return request.substr(begin, request.find("\r\n", begin) - begin);
 }

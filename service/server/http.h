@@ -27,6 +27,7 @@ public:
     void flush();
 
     int fd() const { return stream_.fd(); }
+    std::int64_t since_ms() const { return begin_ms_; }
     short events() const;
     bool done(std::int64_t now) const;
 

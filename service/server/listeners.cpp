@@ -69,14 +69,14 @@ void Listeners::read_secrets(const ServerConfig& config)
         tls_ = TlsContext::server(config.tls_certificate, config.tls_key, config.client_ca);
 }
 
-void Listeners::add_to(std::vector<pollfd>& polled, bool clients, bool browsers)
+void Listeners::add_to(std::vector<pollfd>& polled, bool unix_clients, bool tcp_clients, bool browsers)
 {
     const auto add = [&](int fd, bool wanted) {
         polled.push_back({fd, static_cast<short>(wanted ? POLLIN : 0), 0});
         return polled.size() - 1;
     };
-    polled_unix_ = add(unix_.fd(), clients);
-    polled_tcp_ = tcp_ ? add(tcp_.get(), clients) : 0;
+    polled_unix_ = add(unix_.fd(), unix_clients);
+    polled_tcp_ = tcp_ ? add(tcp_.get(), tcp_clients) : 0;
     polled_http_ = http_ ? add(http_.get(), browsers) : 0;
 }
 

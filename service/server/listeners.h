@@ -24,7 +24,7 @@ public:
     void read_secrets(const ServerConfig& config);
 
     /// Adds the listening sockets to what is polled, which is not empty.
-    void add_to(std::vector<pollfd>& polled, bool clients, bool browsers);
+    void add_to(std::vector<pollfd>& polled, bool unix_clients, bool tcp_clients, bool browsers);
     struct Waiting {
         bool unix_client = false, tcp_client = false, browser = false;
     };

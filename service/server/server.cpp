@@ -1,24 +1,18 @@
 #include "server/server.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <csignal>
-#include <cstring>
-#include <list>
-#include <memory>
 
 #include <poll.h>
 #include <sys/signalfd.h>
-#include <sys/socket.h>
 #include <unistd.h>
 
 #include <google/protobuf/stubs/logging.h>
 
 #include "process/clock.h"
 #include "rcs/version.h"
-#include "server/connection.h"
 #include "server/daemon.h"
-#include "server/listeners.h"
+#include "server/guests.h"
 #include "server/log.h"
 #include "server/page.h"
 #include "server/service.h"
@@ -28,17 +22,12 @@
 namespace rcs::service {
 namespace {
 
-constexpr std::size_t kMostBrowsers = 32;
-constexpr std::int64_t kAcceptPause = 500;  // where file descriptors ran out [ms]
-
 class Server {
 public:
     Server(const ServerConfig& config, const std::function<ServerConfig()>& reload);
     void run();
 
 private:
-    using Connections = std::list<Connection>;
-
     struct Answer {
         Connection* connection;
         v1::Response response;
@@ -48,14 +37,11 @@ private:
     void turn();
     void wait();
     void read_signals();
-    void accept_all(int listener, bool unix_socket);
     void read_requests(Connection& connection);
     void answer(Connection& connection, const v1::Request& request);
     void undo_turn(const std::string& why);
     void finish_turn();
     void tell_watchers();
-    void accept_browsers();
-    void drop_connections();
     void reload_config();
 
     ServerConfig config_;
@@ -63,21 +49,23 @@ private:
     ServerLog log_;
     Fd signals_;
     Service service_;
-    Listeners listeners_;
-    std::list<HttpConnection> browsers_;
-    Connections connections_;
+    Guests guests_;
     std::vector<Answer> answers_;  ///< of this turn; sent once it is committed
     std::vector<FrameEnd> ends_;
     std::vector<std::uint64_t> changed_,
         ended_;  ///< jobs of this turn with news, and with an end of a frame or of waiting
     std::vector<pollfd> polled_;
     std::size_t first_worker_ = 0;  ///< in polled_
-    std::int64_t next_tend_ms_ = 0, accept_after_ms_ = 0;
+    std::int64_t next_tend_ms_ = 0;
     std::int64_t stop_at_ms_ = 0;  ///< 0: not stopping
 };
 
 Server::Server(const ServerConfig& config, const std::function<ServerConfig()>& reload)
-    : config_(config), reload_(reload), signals_(catch_signals()), service_(config_, log_), listeners_(config_, log_)
+    : config_(config),
+      reload_(reload),
+      signals_(catch_signals()),
+      service_(config_, log_),
+      guests_(config_, log_, service_.counters())
 {
     log_.set_debug(config_.log_debug);
     raise_file_limit();
@@ -92,7 +80,7 @@ void Server::run()
     }
     service_.end();
     const std::int64_t now = steady_ms();
-    for (Connection& connection : connections_) {
+    for (Connection& connection : guests_.connections()) {
         connection.finish(error_message(v1::ERROR_CODE_UNAVAILABLE, "the server has stopped"), now);
         connection.flush(now);
     }
@@ -107,7 +95,6 @@ void Server::turn()
     changed_.clear();
     ended_.clear();
     read_signals();
-    const Listeners::Waiting waiting = listeners_.waiting(polled_);
     std::size_t next = first_worker_;
     for (Worker& worker : service_.workers().workers()) {
         const short events =
@@ -121,26 +108,24 @@ void Server::turn()
     } catch (const ServiceError& e) {
         undo_turn(e.what());
     }
-    for (HttpConnection& browser : browsers_) {
+    for (HttpConnection& browser : guests_.browsers()) {
         const short events = next < polled_.size() && polled_[next].fd == browser.fd() ? polled_[next].revents : 0;
         ++next;
         if (events == 0) continue;
         if (const auto path = browser.receive()) browser.answer(page_answer(service_, *path));
         browser.flush();
     }
-    for (Connection& connection : connections_) {
+    for (Connection& connection : guests_.connections()) {
         const short events = next < polled_.size() && polled_[next].fd == connection.fd() ? polled_[next].revents : 0;
         ++next;
         if ((events & (POLLIN | POLLHUP | POLLERR)) != 0 || connection.has_pending()) read_requests(connection);
     }
     finish_turn();
-    if (waiting.unix_client) accept_all(listeners_.unix_fd(), true);
-    if (waiting.tcp_client) accept_all(listeners_.tcp_fd(), false);
-    if (waiting.browser) accept_browsers();
+    guests_.let_in(polled_);
     service_.schedule();
     if (now >= next_tend_ms_) next_tend_ms_ = service_.tend();
     tell_watchers();
-    drop_connections();
+    guests_.drop(steady_ms());
 }
 
 void Server::wait()
@@ -149,15 +134,13 @@ void Server::wait()
     std::int64_t until = next_tend_ms_;
     polled_.clear();
     polled_.push_back({signals_.get(), POLLIN, 0});
-    const bool room =
-        now >= accept_after_ms_ && connections_.size() < static_cast<std::size_t>(config_.max_connections) + 8;
-    listeners_.add_to(polled_, room, browsers_.size() < kMostBrowsers);
+    guests_.add_listeners_to(polled_, now);
     first_worker_ = polled_.size();
     for (const Worker& worker : service_.workers().workers()) {
         polled_.push_back({worker.socket.get(), static_cast<short>(POLLIN | (worker.out.empty() ? 0 : POLLOUT)), 0});
     }
-    for (const HttpConnection& browser : browsers_) polled_.push_back({browser.fd(), browser.events(), 0});
-    for (const Connection& connection : connections_) {
+    for (const HttpConnection& browser : guests_.browsers()) polled_.push_back({browser.fd(), browser.events(), 0});
+    for (const Connection& connection : guests_.connections()) {
         polled_.push_back({connection.fd(), connection.events(), 0});
         if (connection.has_pending()) until = now;
         until = std::min({until, connection.deadline(config_.message_seconds), connection.next_due().value_or(until)});
@@ -190,54 +173,15 @@ void Server::reload_config()
 {
     try {
         ServerConfig fresh = config_;
-        fresh.adopt_reloadable(reload_());
+        const std::string left_out = fresh.adopt_reloadable(reload_());
         std::swap(config_, fresh);
-        listeners_.read_secrets(config_);
+        guests_.listeners().read_secrets(config_);
         service_.adopt_config();
         log_.set_debug(config_.log_debug);
-        log_.info("reloaded");
+        left_out.empty() ? log_.info("reloaded")
+                         : log_.write(Level::warning, "reloaded", {{"only_at_the_next_start", left_out}});
     } catch (const std::exception& e) {
         log_.write(Level::error, "not_reloaded", {{"why", e.what()}});
-    }
-}
-
-void Server::accept_all(int listener, bool unix_socket)
-{
-    for (int i = 0; i < 64; ++i) {
-        Fd fd(::accept4(listener, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
-        if (!fd && (errno == EMFILE || errno == ENFILE || errno == ENOMEM || errno == ENOBUFS)) {
-            accept_after_ms_ =
-                steady_ms() + kAcceptPause;  // it stays readable: without a pause this would go round and round
-            log_.write(Level::warning, "not_accepted", {{"why", std::strerror(errno)}});
-        }
-        if (!fd) return;
-        ++service_.counters().connections;
-        const std::int64_t now = steady_ms();
-        try {
-            const bool full = connections_.size() >= static_cast<std::size_t>(config_.max_connections);
-            std::optional<v1::Error> refusal;
-            if (full)
-                refusal = error_message(v1::ERROR_CODE_LIMIT, "the server has " + std::to_string(connections_.size()) +
-                                                                  " connections, no more are allowed");
-            if (unix_socket) {
-                const Peer peer = peer_of(fd.get());
-                if (!may_connect(peer, config_.group)) {
-                    log_.write(Level::warning, "refused", {{"uid", peer.uid}});
-                    refusal = error_message(v1::ERROR_CODE_FORBIDDEN, "this user may not use the server");
-                }
-                connections_.emplace_back(Stream(std::move(fd)), "uid:" + std::to_string(peer.uid),
-                                          peer.uid == ::getuid(), now);
-            } else {
-                connections_.emplace_back(listeners_.stream_of(std::move(fd)), "", false, now);
-            }
-            if (refusal) {
-                ++service_.counters().connections_refused;
-                connections_.back().finish(*refusal, now);
-            }
-            connections_.back().flush(now);
-        } catch (const std::exception& e) {
-            log_.write(Level::warning, "not_accepted", {{"why", e.what()}});
-        }
     }
 }
 
@@ -267,7 +211,7 @@ void Server::answer(Connection& connection, const v1::Request& request)
     if (!connection.known()) {
         if (!request.has_hello())
             throw ServiceError(v1::ERROR_CODE_UNAUTHENTICATED, "the first request has to be hello");
-        connection.greet(request.hello(), listeners_.token());
+        connection.greet(request.hello(), guests_.listeners().token());
         v1::Response response;
         response.set_id(request.id());
         v1::HelloReply& hello = *response.mutable_hello();
@@ -345,7 +289,7 @@ void Server::finish_turn()
 void Server::tell_watchers()
 {
     const std::int64_t now = steady_ms();
-    for (Connection& connection : connections_) {
+    for (Connection& connection : guests_.connections()) {
         for (const std::uint64_t job : changed_) connection.touch(job, false);
         for (const std::uint64_t job : ended_) connection.touch(job, true);
         for (const auto& [job, request] : connection.due(now)) {
@@ -364,28 +308,6 @@ void Server::tell_watchers()
         }
         connection.flush(now);
     }
-}
-
-void Server::accept_browsers()
-{
-    while (browsers_.size() < kMostBrowsers) {
-        Fd fd(::accept4(listeners_.http_fd(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
-        if (!fd) return;
-        browsers_.emplace_back(std::move(fd), steady_ms());
-    }
-}
-
-void Server::drop_connections()
-{
-    const std::int64_t now = steady_ms();
-    browsers_.remove_if([&](const HttpConnection& browser) { return browser.done(now); });
-    connections_.remove_if([&](Connection& connection) {
-        if (!connection.closed() && now >= connection.deadline(config_.message_seconds)) {
-            log_.write(Level::warning, "timed_out", {{"owner", connection.caller().owner}});
-            return true;
-        }
-        return connection.closed();
-    });
 }
 
 }  // namespace

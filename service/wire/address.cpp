@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 
+#include <arpa/inet.h>
 #include <unistd.h>
 
 #include "rcs/error.h"
@@ -29,6 +30,14 @@ HostPort parse_host_port(const std::string& text)
     return result;
 }
 
-bool is_loopback(const std::string& host) { return host.starts_with("127.") || host == "::1" || host == "localhost"; }
+bool is_loopback(const std::string& host)
+{
+    in_addr v4{};
+    in6_addr v6{};
+    constexpr unsigned kLoopbackNet = 127;
+    if (::inet_pton(AF_INET, host.c_str(), &v4) == 1) return ntohl(v4.s_addr) >> 24 == kLoopbackNet;
+    if (::inet_pton(AF_INET6, host.c_str(), &v6) == 1) return IN6_IS_ADDR_LOOPBACK(&v6);
+    return host == "localhost";
+}
 
 }  // namespace rcs::service

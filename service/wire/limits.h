@@ -9,6 +9,8 @@ namespace rcs::service {
 inline constexpr NumberRange kExposures{-64, 64};                           ///< [EV]
 inline constexpr NumberRange kLensShifts{-kMostLensShift, kMostLensShift};  ///< each part [heights of the picture]
 inline constexpr NumberRange kRotations{-360, 360};                         ///< of the sky [degrees]
+inline constexpr double kLargestCoordinate =
+    1e18;  ///< of cameras, as of a scene's matrices: Embree takes no larger ones
 inline constexpr NumberRange kJpegQualities{1, 100};
 
 }  // namespace rcs::service

@@ -49,8 +49,8 @@ PixelFormat from_wire(v1::PixelFormat format)
 
 v1::ToneMap to_message(const ToneMapOptions& o)
 {
-    const auto& [ocio_config, display, view, exposure] = o;
-    static_cast<void>(ocio_config);
+    const auto& [ocio_config, display, view, exposure, one_file_only] = o;
+    static_cast<void>(ocio_config), static_cast<void>(one_file_only);
     v1::ToneMap m;
     if (exposure) m.set_exposure(*exposure);
     m.set_display(display);

@@ -54,7 +54,9 @@ Camera from_message(const v1::Camera& m)
         refuse("world_from_view has " + std::to_string(m.world_from_view_size()) + " values, expected 16");
     }
     for (int i = 0; i < m.world_from_view_size(); ++i) {
-        if (!std::isfinite(m.world_from_view(i))) refuse("world_from_view has a value that is not finite");
+        if (!(std::abs(m.world_from_view(i)) <= kLargestCoordinate))
+            refuse("world_from_view has the value " + std::to_string(m.world_from_view(i)) +
+                   ", expected one in [-1e18, 1e18]");
         camera.world_from_view[i / 4][i % 4] = m.world_from_view(i);
     }
     if (m.has_yfov()) camera.yfov = m.yfov();
@@ -62,8 +64,8 @@ Camera from_message(const v1::Camera& m)
     if (!(camera.yfov > 0.0 && camera.yfov < std::numbers::pi)) {
         refuse("yfov is " + std::to_string(camera.yfov) + ", expected a value in (0, pi)");
     }
-    if (!(camera.ymag > 0.0 && std::isfinite(camera.ymag))) {
-        refuse("ymag is " + std::to_string(camera.ymag) + ", expected a value above 0");
+    if (!(camera.ymag > 0.0 && camera.ymag <= kLargestCoordinate)) {
+        refuse("ymag is " + std::to_string(camera.ymag) + ", expected a value in (0, 1e18]");
     }
     camera.lens_shift = from_message(m.lens_shift());
     return camera;

@@ -347,6 +347,7 @@ internal::Done FrameRenderer::render_frame(const internal::Task& task)
     RenderOptions options = from_message(job.options());
     ToneMapOptions tone_map = from_message(job.tone_map());
     tone_map.ocio_config = task.ocio_file();
+    tone_map.one_file_only = true;  // whoever sent it may not read this machine's files by it
     std::vector<OutputFile> files;
     for (const v1::Output& output : job.outputs()) {
         files.push_back(from_message(output));

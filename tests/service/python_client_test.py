@@ -3,6 +3,7 @@
 python_client_test.py RCSPLAT SCENE; exit code 77 where the scene is missing or no package index can be reached.
 """
 
+import os
 import pathlib
 import shutil
 import subprocess
@@ -11,6 +12,7 @@ import tempfile
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+PLAIN = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
 SCRIPT = """
 import sys
 import numpy
@@ -63,6 +65,13 @@ with Client(address) as client:
         assert error.code == job_pb2.ERROR_CODE_NOT_FOUND, error
     running = client.submit("demo:atrium", width=2000, height=2000, aa=64)
     running.cancel()
+    waiting = client.submit("demo:cornell", width=300, height=300, settings={"rays": 2048})
+    for status in waiting.progress():
+        if status.running:
+            print("restart me", flush=True)
+            break
+    sys.stdin.readline()
+    assert waiting.wait().frames_completed == 1, "after a restart of the server"
 print("python client: all held")
 """
 
@@ -90,14 +99,29 @@ def main() -> int:
         expected = folder / "expected.png"
         subprocess.run([rcsplat, "render", scene, *options, "-o", expected], check=True)
         socket = folder / "run/socket"
-        with open(folder / "log", "w") as log:
-            server = subprocess.Popen([rcsplat, "serve", "--socket", socket, "--state", folder / "state"], stderr=log)
+
+        def start() -> subprocess.Popen:
+            with open(folder / "log", "a") as log:
+                return subprocess.Popen([rcsplat, "serve", "--socket", socket, "--state", folder / "state"], stderr=log)
+
+        server = start()
         try:
             for _ in range(500):
                 if socket.exists():
                     break
                 time.sleep(0.02)
-            return subprocess.run([python, "-c", SCRIPT, socket, scene, expected]).returncode
+            example = [python, ROOT / "service/python/example.py", socket]
+            subprocess.run(example, cwd=folder, check=True, stdout=subprocess.DEVNULL, env=PLAIN)
+            assert (folder / "example.png").exists(), "the example runs from any folder, as installed"
+            client = subprocess.Popen([python, "-c", SCRIPT, socket, scene, expected], stdin=subprocess.PIPE,
+                                      stdout=subprocess.PIPE, text=True)
+            if client.stdout.readline() == "restart me\n":
+                server.kill()
+                server.wait(30)
+                server = start()
+                client.stdin.write("\n")
+            print(client.communicate(timeout=120)[0])
+            return client.returncode
         finally:
             server.terminate()
             server.wait(30)

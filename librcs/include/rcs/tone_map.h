@@ -16,6 +16,7 @@ struct ToneMapOptions {
     std::string display;            ///< "" is the configuration's default display
     std::string view;               ///< "" is that display's default view
     std::optional<float> exposure;  ///< [EV], radiance x 2^EV before the view; empty: automatic
+    bool one_file_only = false;     ///< a configuration that names files, as tables for colours are, is refused
 };
 
 /// A display transform, ready to use. Built from ToneMapOptions before rendering starts, so that a

@@ -10,6 +10,7 @@
 #include <OpenColorIO/OpenColorIO.h>
 
 #include "display/builtin_config.h"
+#include "display/named_files.h"
 #include "rcs/error.h"
 #include "util/color.h"
 #include "util/one_line.h"
@@ -58,7 +59,7 @@ struct NamedConfig {
     std::string name;
 };
 
-NamedConfig open_config(const std::string& wanted)
+NamedConfig open_config(const std::string& wanted, bool one_file_only)
 {
     std::string file = wanted;
     std::string source = "OpenColorIO configuration " + file;
@@ -80,6 +81,9 @@ NamedConfig open_config(const std::string& wanted)
     }
     try {
         const ocio::ConstConfigRcPtr config = ocio::Config::CreateFromFile(file.c_str());
+        const auto named = one_file_only ? named_file(config) : std::nullopt;
+        if (named)
+            throw Error(ErrorCode::bad_file, source + " names the file " + *named + ", which is not allowed here");
         config->validate();
         return {config, file};
     } catch (const ocio::Exception& e) {
@@ -172,7 +176,7 @@ ToneMapper::ToneMapper(const ToneMapOptions& options, const LogFunction& log) : 
     }
     impl_->exposure = options.exposure;
     const OcioLog forwarded(log);
-    const NamedConfig named = open_config(options.ocio_config);
+    const NamedConfig named = open_config(options.ocio_config, options.one_file_only);
     const std::string where =
         named.name == "built-in" ? "the built-in OpenColorIO configuration" : "OpenColorIO configuration " + named.name;
     impl_->config_name = named.name;

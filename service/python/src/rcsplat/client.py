@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import io
+import logging
 import os
 import pathlib
+import time as clock
+import uuid
 from types import TracebackType
 from typing import Any, Iterator, List, Mapping, Optional, Sequence, Set, Tuple, Type, Union
 
@@ -13,11 +16,11 @@ import numpy
 import numpy.typing
 from PIL import Image
 
-from rcsplat.connection import Connection, RenderError, default_address
+from rcsplat.connection import Connection, ConnectionLost, RenderError, default_address
 from rcsplat.scene_files import scene_files
 from rcsplat.wire.rcs.v1 import job_pb2, options_pb2, service_pb2
 
-__all__ = ["Client", "Job", "RenderError"]
+__all__ = ["Client", "ConnectionLost", "Job", "RenderError"]
 
 _ENDED = (
     job_pb2.JOB_STATE_CANCELLED,
@@ -27,6 +30,7 @@ _ENDED = (
 )
 
 
+_LOG = logging.getLogger("rcsplat")
 _QUALITY = options_pb2.RenderOptions.DESCRIPTOR.oneofs_by_name["quality"]
 
 
@@ -72,6 +76,8 @@ class Client:
     itself.
     token: of a server on TCP. ca, certificate, key: PEM files for TLS, which is spoken beyond loopback or where they
     are given.
+    patience: how long to look for a server that went away while something was asked of it [s]. What can be asked twice
+    is asked again, and a job stays one: waiting outlives a restart of the server. The logger "rcsplat" says so.
     """
 
     def __init__(
@@ -83,12 +89,36 @@ class Client:
         certificate: Optional[str] = None,
         key: Optional[str] = None,
         timeout: float = 120.0,
+        patience: float = 600.0,
     ) -> None:
         self._timeout = timeout
-        self._connection = Connection(address or default_address(), ca, certificate, key, timeout)
+        self._patience = patience
         self._next_id = 1
-        hello = service_pb2.HelloRequest(client="rcsplat python", token=token.encode())
-        self.server = self.call(service_pb2.Request(hello=hello)).hello
+        self._hello = service_pb2.HelloRequest(client="rcsplat python", token=token.encode())
+        self._connect = lambda: Connection(address or default_address(), ca, certificate, key, timeout)
+        self._begin()
+
+    def _begin(self) -> None:
+        self._connection = self._connect()
+        self.server = self._call_once(service_pb2.Request(hello=self._hello)).hello
+
+    def _come_back(self, lost: ConnectionLost) -> None:
+        """Returns with a new connection. Raises ConnectionLost when patience is at an end."""
+        if self._patience <= 0:
+            raise lost
+        self._connection.close()
+        _LOG.warning("the server has gone (%s); looking for it until it is back", lost)
+        until, pause = clock.monotonic() + self._patience, 0.25
+        while True:
+            clock.sleep(pause)
+            pause = min(2 * pause, 5.0)
+            try:
+                self._begin()
+                _LOG.warning("the server is back")
+                return
+            except ConnectionLost:
+                if clock.monotonic() >= until:
+                    raise
 
     def __enter__(self) -> "Client":
         return self
@@ -103,6 +133,15 @@ class Client:
 
     def call(self, request: service_pb2.Request) -> service_pb2.Response:
         """One request, one answer. Raises RenderError."""
+        while True:
+            try:
+                return self._call_once(request)
+            except ConnectionLost as lost:
+                if request.HasField("submit") and not request.submit.job.idempotency_key:
+                    raise
+                self._come_back(lost)
+
+    def _call_once(self, request: service_pb2.Request) -> service_pb2.Response:
         request.id = self._next_id
         self._next_id += 1
         self._connection.send(request)
@@ -152,7 +191,7 @@ class Client:
             options=_render_options(options),
             outputs=[options_pb2.Output(name=name) for name in outputs],
             priority=priority,
-            idempotency_key=idempotency_key,
+            idempotency_key=idempotency_key or f"once-{uuid.uuid4().hex}",
             labels=dict(labels or {}),
         )
         self._set_scene(job.scene, str(scene), on_server)
@@ -193,15 +232,24 @@ class Client:
                 scene.files.files.add(path=name, content=self.upload(path.parent / name))
 
     def _watch(self, number: int) -> Iterator[job_pb2.JobStatus]:
-        request = service_pb2.Request(id=self._next_id, watch=service_pb2.WatchRequest(job=number))
-        self._next_id += 1
-        self._connection.send(request)
+        request = service_pb2.Request(watch=service_pb2.WatchRequest(job=number))
+        asked = False
         while True:
-            self._connection.set_timeout(None)  # a frame may take long
             try:
-                response = self._connection.receive()
-            finally:
-                self._connection.set_timeout(self._timeout)
+                if not asked:
+                    request.id = self._next_id
+                    self._next_id += 1
+                    self._connection.send(request)
+                    asked = True
+                self._connection.set_timeout(None)  # a frame may take long
+                try:
+                    response = self._connection.receive()
+                finally:
+                    self._connection.set_timeout(self._timeout)
+            except ConnectionLost as lost:
+                self._come_back(lost)
+                asked = False
+                continue
             if response.id != request.id:
                 continue
             yield response.watch.status

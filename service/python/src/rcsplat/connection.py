@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import ipaddress
 import os
 import socket
 import ssl
+import struct
 from typing import Optional
 
 from rcsplat.wire.rcs.v1 import job_pb2, service_pb2
@@ -25,16 +27,44 @@ class RenderError(Exception):
         return job_pb2.ErrorCode.Name(self.code)
 
 
+class ConnectionLost(RenderError):
+    """The server went away, or was stopped. What was asked of it may have been done."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(job_pb2.ERROR_CODE_UNAVAILABLE, message)
+
+
 def default_address() -> str:
     """$RCSPLAT_SERVER, or where rcsplat serve listens unless told."""
     if os.environ.get("RCSPLAT_SERVER"):
         return os.environ["RCSPLAT_SERVER"]
+    return own_address()
+
+
+def own_address() -> str:
     runtime = os.environ.get("XDG_RUNTIME_DIR")
     return f"{runtime}/rcsplat/socket" if runtime else f"/tmp/rcsplat-{os.getuid()}/socket"
 
 
 def _is_loopback(host: str) -> bool:
-    return host.startswith("127.") or host in ("::1", "localhost")
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def _check_owner(path: str, connected: socket.socket) -> None:
+    """Nobody may pose as a server: it is this user or root, or, where the address was given, whose folder it is in."""
+    _, uid, _ = struct.unpack("3i", connected.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, struct.calcsize("3i")))
+    if uid in (os.geteuid(), 0):
+        return
+    folder, owner = os.stat(os.path.dirname(path) or "."), os.stat(path).st_uid
+    if folder.st_uid == owner == uid and not folder.st_mode & 0o022 and path != own_address():
+        return
+    raise RenderError(
+        job_pb2.ERROR_CODE_FORBIDDEN,
+        f"who answers on {path} is user {uid}, neither this user nor the owner of a folder of its own",
+    )
 
 
 class Connection:
@@ -44,11 +74,18 @@ class Connection:
         if "/" in address or ":" not in address:
             self._socket: socket.socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
             self._socket.settimeout(timeout)
-            self._socket.connect(address)
+            try:
+                self._socket.connect(address)
+            except OSError as error:
+                raise ConnectionLost(f"no server answers on {address}: {error}") from None
+            _check_owner(address, self._socket)
         else:
             host, port = address.rsplit(":", 1)
             host = host.strip("[]")
-            self._socket = socket.create_connection((host, int(port)), timeout)
+            try:
+                self._socket = socket.create_connection((host, int(port)), timeout)
+            except OSError as error:
+                raise ConnectionLost(f"no server answers on {address}: {error}") from None
             if not _is_loopback(host) or ca or certificate:
                 context = ssl.create_default_context(cafile=ca)
                 if certificate:
@@ -90,15 +127,20 @@ class Connection:
         if length > MAX_MESSAGE:
             raise RenderError(job_pb2.ERROR_CODE_PROTOCOL, f"the server announced a message of {length} bytes")
         response = service_pb2.Response.FromString(self._take(length))
+        if response.id == 0 and response.error.code == job_pb2.ERROR_CODE_UNAVAILABLE:
+            raise ConnectionLost(response.error.message)
         if response.WhichOneof("result") == "error":
             raise RenderError(response.error.code, response.error.message)
         return response
 
     def _take(self, size: int) -> bytes:
         while len(self._buffer) < size:
-            part = self._socket.recv(1 << 16)
+            try:
+                part = self._socket.recv(1 << 16)
+            except ConnectionError as error:
+                raise ConnectionLost(f"the connection broke: {error}") from None
             if not part:
-                raise RenderError(job_pb2.ERROR_CODE_UNAVAILABLE, "the server closed the connection")
+                raise ConnectionLost("the server closed the connection")
             self._buffer += part
         taken, self._buffer = self._buffer[:size], self._buffer[size:]
         return taken

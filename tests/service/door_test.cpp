@@ -1,0 +1,167 @@
+// Who comes in, what is let through, and what a server needs to be told.
+
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/inotify.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <gtest/gtest.h>
+
+#include "support/rcsplat.h"
+#include "support/render_service.h"
+#include "support/server.h"
+#include "wire/address.h"
+
+namespace rcs::test {
+namespace {
+
+namespace fs = std::filesystem;
+using service::Client;
+using service::Fd;
+
+class Door : public RenderService {
+protected:
+    /// Somebody who connects and says nothing.
+    static Fd connected(long port)
+    {
+        sockaddr_in address{};
+        address.sin_family = AF_INET;
+        address.sin_port = htons(static_cast<std::uint16_t>(port));
+        address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+        Fd fd(::socket(AF_INET, SOCK_STREAM, 0));
+        EXPECT_EQ(::connect(fd.get(), reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+        return fd;
+    }
+    static std::string ask(const Fd& fd, const std::string& host)
+    {
+        const std::string request = "GET /metrics HTTP/1.1\r\nHost: " + host + "\r\n\r\n";
+        EXPECT_EQ(::send(fd.get(), request.data(), request.size(), MSG_NOSIGNAL), static_cast<ssize_t>(request.size()));
+        std::string answer;
+        char part[4096];
+        for (ssize_t count = 0; (count = ::recv(fd.get(), part, sizeof part, 0)) > 0;)
+            answer.append(part, static_cast<std::size_t>(count));
+        return answer;
+    }
+};
+
+TEST_F(Door, LoopbackIsAnAddressNotANameThatLooksLikeOne)
+{
+    for (const char* host : {"127.0.0.1", "127.8.9.10", "::1", "localhost"})
+        EXPECT_TRUE(service::is_loopback(host)) << host;
+    for (const char* host :
+         {"127.evil.example", "127.0.0.1.evil.example", "127.", "128.0.0.1", "::2", "localhost.evil", ""})
+        EXPECT_FALSE(service::is_loopback(host)) << host;
+    for (const char* option : {"--listen", "--http"})
+        EXPECT_EQ(rcsplat({"serve", option, "127.evil.example:7000", "--check"}).code, kBadUsage) << option;
+}
+
+TEST_F(Door, ThePageAnswersWhileFortyAreSilentAndToItsOwnNamesAlone)
+{
+    TestServer server(folder_.path(), {"--http", "127.0.0.1:0"});
+    const long port = server.last_number("http=127.0.0.1 port=");
+    EXPECT_EQ(ask(connected(port), "127.evil.example").substr(0, 12), "HTTP/1.1 403");
+    EXPECT_EQ(ask(connected(port), "localhost\r\nHost: evil.example").substr(0, 12), "HTTP/1.1 403");
+    std::vector<Fd> silent;
+    for (int i = 0; i < 40; ++i) silent.push_back(connected(port));
+    const auto begin = Clock::now();
+    EXPECT_EQ(ask(connected(port), "localhost:1234").substr(0, 12), "HTTP/1.1 200");
+    EXPECT_LT(seconds_since(begin), 6.0) << "silent ones have 10 s";
+}
+
+TEST_F(Door, StrangersTakeNoPlaceOfUsers)
+{
+    TestServer server(folder_.path(), {"--listen", "127.0.0.1:0", "--max-connections", "20"});
+    const long port = server.last_number("address=127.0.0.1 port=");
+    std::vector<Fd> silent;
+    for (int i = 0; i < 60; ++i) silent.push_back(connected(port));
+    Client client(server.socket());
+    EXPECT_EQ(client.watch(client.submit(small_job()).job()).state(), v1::JOB_STATE_COMPLETED);
+    service::ClientOptions options;
+    options.token = bytes_of(server.state() + "/token").substr(0, 64);
+    wait_until([&] {
+        try {
+            Client("127.0.0.1:" + std::to_string(port), options);
+            return true;
+        } catch (const service::ServiceError&) {
+            return false;
+        }
+    });
+}
+
+TEST_F(Door, AServerRefusesToGuessWhereItsQueueIs)
+{
+    const std::string home = std::getenv("HOME") != nullptr ? std::getenv("HOME") : "";
+    ::unsetenv("HOME");
+    ::unsetenv("XDG_STATE_HOME");
+    const Outcome outcome = rcsplat({"serve", "--check"});
+    const Outcome told = rcsplat({"serve", "--check", "--state", folder_ / "state"});
+    if (!home.empty()) ::setenv("HOME", home.c_str(), 1);
+    EXPECT_EQ(outcome.code, kBadUsage);
+    EXPECT_NE(outcome.err.find("--state is missing"), std::string::npos) << outcome.err;
+    EXPECT_EQ(told.code, 0) << told.err;
+}
+
+TEST_F(Door, AReloadSaysWhatItDidNotTakeOver)
+{
+    const std::string file = folder_ / "config";
+    write_bytes(file, "max-jobs = 10\n");
+    TestServer server(folder_.path(), {"--config", file});
+    write_bytes(file, "max-jobs = 20\nworkers = 3\nhttp = 127.0.0.1:0\n");
+    ::kill(server.pid(), SIGHUP);
+    wait_until([&] { return server.log().find("event=reloaded") != std::string::npos; });
+    EXPECT_NE(server.log().find("only_at_the_next_start=--http,--workers"), std::string::npos) << server.log();
+}
+
+TEST_F(Door, CamerasThatNoRayReachesAreRefused)
+{
+    TestServer server(folder_.path());
+    Client client(server.socket());
+    v1::Job job = small_job();
+    v1::Camera& camera = *job.add_frames()->mutable_camera_given();
+    for (int i = 0; i < 16; ++i) camera.add_world_from_view(i % 5 == 0 ? 1.0 : 0.0);
+    camera.set_world_from_view(12, 1e19);
+    EXPECT_EQ(code_of([&] { client.submit(job); }), v1::ERROR_CODE_BAD_ARGUMENT);
+    camera.set_world_from_view(12, 1.0);
+    camera.set_projection(v1::Camera::PROJECTION_ORTHOGRAPHIC);
+    camera.set_ymag(1e30);
+    EXPECT_EQ(code_of([&] { client.submit(job); }), v1::ERROR_CODE_BAD_ARGUMENT);
+}
+
+TEST_F(Door, AColourConfigurationReachesNoFiles)
+{
+    const std::string secret = folder_ / "secret.cube", config = folder_ / "config.ocio";
+    write_bytes(secret, "LUT_1D_SIZE 2\n0 0 0\n1 1 1\n");
+    TestServer server(folder_.path());
+    const Fd watch(::inotify_init1(IN_NONBLOCK));
+    ASSERT_GE(::inotify_add_watch(watch.get(), secret.c_str(), IN_OPEN | IN_ACCESS), 0);
+    for (const std::string& names :
+         {"search_path: .\nroles: {scene_linear: lin, default: lin}\nfile: {src: " + secret + "}\n",
+          "search_path: " + folder_.path() +
+              "\nroles: {scene_linear: lin, default: lin}\nfile: {src: secret.cube}\n"}) {
+        const std::size_t file = names.find("file: ");
+        write_bytes(config, "ocio_profile_version: 1\n" + names.substr(0, file) +
+                                "displays:\n  screen:\n    - !<View> {name: plain, colorspace: out}\ncolorspaces:\n"
+                                "  - !<ColorSpace> {name: lin}\n"
+                                "  - !<ColorSpace> {name: out, from_reference: !<FileTransform> " +
+                                names.substr(file + 6, names.size() - file - 7) + "}\n");
+        const Outcome outcome = rcsplat({"submit", "demo:cornell", "--size", "16x16", "--ocio", config, "-o",
+                                         folder_ / "a.png", "--server", server.socket()});
+        EXPECT_EQ(outcome.code, kFailure);
+        EXPECT_NE(outcome.err.find("names the file"), std::string::npos) << outcome.err;
+        char event[sizeof(inotify_event) + 256];
+        EXPECT_LT(::read(watch.get(), event, sizeof event), 0) << "the file was opened";
+    }
+    // Where it is rendered, its user may read it.
+    const Outcome local =
+        rcsplat({"render", "demo:cornell", "--size", "16x16", "--ocio", config, "-o", folder_ / "a.png", "-q"});
+    EXPECT_EQ(local.code, 0) << local.err;
+}
+
+}  // namespace
+}  // namespace rcs::test
