@@ -89,6 +89,18 @@ void add_scene_arguments(CLI::App& app, SceneArguments& arguments, Size default_
     add_number(app, "--threads", arguments.threads, {0, kMostThreads}, "Worker threads; 0 takes every core");
 }
 
+void add_fps(CLI::App& app, double& fps)
+{
+    app.add_option_function<std::string>(
+           "--fps", [&fps](const std::string& text) { fps = parse_fps(text); },
+           "Frames a second, as a number or a fraction such as 24000/1001, in (0, 1e6]: frame N shows the scene at N "
+           "/ "
+           "fps")
+        ->check(checked_by(parse_fps), "")
+        ->type_name("N")
+        ->default_str(number_text(fps));
+}
+
 SceneChoice scene_choice(const SceneArguments& arguments)
 {
     SceneChoice choice{arguments.scene, arguments.time, parse_environment(arguments.environment)};

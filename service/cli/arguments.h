@@ -51,6 +51,9 @@ private:
     std::optional<CameraPath> path_;  ///< of one key, if the camera does not move
 };
 
+/// --fps of commands that render frames.
+void add_fps(CLI::App& app, double& fps);
+
 /// Where pictures go and how they are shown.
 struct OutputArguments {
     std::vector<std::string> files;

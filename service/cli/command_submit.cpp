@@ -124,8 +124,7 @@ void add_submit_command(CLI::App& app, Action& action)
         .add_option("--frames", arguments->frames,
                     "Frames of an animation, such as 1-100x2,150; outputs have #### for the number")
         ->type_name("LIST");
-    add_number(command, "--fps", arguments->fps, {0, 1e6, true},
-               "Frames a second: frame N shows the animations at N / fps");
+    add_fps(command, arguments->fps);
     add_number(command, "--priority", arguments->priority, {-100, 100}, "Larger ones come first; waiting raises it");
     command.add_option("--key", arguments->key, "Submitted again with the same key, it stays one job")
         ->type_name("KEY");

@@ -55,6 +55,17 @@ MotionTime parse_motion_time(const std::string& text)
     return {parse_time(text), text.starts_with('+') || text.starts_with('-')};
 }
 
+double parse_fps(const std::string& text)
+{
+    constexpr NumberRange kRates{0, 1e6, true}, kParts{0, 1e9, true};
+    const std::size_t slash = text.find('/');
+    if (slash == text.npos) return parse_number<double>("fps", text, kRates);
+    const double fps = parse_number<double>("fps", text.substr(0, slash), kParts) /
+                       parse_number<double>("fps", text.substr(slash + 1), kParts);
+    check_number("fps", fps, kRates);
+    return fps;
+}
+
 glm::dvec3 parse_place(const std::string& text)
 {
     const char* cursor = text.c_str();

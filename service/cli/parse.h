@@ -28,6 +28,8 @@ struct MotionTime {
     bool is_relative = false;
 };
 MotionTime parse_motion_time(const std::string& text);
+/// Frames a second: "24", "23.976" or "24000/1001".
+double parse_fps(const std::string& text);
 /// "1.5,0,-2".
 glm::dvec3 parse_place(const std::string& text);
 /// "0.1,-0.5", to the right and up, in heights of the picture.

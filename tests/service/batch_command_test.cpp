@@ -72,6 +72,23 @@ TEST(BatchCommand, IndependentFramesAreThoseOfRender)
     }
 }
 
+TEST(BatchCommand, TakesARateAsAFraction)
+{
+    const TemporaryFolder folder;
+    write_bytes(folder / "walk.json", walk());
+    const auto frame = [&](const std::string& fps) {
+        const Outcome batch =
+            rcsplat({"batch", "demo:furnace", "--frames", "3", "--fps", fps, "--size", "24x24", "--aa", "1", "--rays",
+                     "16", "--camera-path", folder / "walk.json", "-o", folder / "f.png"});
+        EXPECT_EQ(batch.code, 0) << batch.err;
+        return bytes_of(folder / "f.png");
+    };
+    EXPECT_EQ(frame("12.5"), frame("25/2"));
+    EXPECT_EQ(count(folder, "kept"), 1) << "the very same time";
+    frame("25/1");
+    EXPECT_EQ(count(folder, "rendered"), 1) << "another time, another place";
+}
+
 TEST(BatchCommand, FramesOfAWalkThroughAStillSceneShareRecords)
 {
     const TemporaryFolder folder;
@@ -226,6 +243,12 @@ TEST(BatchCommand, RefusesWhatCannotBe)
 {
     const TemporaryFolder folder;
     expect_error(small_batch("demo:furnace", "1-3", folder / "f.png"), test::kBadUsage, "needs a ####", folder);
+    const auto rate = [&](const std::string& fps) {
+        return std::vector<std::string>{"batch", "demo:furnace", "--frames", "1", "-o", folder / "f.png", "--fps", fps};
+    };
+    expect_error(rate("0"), test::kBadUsage, "--fps: fps is 0, expected a value in (0, 1000000]", folder);
+    expect_error(rate("24/0"), test::kBadUsage, "fps is 0, expected a value in (0, 1000000000]", folder);
+    expect_error(rate("24/"), test::kBadUsage, "fps is empty, expected", folder);
     expect_error(small_batch("demo:furnace", "3-1", folder / "f.####.png"), test::kBadUsage, "runs backwards", folder);
     expect_error(small_batch("demo:furnace", "1", folder / "f.####.bmp"), test::kBadUsage, "f.####.bmp", folder);
 }
