@@ -134,23 +134,33 @@ std::vector<std::optional<glm::dmat4>> node_matrices(const GltfFile& file, const
     return matrices;
 }
 
-std::vector<bool> visible_nodes(const GltfFile& file, const tinygltf::Model& model)
+namespace {
+
+bool hides(const tinygltf::Node& node)
 {
-    const std::vector<int> parents = parents_of(file, model);
+    const auto found = node.extensions.find("KHR_node_visibility");
+    if (found == node.extensions.end()) return false;
+    const tinygltf::Value& value = found->second.Get("visible");
+    return value.IsBool() && !value.Get<bool>();
+}
+
+}  // namespace
+
+std::vector<bool> visible_nodes(const tinygltf::Model& model)
+{
+    // From what hides downwards, each node once: nodes outside of the scene may form a cycle.
     std::vector<bool> visible(model.nodes.size(), true);
-    for (std::size_t i = 0; i < visible.size(); ++i) {
-        const auto hides = [&](std::size_t node) {
-            const auto found = model.nodes[node].extensions.find("KHR_node_visibility");
-            if (found == model.nodes[node].extensions.end()) return false;
-            const tinygltf::Value& value = found->second.Get("visible");
-            return value.IsBool() && !value.Get<bool>();
-        };
-        int node = static_cast<int>(i);
-        // Nodes outside of the scene may form a cycle.
-        for (std::size_t depth = 0; depth < visible.size() && node != kNone && visible[i]; ++depth) {
-            visible[i] = !hides(static_cast<std::size_t>(node));
-            node = parents[static_cast<std::size_t>(node)];
-        }
+    std::vector<std::size_t> open;
+    const auto hide = [&](std::size_t node) {
+        if (visible[node]) open.push_back(node);
+        visible[node] = false;
+    };
+    for (std::size_t i = 0; i < visible.size(); ++i)
+        if (hides(model.nodes[i])) hide(i);
+    while (!open.empty()) {
+        const std::size_t node = open.back();
+        open.pop_back();
+        for (const int child : model.nodes[node].children) hide(static_cast<std::size_t>(child));
     }
     return visible;
 }

@@ -19,7 +19,8 @@ std::vector<std::optional<glm::dmat4>> node_matrices(const GltfFile& file, const
                                                      const std::vector<NodePose>& poses);
 
 /// Which nodes show what they carry: neither they nor a node above them is hidden (KHR_node_visibility).
-std::vector<bool> visible_nodes(const GltfFile& file, const tinygltf::Model& model);
+/// @param model  whose matrices are known: its nodes have children that there are
+std::vector<bool> visible_nodes(const tinygltf::Model& model);
 
 /// @param what  has that matrix   @throws Error bad_file  unless all its entries are within 1e18 of zero
 void check_entries(const GltfFile& file, const std::string& what, const glm::dmat4& matrix);

@@ -202,7 +202,7 @@ void check_cameras_reach(const GltfFile& file, const Scene& scene)
 Scene build_scene(const GltfFile& file, const tinygltf::Model& model, const std::vector<NodePose>& poses)
 {
     const Matrices matrices = node_matrices(file, model, poses);
-    const std::vector<bool> visible = visible_nodes(file, model);
+    const std::vector<bool> visible = visible_nodes(model);
     Scene scene;
     scene.name = std::filesystem::path(file.path).stem().string();
     add_instances(file, model, matrices, poses, visible, scene);

@@ -116,10 +116,12 @@ std::vector<std::string> small_render(const std::string& output)
     return {"render", "demo:cornell", "--size", "64x64", "--aa", "1", "--rays", "16", "-q", "-o", output};
 }
 
-void require_one_error(CaseRun& run, const Ended& ended, const std::string& names, const std::string& words)
+// Exit codes of rcsplat, by sysexits.h.
+constexpr int kUnavailable = 69, kCannotWrite = 73;
+
+void require_one_error(CaseRun& run, const Ended& ended, int code, const std::string& names, const std::string& words)
 {
-    run.require(ended.code == 1 || ended.code == 2,
-                words + ": exit code " + std::to_string(ended.code) + ": " + ended.said);
+    run.require(ended.code == code, words + ": exit code " + std::to_string(ended.code) + ": " + ended.said);
     const std::string start = "rcsplat: error: ";
     run.require(ended.said.rfind(start, 0) == 0 && ended.said.find('\n') == ended.said.size() - 1,
                 words + ": not one error line: " + ended.said);
@@ -154,12 +156,12 @@ void gl_that_fails(CaseRun& run)
     const std::string output = run.folder() + "/no.png";
     require_one_error(
         run, run_program(run, small_render(output), {{{"__EGL_VENDOR_LIBRARY_FILENAMES", "/nonexistent.json"}}}),
-        "OpenGL", "no driver");
+        kUnavailable, "OpenGL", "no driver");
     if (run.gl().version().find("Mesa") != std::string::npos)
         require_one_error(run,
                           run_program(run, small_render(output),
                                       {{{"MESA_GL_VERSION_OVERRIDE", "3.3"}, {"MESA_GLSL_VERSION_OVERRIDE", "330"}}}),
-                          "4.5", "OpenGL 3.3");
+                          kUnavailable, "4.5", "OpenGL 3.3");
     run.require(!std::filesystem::exists(output), "a picture without OpenGL");
 }
 
@@ -171,22 +173,22 @@ void outputs_that_fail(CaseRun& run)
     std::filesystem::create_directories(folder + "/closed");
     std::filesystem::permissions(folder + "/closed",
                                  std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
-    require_one_error(run, run_program(run, small_render(folder + "/taken.png")), "taken.png",
+    require_one_error(run, run_program(run, small_render(folder + "/taken.png")), kCannotWrite, "taken.png",
                       "the output is a folder");
-    require_one_error(run, run_program(run, small_render(folder + "/missing/a.png")), "missing",
+    require_one_error(run, run_program(run, small_render(folder + "/missing/a.png")), kCannotWrite, "missing",
                       "the folder is missing");
     if (::geteuid() != 0)  // root may write anywhere
-        require_one_error(run, run_program(run, small_render(folder + "/closed/a.png")), "closed",
+        require_one_error(run, run_program(run, small_render(folder + "/closed/a.png")), kCannotWrite, "closed",
                           "the folder is read-only");
     std::string large = folder + "/full.exr";
     Circumstances full;
     full.largest_file = 4096;
-    require_one_error(run, run_program(run, small_render(large), full), "full.exr", "the disk is full");
+    require_one_error(run, run_program(run, small_render(large), full), kCannotWrite, "full.exr", "the disk is full");
     const std::string older = run.folder() + "/older.exr";
     run_program(run, small_render(older));
     const std::string before = contents(older);
     run.require(!before.empty(), "no picture on a disk with room");
-    require_one_error(run, run_program(run, small_render(older), full), "older.exr",
+    require_one_error(run, run_program(run, small_render(older), full), kCannotWrite, "older.exr",
                       "the disk is full and there is a picture");
     run.require(contents(older) == before, "the disk is full, and the picture of before is gone or another one");
     std::size_t files = 0;
