@@ -26,11 +26,6 @@ constexpr double kStrataFall = 0.7, kLooksFall = 0.5;
 // Time of a ray that is spared most of its shadow rays, and of a look, over that of a ray with them (measured in
 // sponza).
 constexpr double kSparedRayCost = 1.15, kLookCost = 0.7;
-// Two gathers that look at the same points differ less than they would with others: by so much of the points' error
-// (2.0 to 2.9 in eight scenes, from 16 to 600 thousand points).
-constexpr double kOfOtherPoints = 2.3;
-// Where records meet, their noise averages to a third; what they share stays.
-constexpr double kRecordsMeet = 3.0;
 // A smaller gain is not worth the points.
 constexpr double kLeastGain = 1.25;
 // A record below this part of the mean is judged as if it were as bright: it can hardly be seen.
@@ -97,20 +92,17 @@ struct Trial {
 /// The share of looks that leaves the least error in the same time; 0: none does any good. What gathers say of their
 /// own error parts it between rays and looks; how large it is says the difference of two: strata of smooth light are
 /// far better than they can tell.
-/// @param guided  with half of the rays of `plain`, and as many looks   @param shared  by all records: of the points
-/// @param others  what part of it there would be if two gathers had points of their own
-float best_share(const Errors& guided, const Errors& plain, double shared, double others)
+/// @param guided  with half of the rays of `plain`, and as many looks
+float best_share(const Errors& guided, const Errors& plain)
 {
-    const double all = std::hypot(guided.all, others * guided.points);
-    const double scale = all / std::max(1e-30, std::hypot(guided.rays, guided.looks));
+    const double scale = guided.all / std::max(1e-30, std::hypot(guided.rays, guided.looks));
     double least = plain.all / kLeastGain;
     float best = 0.0f;
     for (double share = 0.3; share < 0.85; share += 0.05) {
         const double of_rays = guided.rays * std::pow(0.5 / (1.0 - share), kStrataFall);
         const double of_looks = guided.looks * std::pow(0.5 / share, kLooksFall);
         const double time = (1.0 - share) * kSparedRayCost + share * kLookCost;
-        const double own = scale * std::hypot(of_rays, of_looks) * std::pow(time, kStrataFall);
-        const double error = std::hypot(own, kRecordsMeet * shared);
+        const double error = scale * std::hypot(of_rays, of_looks) * std::pow(time, kStrataFall);
         if (error < least) least = error, best = static_cast<float>(share);
     }
     return best;
@@ -132,26 +124,24 @@ std::unique_ptr<GatherGuide> make_gather_guide(const LitScene& scene, const GBuf
         scene.rays, HitRadiance(scene.rays, nullptr, effects_or_scene(settings.effects, scene.rays), scene.gathered),
         least_hit_alpha(settings.rays), nullptr};
     const LightSurvey survey = survey_light(light, gbuffer, view, settings.seed, pool);
-    const double points = std::max(kLeastPoints, kPointsPerPixel * static_cast<double>(gbuffer.size()));
-    const double most = kMostMore * points;
-    const auto try_with = [&](double with, double others) {
-        Trial trial{std::make_unique<GatherGuide>(survey, with, pool), {}};
+    const auto try_with = [&](double points) {
+        Trial trial{std::make_unique<GatherGuide>(survey, points, pool), {}};
         if (!trial.guide->has_light()) return Trial{};
         const Gatherer guided({lit.rays, lit.cache, trial.guide.get(), lit.gathered}, settings);
         gather_at(probes, guided, half, 2, trial.guide.get());  // to learn who sees what
         trial.errors = gather_at(probes, guided, half, 4, trial.guide.get());
-        const double shared = trial.errors.points * std::sqrt(with / std::max(with, most));
-        trial.guide->share = best_share(trial.errors, plain, shared, others);
+        trial.guide->share = best_share(trial.errors, plain);
         if (trial.guide->share == 0.0f) trial.guide.reset();
         return trial;
     };
-    // Where looks do no good even with a few points, which seem better than they are, more need not be tried.
-    if (points > kManyMore * kLeastPoints && !try_with(kLeastPoints, 0.0).guide) return nullptr;
-    Trial trial = try_with(points, kOfOtherPoints);
+    const double points = std::max(kLeastPoints, kPointsPerPixel * static_cast<double>(gbuffer.size()));
+    // A few points tell whether looks do any good, if not yet how many it takes.
+    if (points > kManyMore * kLeastPoints && !try_with(kLeastPoints).guide) return nullptr;
+    Trial trial = try_with(points);
     if (!trial.guide) return nullptr;
-    const double wanted = std::min(most, points * std::pow(trial.errors.points / kErrorOfPoints, 2.0));
+    const double wanted = std::min(kMostMore, std::pow(trial.errors.points / kErrorOfPoints, 2.0)) * points;
     if (wanted < kHardlyMore * points) return std::move(trial.guide);
-    trial = try_with(wanted, kOfOtherPoints);
+    trial = try_with(wanted);
     return trial.errors.points > kMostErrorOfPoints ? nullptr : std::move(trial.guide);
 }
 
