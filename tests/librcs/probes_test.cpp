@@ -69,7 +69,7 @@ struct Placed {
         Probes probes({rays}, gbuffer, settings, pool);
         probes.spend(1e5, sums, map);
         const ErrorScale found = probes.compare(sums, map);
-        scale(map, found);
+        scale(map, found, pool);
         return {found, mean_errors(sums, map, found).total};
     }
 };

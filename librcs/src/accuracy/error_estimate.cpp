@@ -151,13 +151,15 @@ ErrorMap error_map(const SplatBuffer& sums, const SplatStats& stats, float overl
     return errors;
 }
 
-void scale(ErrorMap& map, const ErrorScale& scale)
+void scale(ErrorMap& map, const ErrorScale& scale, ThreadPool& pool)
 {
-    for (std::size_t i = 0; i < map.noise.size(); ++i) {
-        const auto factor = static_cast<float>(scale.of_map(kMeanAbsolute * static_cast<double>(map.total(i))));
-        map.noise[i] *= factor;
-        map.spread[i] *= factor;
-    }
+    pool.parallel_for(map.noise.size(), 4096, [&](std::size_t begin, std::size_t end, int) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const auto factor = static_cast<float>(scale.of_map(kMeanAbsolute * static_cast<double>(map.total(i))));
+            map.noise[i] *= factor;
+            map.spread[i] *= factor;
+        }
+    });
 }
 
 namespace {
@@ -299,12 +301,20 @@ ErrorEstimate estimate_error(const JudgedLayer& layer, const ErrorScale& scale)
 
 }  // namespace
 
-ErrorEstimates estimate_errors(const LayeredImage& image) { return estimate_errors(image, {}); }
-
-ErrorEstimates estimate_errors(const LayeredImage& image, const ErrorScale& scale)
+ErrorEstimates estimate_errors(const LayeredImage& image)
 {
-    return {estimate_error(judged_layer(image, "beauty", true), scale),
-            estimate_error(judged_layer(image, "indirect", false), scale)};
+    ThreadPool alone(1);
+    return estimate_errors(image, {}, alone);
+}
+
+ErrorEstimates estimate_errors(const LayeredImage& image, const ErrorScale& scale, ThreadPool& pool)
+{
+    ErrorEstimate found[2];
+    pool.parallel_for(2, 1, [&](std::size_t begin, std::size_t end, int) {
+        for (std::size_t k = begin; k < end; ++k)
+            found[k] = estimate_error(judged_layer(image, k == 0 ? "beauty" : "indirect", k == 0), scale);
+    });
+    return {found[0], found[1]};
 }
 
 }  // namespace rcs

@@ -5,6 +5,7 @@
 #include "accuracy/error_scale.h"
 #include "rcs/error_estimate.h"
 #include "rcs/splat.h"
+#include "rcs/thread_pool.h"
 
 namespace rcs {
 
@@ -20,10 +21,10 @@ struct ErrorMap {
 ErrorMap error_map(const SplatBuffer& sums, const SplatStats& stats, float overlap);
 
 /// As probes have found the errors to be.
-void scale(ErrorMap& map, const ErrorScale& scale);
+void scale(ErrorMap& map, const ErrorScale& scale, ThreadPool& pool);
 
 /// The same with what probes found. @param scale  of judging, not of the map
-ErrorEstimates estimate_errors(const LayeredImage& image, const ErrorScale& scale);
+ErrorEstimates estimate_errors(const LayeredImage& image, const ErrorScale& scale, ThreadPool& pool);
 
 /// The mean absolute value of a normal variable, over its standard deviation: sqrt(2 / pi).
 inline constexpr double kMeanAbsolute = 0.7978845608028654;

@@ -113,7 +113,7 @@ void Steering::look()
     map_ = error_map(sums_, stats, overlap_);
     probes_.spend(Probes::worth(static_cast<double>(gathered())), sums_, map_);
     scale_ = probes_.compare(sums_, map_);
-    scale(map_, scale_);
+    scale(map_, scale_, pool_);
     errors_ = mean_errors(sums_, map_, scale_);
     shares_ = share_out();
     look_seconds_ = seconds_since(start);

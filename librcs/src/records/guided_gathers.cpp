@@ -20,7 +20,8 @@ constexpr std::size_t kProbes = 192;
 constexpr double kPointsPerPixel = 0.3, kLeastPoints = 16384.0;
 // What the points that all records share may bring of error, relative to what a record receives. It takes so many times
 // the first points at the most; where it stays large even so, points are no use. Hardly more are not worth it.
-constexpr double kErrorOfPoints = 0.01, kMostErrorOfPoints = 0.025, kMostMore = 8.0, kHardlyMore = 1.5, kManyMore = 2.0;
+constexpr double kErrorOfPoints = 0.01, kMostErrorOfPoints = 0.025, kMostMore = 8.0, kHardlyMore = 1.5,
+                 kFewPoints = 0.25, kManyMore = 2.0;
 // Noise of strata falls with that power of their number (allotment.h), of looks as by chance.
 constexpr double kStrataFall = 0.7, kLooksFall = 0.5;
 // Time of a ray that is spared most of its shadow rays, and of a look, over that of a ray with them (measured in
@@ -136,7 +137,8 @@ std::unique_ptr<GatherGuide> make_gather_guide(const LitScene& scene, const GBuf
     };
     const double points = std::max(kLeastPoints, kPointsPerPixel * static_cast<double>(gbuffer.size()));
     // A few points tell whether looks do any good, if not yet how many it takes.
-    if (points > kManyMore * kLeastPoints && !try_with(kLeastPoints).guide) return nullptr;
+    const double few = std::max(kLeastPoints, kFewPoints * points);
+    if (points > kManyMore * few && !try_with(few).guide) return nullptr;
     Trial trial = try_with(points);
     if (!trial.guide) return nullptr;
     const double wanted = std::min(kMostMore, std::pow(trial.errors.points / kErrorOfPoints, 2.0)) * points;

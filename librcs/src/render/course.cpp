@@ -72,7 +72,7 @@ double picture_error(const Frame& frame, PassLight light, float lobes, const Err
     LayeredImage picture;
     accumulate_pass(frame.gbuffer, frame.view(), frame.shading, light, {}, nullptr, picture);
     finish_passes(1, picture);
-    return estimate_errors(picture, scale).indirect.mean_relative;
+    return estimate_errors(picture, scale, frame.session.pool()).indirect.mean_relative;
 }
 
 /// Mean relative error that one round of traced lobes alone leaves.

@@ -137,8 +137,8 @@ RenderResult finish(Frame& f)
     RenderStats& stats = result.stats;
     timed(stats, f.hooks.progress, "compose", [&] { finish_passes(f.course.passes, result.image); });
     if (f.needs(Effect::error_estimate))
-        stats.errors =
-            timed(stats, f.hooks.progress, "error", [&] { return estimate_errors(result.image, f.error_scale); });
+        stats.errors = timed(stats, f.hooks.progress, "error",
+                             [&] { return estimate_errors(result.image, f.error_scale, f.session.pool()); });
     keep_layers(f.layers, result.image);
     f.tally.finish(f.session.gl(), f.session.pool(), f.records, result.image, stats.counts);
     describe(f, result.image);

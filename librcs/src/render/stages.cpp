@@ -214,7 +214,7 @@ void splat_records(Frame& f)
     f.light.indirect_error = timed(f, "error", [&] { return error_map(f.light.indirect, splats, settings.overlap); });
     ++stats.counts.error_passes;
     if (f.is_first_view()) f.error_scale = probe(f);
-    scale(f.light.indirect_error, f.error_scale);
+    scale(f.light.indirect_error, f.error_scale, f.session.pool());
 }
 
 void trace_more_lobes(Frame& f)
