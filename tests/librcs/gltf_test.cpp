@@ -310,7 +310,8 @@ TEST(GltfDamage, DracoAttributesThatTheDataLackAreRefused)
 
 TEST(GltfDamage, JsonThatIsNoGltfIsAnErrorThatNamesTheFile)
 {
-    for (const char* text : {"", "{", "[]", "12", "{\"a\": 1}", "{\"asset\": {\"version\": 2}}", "not json", "\0\0"}) {
+    expect_error(ErrorCode::bad_file, {"test.glb", "JSON breaks off"}, [] { load("{"); });
+    for (const char* text : {"", "[]", "12", "{\"a\": 1}", "{\"asset\": {\"version\": 2}}", "not json", "\0\0"}) {
         expect_error(ErrorCode::bad_file, {"test.glb", "glTF"}, [&] { load(std::string(text)); });
     }
     expect_error(ErrorCode::unsupported, {"version '1.0'"}, [] { load("{\"asset\": {\"version\": \"1.0\"}}"); });

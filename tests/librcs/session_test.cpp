@@ -7,8 +7,11 @@
 #include <thread>
 #include <vector>
 
+#include <glm/gtc/matrix_transform.hpp>
+
 #include "rcs/error.h"
 #include "rcs/render.h"
+#include "session/session_state.h"
 #include "support/scenes.h"
 #include "support/session.h"
 
@@ -181,6 +184,44 @@ TEST(Session, KeepsRecordsAsLongAsTheOptionsThatTheyDependOn)
     EXPECT_NE(of(other, SessionPart::records).why.find("accuracy 0.2"), std::string::npos)
         << of(other, SessionPart::records).why;
     EXPECT_GT(other.records.records, records);
+}
+
+TEST(Session, LaysRecordsOutOfSightAsideAndForgetsThemInTime)
+{
+    const Scene scene = test::furnished_room();
+    ThreadPool pool(2);
+    Session session = borrowed(pool, true);
+    session.show(scene);
+    Camera aside = scene.cameras[0];
+    aside.world_from_view = glm::rotate(aside.world_from_view, 1.2, glm::dvec3(0.0, 1.0, 0.0));
+    RenderOptions tiny = small();
+    tiny.width = tiny.height = 20;
+    const std::uint64_t first = render(session, scene.cameras[0], tiny).stats.records.records;
+    const std::uint64_t second = render(session, aside, tiny).stats.records.records;
+    ASSERT_GT(second, 4u);
+    EXPECT_EQ(session.records().size(), first + second);
+    EXPECT_EQ(render(session, scene.cameras[0], tiny).stats.records.records, 0u) << "they come back";
+    for (int view = 0; view < 242; ++view) render(session, scene.cameras[0], tiny);
+    EXPECT_LT(session.records().size(), first + second) << "a few reach into the picture";
+}
+
+TEST(Session, KeepsWhereToLookForLightWhereRecordsAreKept)
+{
+    const Scene scene = test::furnished_room();
+    ThreadPool pool(2);
+    for (const bool keep : {true, false}) {
+        Session session = borrowed(pool, keep);
+        session.show(scene);
+        for (int views = 1; views <= 2; ++views) {
+            render(session, scene.cameras[0], small());
+            ASSERT_EQ(session.state().guide.has_value(), keep);
+            if (keep) {
+                EXPECT_EQ(session.state().guide->views, views);
+            }
+        }
+        session.forget_light();
+        EXPECT_FALSE(session.state().guide.has_value());
+    }
 }
 
 TEST(Session, KeepsNoMoreRecordsThanItMay)

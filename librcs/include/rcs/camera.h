@@ -5,6 +5,8 @@
 
 #include <glm/glm.hpp>
 
+#include "rcs/api.h"
+
 namespace rcs {
 
 enum class Projection { perspective, orthographic };
@@ -40,11 +42,11 @@ struct ImagePlane {
     double pixel = 0.0;    ///< side of a pixel [m]
     glm::dvec2 axis{0.0};  ///< image position where the axis goes through [px]
 };
-ImagePlane image_plane(const View& view);
+RCS_API ImagePlane image_plane(const View& view);
 
 /// Where a point shows in the image [px], as camera_ray() counts; none if it lies behind a perspective camera.
 /// @param relative  to camera_position() [m]
-std::optional<glm::dvec2> image_position(const View& view, glm::dvec3 relative);
+RCS_API std::optional<glm::dvec2> image_position(const View& view, glm::dvec3 relative);
 
 /// The ray through image position (x, y) [px], (0, 0) the top left corner of the image, with its
 /// change per pixel (Igehy 1999, "Tracing ray differentials").
@@ -54,13 +56,13 @@ struct CameraRay {
     glm::dvec3 origin_dx, origin_dy;
     glm::dvec3 direction_dx, direction_dy;
 };
-CameraRay camera_ray(const View& view, double x, double y);
+RCS_API CameraRay camera_ray(const View& view, double x, double y);
 
 /// Where the camera stands, in scene space; for an orthographic view the centre of its image plane.
-glm::dvec3 camera_position(const Camera& camera);
+RCS_API glm::dvec3 camera_position(const Camera& camera);
 
 /// A camera at `eye` that looks at `target`. @param yfov  vertical field of view [rad]
-Camera look_at_camera(std::string name, glm::dvec3 eye, glm::dvec3 target, double yfov,
-                      glm::dvec3 up = {0.0, 1.0, 0.0});
+RCS_API Camera look_at_camera(std::string name, glm::dvec3 eye, glm::dvec3 target, double yfov,
+                              glm::dvec3 up = {0.0, 1.0, 0.0});
 
 }  // namespace rcs

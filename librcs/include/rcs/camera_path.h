@@ -5,6 +5,7 @@
 
 #include <glm/glm.hpp>
 
+#include "rcs/api.h"
 #include "rcs/camera.h"
 #include "rcs/scene_choice.h"
 
@@ -31,13 +32,13 @@ struct CameraPath {
 };
 
 /// @throws Error bad_argument: the key, its field, value and range
-void validate(const CameraPath& path);
+RCS_API void validate(const CameraPath& path);
 
 /// Reads a path from JSON, as docs/batches.md describes it.
 /// @throws Error not_found; bad_file: file, key, value and range
-CameraPath load_camera_path(const std::string& file);
+RCS_API CameraPath load_camera_path(const std::string& file);
 
 /// What is looked through at a time [s]. @throws Error bad_argument: on its way the eye meets its target
-CameraChoice camera_at(const CameraPath& path, double time);
+RCS_API CameraChoice camera_at(const CameraPath& path, double time);
 
 }  // namespace rcs

@@ -7,6 +7,7 @@
 
 #include <glm/glm.hpp>
 
+#include "rcs/api.h"
 #include "rcs/effect_plan.h"
 #include "rcs/gbuffer.h"
 #include "rcs/ray_scene.h"
@@ -30,13 +31,14 @@ struct DirectSettings {
 };
 
 /// @throws Error bad_argument: the field, its value and its range
-void validate(const DirectSettings& options);
+RCS_API void validate(const DirectSettings& options);
 
 /// Direct irradiance of the scene's lamps at every visible point. The sky is not a lamp: its light
 /// arrives through the records.
 /// @param shadow_rays  is increased by the number of shadow rays shot
 /// @return one RGB irradiance [W m^-2] per pixel; 0 where nothing is seen
-std::vector<glm::vec3> direct_irradiance(const RayScene& rays, const GBuffer& gbuffer, const DirectSettings& options,
-                                         ThreadPool& pool, std::uint64_t& shadow_rays);
+RCS_API std::vector<glm::vec3> direct_irradiance(const RayScene& rays, const GBuffer& gbuffer,
+                                                 const DirectSettings& options, ThreadPool& pool,
+                                                 std::uint64_t& shadow_rays);
 
 }  // namespace rcs

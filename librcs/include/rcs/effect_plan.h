@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "rcs/api.h"
 #include "rcs/camera.h"
 #include "rcs/effects.h"
 #include "rcs/layers.h"
@@ -62,6 +63,6 @@ struct EffectPlan {
 /// Decides from what the view needs: which surfaces the camera may see (bounds against the view's frustum; those inside
 /// that matter are looked for with the very samples of the picture, up to a number of rays: found, ruled out or, where
 /// the rays run out, taken for visible) and what light can reach. Nothing is drawn. The same for any number of threads.
-EffectPlan plan_effects(const RayScene& rays, const Camera& camera, const RenderOptions& options);
+RCS_API EffectPlan plan_effects(const RayScene& rays, const Camera& camera, const RenderOptions& options);
 
 }  // namespace rcs

@@ -5,6 +5,8 @@
 #include <initializer_list>
 #include <string_view>
 
+#include "rcs/api.h"
+
 namespace rcs {
 
 /// What may have to be simulated for a picture.
@@ -33,9 +35,9 @@ enum class Effect : std::uint8_t {
 inline constexpr std::size_t kEffects = static_cast<std::size_t>(Effect::count);
 
 /// As the command line names it: "traced-lobes".
-std::string_view name_of(Effect effect);
+RCS_API std::string_view name_of(Effect effect);
 /// @throws Error not_found; lists those there are
-Effect find_effect(std::string_view name);
+RCS_API Effect find_effect(std::string_view name);
 
 class EffectSet {
 public:
@@ -44,7 +46,7 @@ public:
     {
         for (const Effect effect : effects) set(effect);
     }
-    static EffectSet all();
+    RCS_API static EffectSet all();
 
     constexpr bool has(Effect effect) const { return (bits_ >> static_cast<unsigned>(effect) & 1u) != 0u; }
     constexpr bool has_any(const EffectSet& of) const { return (bits_ & of.bits_) != 0u; }
@@ -68,6 +70,6 @@ struct EffectChoice {
 };
 /// "auto", "all" or names, separated by commas: those and no others.
 /// @throws Error not_found: a name; lists those there are
-EffectChoice parse_effects(std::string_view text);
+RCS_API EffectChoice parse_effects(std::string_view text);
 
 }  // namespace rcs

@@ -3,6 +3,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "rcs/api.h"
+
 namespace rcs {
 
 /// What kind of thing went wrong; each edge (command line, wire, C++ caller) maps it once.
@@ -20,7 +22,7 @@ enum class ErrorCode {
 
 /// The one exception type that librcs throws. `what()` is one sentence that names the file or
 /// field, the value, and the range that would have been accepted.
-class Error : public std::runtime_error {
+class RCS_API Error : public std::runtime_error {
 public:
     Error(ErrorCode code, const std::string& message) : std::runtime_error(message), code_(code) {}
     ErrorCode code() const noexcept { return code_; }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "rcs/api.h"
 #include "rcs/image.h"
 
 namespace rcs {
@@ -20,6 +21,6 @@ struct ErrorEstimates {
 
 /// Sums up layers and their standard errors, `direct_error` and `indirect_error`, taking the error of each pixel as
 /// normally distributed.
-ErrorEstimates estimate_errors(const LayeredImage& image);
+RCS_API ErrorEstimates estimate_errors(const LayeredImage& image);
 
 }  // namespace rcs

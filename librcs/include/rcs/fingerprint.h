@@ -6,6 +6,7 @@
 #include <string_view>
 #include <type_traits>
 
+#include "rcs/api.h"
 #include "rcs/camera.h"
 #include "rcs/scene.h"
 
@@ -13,7 +14,7 @@ namespace rcs {
 
 /// A 64-bit hash of values in the order in which they are added: tells whether a saved result belongs to what is asked
 /// for now. The same on every machine of the same byte order; no protection against intent.
-class Fingerprint {
+class RCS_API Fingerprint {
 public:
     void add_bytes(const void* data, std::size_t size);
     /// Length and bytes, so that "ab", "c" differs from "a", "bc".
@@ -32,8 +33,8 @@ private:
 };
 
 /// Everything of the scene that light depends on; names do not count.
-void add(Fingerprint& fingerprint, const Scene& scene);
+RCS_API void add(Fingerprint& fingerprint, const Scene& scene);
 /// Projection and pose; the name does not count.
-void add(Fingerprint& fingerprint, const Camera& camera);
+RCS_API void add(Fingerprint& fingerprint, const Camera& camera);
 
 }  // namespace rcs

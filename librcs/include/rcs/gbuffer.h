@@ -6,6 +6,7 @@
 
 #include <glm/glm.hpp>
 
+#include "rcs/api.h"
 #include "rcs/camera.h"
 #include "rcs/gl_context.h"
 #include "rcs/ray_scene.h"
@@ -41,6 +42,7 @@ struct GBuffer {
 /// Rasterises which triangle each pixel's sample sees (OpenGL), then evaluates the surface there
 /// from the same attributes that rays use: one definition of a surface for both.
 /// @param texture_scale  the width of the texture filter in pixels, > 0 (1/sqrt(n) with n samples a pixel)
-GBuffer render_gbuffer(GlContext& gl, const RayScene& rays, const View& view, float texture_scale, ThreadPool& pool);
+RCS_API GBuffer render_gbuffer(GlContext& gl, const RayScene& rays, const View& view, float texture_scale,
+                               ThreadPool& pool);
 
 }  // namespace rcs

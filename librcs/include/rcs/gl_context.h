@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "rcs/api.h"
 #include "rcs/log.h"
 
 namespace rcs {
@@ -10,7 +11,7 @@ namespace rcs {
 /// A headless OpenGL 4.5 core context through EGL, with the programs built for it. Tries each EGL
 /// device that has hardware behind it, then Mesa's surfaceless platform, then software devices.
 /// Belongs to the thread that made it; several may exist.
-class GlContext {
+class RCS_API GlContext {
 public:
     /// @throws Error gl_unavailable: what was tried, and why each attempt failed
     explicit GlContext(const LogFunction& log = {});

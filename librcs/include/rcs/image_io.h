@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "rcs/api.h"
 #include "rcs/image.h"
 
 namespace rcs {
@@ -19,21 +20,21 @@ struct ImageFileOptions {
 /// Whether the file name's ending is one that write_image() takes (.exr .png .jpg .jpeg), and its
 /// folder exists and can be written to.
 /// @throws Error bad_argument or io, naming the file, so that a render can fail before it starts
-void check_output_path(const std::string& path, const ImageFileOptions& options);
+RCS_API void check_output_path(const std::string& path, const ImageFileOptions& options);
 
 /// Writes scene-linear layers as one multi-channel EXR: beauty as R G B A, others as layer.R and so
 /// on (depth.Z), metadata as header attributes. The file appears under its name only when complete.
-void write_exr(const std::string& path, const LayeredImage& image, const ImageFileOptions& options = {});
+RCS_API void write_exr(const std::string& path, const LayeredImage& image, const ImageFileOptions& options = {});
 
 /// Writes display values in [0, 1] (RGB or RGBA) as PNG or JPEG. The file appears under its name only
 /// when complete. Same bytes for the same pixels: no time stamp inside.
-void write_display_image(const std::string& path, const Image& display, const ImageFileOptions& options = {});
+RCS_API void write_display_image(const std::string& path, const Image& display, const ImageFileOptions& options = {});
 
 /// Reads an image file back: an EXR with all its layers and metadata, or any other format OIIO reads
 /// (sRGB-decoded to linear if its values are integers) as "beauty" alone.
-LayeredImage read_image(const std::string& path);
+RCS_API LayeredImage read_image(const std::string& path);
 
 /// What OpenImageIO reads: names with blanks between them.
-std::string readable_image_formats();
+RCS_API std::string readable_image_formats();
 
 }  // namespace rcs

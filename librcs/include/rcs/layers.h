@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "rcs/api.h"
 #include "rcs/effects.h"
 
 namespace rcs {
@@ -27,21 +28,21 @@ struct LayerKind {
     int channel_count() const { return parts * static_cast<int>(channels.size()); }
 };
 
-std::span<const LayerKind> all_layers();
+RCS_API std::span<const LayerKind> all_layers();
 
 /// What a file calls a part of the layer: its name where there is one part alone.
-std::string part_name(const LayerKind& layer, int part);
+RCS_API std::string part_name(const LayerKind& layer, int part);
 
 /// @return null: there is none of that name
-const LayerKind* look_up_layer(std::string_view name);
+RCS_API const LayerKind* look_up_layer(std::string_view name);
 
 enum class Renderer { records, reference };
 /// Names of the layers that one of the two can make, in the table's order; beauty is the first.
-std::vector<std::string> layer_names(Renderer renderer);
+RCS_API std::vector<std::string> layer_names(Renderer renderer);
 /// ... of them those that are made unless the user says which.
-std::vector<std::string> default_layer_names(Renderer renderer);
+RCS_API std::vector<std::string> default_layer_names(Renderer renderer);
 
 /// A layer that render() can make. @throws Error not_found; lists those there are
-const LayerKind& find_layer(std::string_view name);
+RCS_API const LayerKind& find_layer(std::string_view name);
 
 }  // namespace rcs

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "rcs/api.h"
 #include "rcs/effect_plan.h"
 #include "rcs/gbuffer.h"
 #include "rcs/log.h"
@@ -14,7 +15,7 @@ namespace rcs {
 
 /// Indirect irradiance in world space: what every surface that gather rays may hit receives from light that other
 /// surfaces have reflected. Refers to the RayScene it was built for, which must outlive it.
-class LightCache {
+class RCS_API LightCache {
 public:
     struct Impl;
     explicit LightCache(std::unique_ptr<Impl> impl);
@@ -50,11 +51,11 @@ struct LightCacheStats {
 /// Finds the surfaces that the visible points see, cuts them into cells, shoots each cell's rays once and iterates
 /// the bounces over what those rays have met: a further bounce costs no further ray.
 /// @param view  the view that `gbuffer` was made for
-LightCache build_light_cache(const RayScene& rays, const GBuffer& gbuffer, const View& view,
-                             const LightCacheSettings& options, ThreadPool& pool, LightCacheStats& stats,
-                             const ProgressFunction& progress = {});
+RCS_API LightCache build_light_cache(const RayScene& rays, const GBuffer& gbuffer, const View& view,
+                                     const LightCacheSettings& options, ThreadPool& pool, LightCacheStats& stats,
+                                     const ProgressFunction& progress = {});
 
 /// @throws Error bad_argument: the field, its value and its range
-void validate(const LightCacheSettings& options);
+RCS_API void validate(const LightCacheSettings& options);
 
 }  // namespace rcs

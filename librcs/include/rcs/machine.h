@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "rcs/api.h"
 #include "rcs/gl_context.h"
 
 namespace rcs {
@@ -13,9 +14,9 @@ using MachineFact = std::pair<std::string, std::string>;
 
 /// Platform, vendor, renderer, version, the limits that librcs meets, and how exactly floats are blended, measured:
 /// quads need 24 bits.
-std::vector<MachineFact> describe_gl(GlContext& gl);
+RCS_API std::vector<MachineFact> describe_gl(GlContext& gl);
 
 /// The Embree library that is loaded: its version, the instruction sets it uses here, and what it was built with.
-std::vector<MachineFact> describe_rays();
+RCS_API std::vector<MachineFact> describe_rays();
 
 }  // namespace rcs

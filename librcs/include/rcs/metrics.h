@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 
+#include "rcs/api.h"
 #include "rcs/image.h"
 
 namespace rcs {
@@ -40,17 +41,17 @@ struct MetricRow {
     double if_null;  ///< what JSON's null stands for, which knows no infinity and no NaN
 };
 /// All metrics of ErrorMetrics, in the order that they are shown in.
-std::span<const MetricRow> metric_table();
+RCS_API std::span<const MetricRow> metric_table();
 
 /// Compares one layer of two images of the same view. If `reference` was traced with a stride, the
 /// same pixels of `image` are taken.
 /// @throws Error not_found (layer), bad_argument (sizes that do not match)
-ErrorMetrics compare_images(const LayeredImage& image, const LayeredImage& reference,
-                            const std::string& layer = "beauty");
+RCS_API ErrorMetrics compare_images(const LayeredImage& image, const LayeredImage& reference,
+                                    const std::string& layer = "beauty");
 
 /// (I-R) / (R + eps) at each pixel on luminance, with the eps of ErrorMetrics: one channel, of the reference's size.
 /// 0 where both are black, NaN where either is not finite.
 /// @throws as compare_images()
-Image relative_difference(const LayeredImage& image, const LayeredImage& reference, const std::string& layer);
+RCS_API Image relative_difference(const LayeredImage& image, const LayeredImage& reference, const std::string& layer);
 
 }  // namespace rcs

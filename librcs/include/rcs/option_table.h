@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "rcs/api.h"
 #include "rcs/number_range.h"
 #include "rcs/render_options.h"
 
@@ -18,9 +19,10 @@
 namespace rcs {
 
 /// The member that holds an option's value.
-using OptionField = std::variant<int RenderOptions::*, float RenderOptions::*, std::uint64_t RenderOptions::*,
-                                 SplatMethod RenderOptions::*, EffectSet EffectChoice::*, int QualitySettings::*,
-                                 float QualitySettings::*, double TargetError::*, double Budget::*>;
+using OptionField =
+    std::variant<int RenderOptions::*, float RenderOptions::*, std::uint64_t RenderOptions::*,
+                 SplatMethod RenderOptions::*, EffectSet EffectChoice::*, int QualitySettings::*,
+                 float QualitySettings::*, double TargetError::*, double TargetIndirectError::*, double Budget::*>;
 
 /// What a value's text may end in, and what that multiplies it by.
 struct UnitSuffix {
@@ -35,43 +37,52 @@ enum class RecordUse {
     by_goal,  ///< only the same value where the estimated error steers what is gathered
 };
 
+/// Where help and manual list an option.
+enum class OptionGroup { picture, quality, records, direct, effects };
+
 struct OptionInfo {
     std::string_view key;   ///< of messages, refusals and fingerprints: the member's name, as "error_tolerance"
     std::string_view name;  ///< of the command line, without dashes also of reports, metadata and record files
     OptionField field;
     NumberRange range = {};                          ///< of numbers
     std::span<const std::string_view> choices = {};  ///< of an enumeration, in its order
+    std::string_view prefix = {};                    ///< of its text, where rows of one name differ by it
     std::string_view unit = {};                      ///< as text, "" where it is a plain number or says so itself
     std::span<const UnitSuffix> suffixes = {};
     RecordUse records = RecordUse::free;
+    OptionGroup group = OptionGroup::records;
     std::string_view help = {};  ///< one sentence, without its range
 };
 
 /// In the order of --help.
-std::span<const OptionInfo> option_table();
-const OptionInfo& find_option(std::string_view key);
+RCS_API std::span<const OptionInfo> option_table();
+RCS_API const OptionInfo& find_option(std::string_view key);
+/// Of the rows that share a row's name, the one whose prefix a text begins with; else that row.
+RCS_API const OptionInfo& option_for(const OptionInfo& option, std::string_view text);
 
 /// "a whole number in [16, 65536]", "one of auto, quads, tiles".
-std::string expected_of(const OptionInfo& option);
+RCS_API std::string expected_of(const OptionInfo& option);
 
-/// Reads a value as the command line takes it; one of quality makes the options' quality of its kind.
+/// Reads a value as the command line takes it, with or without the row's prefix; one of quality makes the options'
+/// quality of its kind.
 /// @throws Error bad_argument: the field, its value and its range
-void set_from_text(const OptionInfo& option, RenderOptions& options, std::string_view text);
+RCS_API void set_from_text(const OptionInfo& option, RenderOptions& options, std::string_view text);
 /// The text that reads back as the same value; "" for one that belongs to another quality.
-std::string text_of(const OptionInfo& option, const RenderOptions& options);
+RCS_API std::string text_of(const OptionInfo& option, const RenderOptions& options);
 
 /// Names without dashes and texts of the values that options have, in the table's order.
-std::vector<std::pair<std::string, std::string>> list_options(const RenderOptions& options);
+RCS_API std::vector<std::pair<std::string, std::string>> list_options(const RenderOptions& options);
 
 /// The kinds of quality by their names on the wire.
-inline constexpr std::string_view kQualities[] = {"settings", "target_error", "budget_seconds"};
+inline constexpr std::string_view kQualities[] = {"settings", "target_error", "budget_seconds",
+                                                  "target_indirect_error"};
 static_assert(std::size(kQualities) == std::variant_size_v<Quality>);
 inline constexpr std::size_t kAnyQuality = std::variant_npos;
 /// Which kind of quality an option belongs to, as an index; else kAnyQuality.
-std::size_t quality_of(const OptionInfo& option);
+RCS_API std::size_t quality_of(const OptionInfo& option);
 /// A quality is of one kind. @param given  options that somebody wants to set
 /// @throws Error bad_argument: the kinds that are mixed
-void check_quality(std::span<const OptionInfo* const> given);
+RCS_API void check_quality(std::span<const OptionInfo* const> given);
 
 /// The struct that `field` is a member of, within the options; null if they have another quality.
 template <typename Options, typename Owner, typename Value>

@@ -8,6 +8,7 @@
 
 #include <glm/glm.hpp>
 
+#include "rcs/api.h"
 #include "rcs/scene.h"
 #include "rcs/thread_pool.h"
 
@@ -30,7 +31,7 @@ struct Hit {
 /// The scene as rays see it: an Embree acceleration structure. Meshes that are used once are baked
 /// into scene space, others are Embree instances. Refers to the Scene it was built from, which must
 /// outlive it and stay unchanged.
-class RayScene {
+class RCS_API RayScene {
 public:
     struct Impl;
     explicit RayScene(std::unique_ptr<Impl> impl);
@@ -53,14 +54,14 @@ struct EffectChoice;
 
 /// Surfaces are asked for what they let through where their textures, factors or vertex colours say that they may.
 /// @throws Error out_of_memory, internal (what Embree reported)
-RayScene build_ray_scene(const Scene& scene, const ThreadPool& pool);
+RCS_API RayScene build_ray_scene(const Scene& scene, const ThreadPool& pool);
 /// The same, with transmission, alpha, normal maps and instancing also where the user says so.
-RayScene build_ray_scene(const Scene& scene, const ThreadPool& pool, const EffectChoice& effects);
+RCS_API RayScene build_ray_scene(const Scene& scene, const ThreadPool& pool, const EffectChoice& effects);
 
 /// Nearest hit along the ray, both sides of every triangle. Watertight (Embree's robust mode). Surfaces that let
 /// light through stop a ray by chance, which is decided by a hash of ray and triangle.
-std::optional<Hit> intersect(const RayScene& rays, const Ray& ray);
+RCS_API std::optional<Hit> intersect(const RayScene& rays, const Ray& ray);
 /// Whether anything lies on the ray between t_min and t_max.
-bool occluded(const RayScene& rays, const Ray& ray);
+RCS_API bool occluded(const RayScene& rays, const Ray& ray);
 
 }  // namespace rcs

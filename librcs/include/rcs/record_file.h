@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "rcs/api.h"
 #include "rcs/records.h"
 #include "rcs/render_options.h"
 #include "rcs/scene.h"
@@ -17,23 +18,23 @@ struct RecordKey {
     bool operator==(const RecordKey&) const = default;
 };
 /// The settings alone. @return "bounces 1, accuracy 0.2, rays 128, ..."
-std::string record_settings_words(const RenderOptions& options);
-RecordKey record_key(const Scene& scene, const RenderOptions& options);
+RCS_API std::string record_settings_words(const RenderOptions& options);
+RCS_API RecordKey record_key(const Scene& scene, const RenderOptions& options);
 
 /// Saves records for render() to start from. The same view again needs none, or a few where it has more than one sample
 /// a pixel or surfaces one sees through; another view only those for what it sees beyond. The same records are the same
 /// bytes on every machine; the file appears under its name only when complete. Records that floats cannot hold, as
 /// under light of 1e36, are left out.
 /// @throws Error io, naming the file
-void write_records(const std::string& path, const RecordKey& key, const std::vector<Record>& records);
+RCS_API void write_records(const std::string& path, const RecordKey& key, const std::vector<Record>& records);
 
 /// Whether write_records() could write there. @throws Error io that names the file
-void check_record_path(const std::string& path);
+RCS_API void check_record_path(const std::string& path);
 
 /// What write_records() saved, bit for bit.
 /// @throws Error that names the file. not_found; io; unsupported: written by another version; bad_file: no record file,
 /// a
 ///     damaged one, or one of another key
-std::vector<Record> read_records(const std::string& path, const RecordKey& key);
+RCS_API std::vector<Record> read_records(const std::string& path, const RecordKey& key);
 
 }  // namespace rcs

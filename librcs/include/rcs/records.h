@@ -8,6 +8,7 @@
 
 #include <glm/glm.hpp>
 
+#include "rcs/api.h"
 #include "rcs/effect_plan.h"
 #include "rcs/gbuffer.h"
 #include "rcs/light_cache.h"
@@ -16,6 +17,18 @@
 #include "rcs/thread_pool.h"
 
 namespace rcs {
+
+/// Where a record's rays start, and what a few of them brought when its light was last looked at: whether it still
+/// holds once the scene has changed. Scene space.
+struct RecordWatch {
+    glm::vec3 origin{0.0f};            ///< of the rays [m]
+    glm::vec3 geometric_normal{0.0f};  ///< unit; 0: nothing is known of it
+    std::uint32_t instance = 0;        ///< it lies on
+    std::uint32_t state = 0;           ///< of the scene, counted by the session, when it was looked at
+    std::uint32_t gathered = 0;        ///< ... when it was gathered
+    std::uint32_t view = 0;            ///< of the session, the last one that it was in
+    std::vector<glm::vec3> seen;       ///< radiance by ray [W m^-2 sr^-1]; empty: it is not watched
+};
 
 /// One irradiance record: what the hemisphere over p_k, n_k sends, how that changes nearby, and how
 /// far it may be trusted. Scene space.
@@ -49,6 +62,7 @@ struct Record {
     /// options.radiance asked for it.
     std::vector<float> radiance;
     std::vector<float> radiance_of_lamps;  ///< the same of gathered lamps alone; empty as well where there are none
+    RecordWatch watch;
 };
 
 /// How records are placed and gathered.
@@ -79,6 +93,8 @@ struct RecordStats {
     std::uint64_t waves = 0;
     std::uint64_t refined = 0;        ///< records that got more rays because their neighbourhood was noisy
     std::uint64_t refining_rays = 0;  ///< those rays and looks, also part of the others
+    std::uint64_t watched = 0;        ///< records of earlier views that were looked at again: the scene has changed
+    std::uint64_t renewed = 0;        ///< of those, gathered again where they are
 };
 
 /// Where gathers look for light besides where their rays lead: made by the renderer for a view (method.md).
@@ -103,25 +119,25 @@ struct LitScene {
 /// Gathers one record at each of the given visible points.
 /// @param pixels  indices into the G-buffer, each covered
 /// @return one record for each, in the same order
-std::vector<Record> gather_records(const LitScene& scene, const GBuffer& gbuffer,
-                                   const std::vector<std::uint32_t>& pixels, const RecordSettings& options,
-                                   ThreadPool& pool, RecordStats& stats);
+RCS_API std::vector<Record> gather_records(const LitScene& scene, const GBuffer& gbuffer,
+                                           const std::vector<std::uint32_t>& pixels, const RecordSettings& options,
+                                           ThreadPool& pool, RecordStats& stats);
 
 /// Sets every record's spacing radius: a R_k, limited by the relative gradient, by neighbours (no
 /// record may claim more than a neighbour's radius plus the distance to it; Krivanek et al. 2006,
 /// neighbour clamping, here as the order-free fixed point) and to a range of pixels on the surface.
-void limit_spacing(std::vector<Record>& records, const RecordSettings& options, ThreadPool& pool);
+RCS_API void limit_spacing(std::vector<Record>& records, const RecordSettings& options, ThreadPool& pool);
 
 /// Adds records until every visible point is within the spacing radius of one: waves of holes on a
 /// hierarchy of pixel grids, coarse to fine. Which pixels a wave takes follows from the image and the seed
 /// alone, so the records do not depend on timing, threads or the GL.
 /// @param view  the view that `gbuffer` was made for
 /// @param records  those there are already; the new ones are appended, all spacing radii brought up to date
-void place_records(const LitScene& scene, const GBuffer& gbuffer, const View& view, const RecordSettings& options,
-                   ThreadPool& pool, std::vector<Record>& records, RecordStats& stats,
-                   const ProgressFunction& progress = {});
+RCS_API void place_records(const LitScene& scene, const GBuffer& gbuffer, const View& view,
+                           const RecordSettings& options, ThreadPool& pool, std::vector<Record>& records,
+                           RecordStats& stats, const ProgressFunction& progress = {});
 
 /// @throws Error bad_argument: the field, its value and its range
-void validate(const RecordSettings& options);
+RCS_API void validate(const RecordSettings& options);
 
 }  // namespace rcs

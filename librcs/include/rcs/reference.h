@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "rcs/api.h"
 #include "rcs/camera.h"
 #include "rcs/image.h"
 #include "rcs/log.h"
@@ -36,8 +37,8 @@ struct ReferenceOptions {
 /// Layers: beauty, emission, direct, indirect, albedo, normal, depth, standard_error (of beauty),
 /// indirect_standard_error. Standard errors come from blocks of the Sobol' sequence taken as
 /// independent; the sequence is better than that, so they are upper estimates.
-LayeredImage render_reference(const RayScene& rays, const View& view, const ReferenceOptions& options, ThreadPool& pool,
-                              const ProgressFunction& progress = {});
+RCS_API LayeredImage render_reference(const RayScene& rays, const View& view, const ReferenceOptions& options,
+                                      ThreadPool& pool, const ProgressFunction& progress = {});
 
 /// Adds `more` to `sum`, both of the same view and transport: layers are averaged by samples (depth and normal also by
 /// cover), standard errors taken as independent. If `more` has the same seed it must begin at the sample where `sum`
@@ -45,6 +46,6 @@ LayeredImage render_reference(const RayScene& rays, const View& view, const Refe
 /// With another seed, `more` is an independent image, and the result cannot be continued any more.
 /// @param sum  may be empty, of no layers; it becomes `more` then
 /// @throws Error bad_argument: sizes, layers or settings that do not match, or a gap between the samples
-void merge_references(LayeredImage& sum, const LayeredImage& more);
+RCS_API void merge_references(LayeredImage& sum, const LayeredImage& more);
 
 }  // namespace rcs

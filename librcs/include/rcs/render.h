@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "rcs/api.h"
 #include "rcs/direct_light.h"
 #include "rcs/effect_plan.h"
 #include "rcs/error_estimate.h"
@@ -76,7 +77,7 @@ struct RenderStats {
     int threads = 0;
     std::array<Validity, kSessionParts> kept;  ///< what of the session's parts this view found as it needs them
 
-    void add(const std::string& stage, double seconds);
+    RCS_API void add(const std::string& stage, double seconds);
 };
 
 struct RenderResult {
@@ -98,15 +99,16 @@ struct RenderHooks {
 /// @throws Error bad_argument: options, naming field, value and range; not_found: the session shows nothing; cancelled;
 /// those of
 ///     Session::gl() and Session::rays(). What is shown stays; records that were kept may be lost
-RenderResult render(Session& session, const Camera& camera, const RenderOptions& options,
-                    const RenderHooks& hooks = {});
+RCS_API RenderResult render(Session& session, const Camera& camera, const RenderOptions& options,
+                            const RenderHooks& hooks = {});
 
 /// The same in a session of its own.
-RenderResult render(Scene scene, const Camera& camera, const RenderOptions& options, const RenderHooks& hooks = {});
+RCS_API RenderResult render(Scene scene, const Camera& camera, const RenderOptions& options,
+                            const RenderHooks& hooks = {});
 
 /// What which error would cost: stops before the main work. Its `forecast` is empty where there is no indirect light.
 /// @param options  with a target or a budget
-RenderStats forecast(Session& session, const Camera& camera, const RenderOptions& options,
-                     const RenderHooks& hooks = {});
+RCS_API RenderStats forecast(Session& session, const Camera& camera, const RenderOptions& options,
+                             const RenderHooks& hooks = {});
 
 }  // namespace rcs

@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "rcs/api.h"
 #include "rcs/effects.h"
 #include "rcs/motion.h"
 
@@ -23,9 +24,15 @@ struct QualitySettings {
     int refinement = 16;           ///< so many times `rays` at the most
 };
 
-/// Records are placed and rays chosen by the estimated error until that is small enough.
+/// Records are placed and rays chosen by the estimated errors until those are small enough: that of the picture and,
+/// since lamps may hide it from the picture's mean, that of its indirect light.
 struct TargetError {
-    double error = 0.05;  ///< mean relative error of indirect light (ErrorEstimate)
+    double error = 0.05;  ///< mean relative error of either (ErrorEstimate)
+};
+
+/// The same for the indirect light alone, however noisy the direct light is.
+struct TargetIndirectError {
+    double error = 0.05;  ///< mean relative error (ErrorEstimate)
 };
 
 /// The same for as long as there is time, with fewer passes where the time asks for it. What is rendered then depends
@@ -34,7 +41,7 @@ struct Budget {
     double seconds = 20.0;  ///< wall time of render()
 };
 
-using Quality = std::variant<QualitySettings, TargetError, Budget>;
+using Quality = std::variant<QualitySettings, TargetError, Budget, TargetIndirectError>;
 
 /// How records reach the image.
 enum class SplatMethod {
@@ -68,18 +75,23 @@ struct RenderOptions {
 };
 
 /// The settings asked for, to be changed; a goal gives way to the default settings.
-QualitySettings& settings_of(RenderOptions& options);
+RCS_API QualitySettings& settings_of(RenderOptions& options);
 
 /// The same to be read; those of a goal are the default ones.
-QualitySettings settings_or_default(const RenderOptions& options);
+RCS_API QualitySettings settings_or_default(const RenderOptions& options);
 
 /// Whether the quality is a target or a budget: then the estimated error steers what is done.
 inline bool has_goal(const RenderOptions& options) { return !std::holds_alternative<QualitySettings>(options.quality); }
-/// 0: none.
-double target_error(const RenderOptions& options);
-double budget_seconds(const RenderOptions& options);
+/// What the picture, or its indirect light, is aimed at; 0: none.
+RCS_API double target_error(const RenderOptions& options);
+/// Whether that is the picture's error as well.
+inline bool aims_at_picture(const RenderOptions& options)
+{
+    return std::holds_alternative<TargetError>(options.quality);
+}
+RCS_API double budget_seconds(const RenderOptions& options);
 
 /// @throws Error bad_argument: the field, its value and its range
-void validate(const RenderOptions& options);
+RCS_API void validate(const RenderOptions& options);
 
 }  // namespace rcs

@@ -9,6 +9,7 @@
 
 #include <glm/glm.hpp>
 
+#include "rcs/api.h"
 #include "rcs/camera.h"
 #include "rcs/log.h"
 
@@ -154,38 +155,38 @@ struct LoadOptions {
 /// Warns through `log` of each feature that the file uses and this build ignores.
 /// A file without a camera gets one that frames it; one without lamps and emission, a sky_radiance of 1.
 /// @throws Error not_found, bad_file, unsupported: one sentence that names file and culprit.
-Scene load_scene(const std::string& source, const LogFunction& log = {}, const LoadOptions& options = {});
+RCS_API Scene load_scene(const std::string& source, const LogFunction& log = {}, const LoadOptions& options = {});
 
 /// The files that load_scene(path) reads: the .gltf or .glb file itself, then the buffers and images that it names,
 /// relative to its folder and each once. @throws Error as load_scene() does
-std::vector<std::string> scene_files(const std::string& path);
+RCS_API std::vector<std::string> scene_files(const std::string& path);
 
 /// Reads a latitude-longitude image in any format that OpenImageIO knows (8- and 16-bit files are taken for sRGB).
 /// Values that are negative or not finite are repaired, with a warning through `log`.
 /// @throws Error bad_file: one sentence that names the file and what is wrong
-EnvironmentImage load_environment(const std::string& path, const LogFunction& log = {});
+RCS_API EnvironmentImage load_environment(const std::string& path, const LogFunction& log = {});
 
 /// Names of the built-in scenes, each beginning with "demo:".
-std::vector<std::string> demo_scene_names();
+RCS_API std::vector<std::string> demo_scene_names();
 
 /// The camera with that name, or with that number (0 is the first); "" gives the first one.
 /// @throws Error not_found; the message lists the cameras there are.
-const Camera& find_camera(const Scene& scene, const std::string& name_or_number);
+RCS_API const Camera& find_camera(const Scene& scene, const std::string& name_or_number);
 
 /// Checks indices, ranges and finiteness of everything in `scene`.
 /// @throws Error bad_file that names the element.
-void validate(const Scene& scene);
+RCS_API void validate(const Scene& scene);
 
 struct Bounds {
     glm::dvec3 min{std::numeric_limits<double>::infinity()};
     glm::dvec3 max{-std::numeric_limits<double>::infinity()};
 };
 /// Scene-space bounding box of all instances; min > max if there is no geometry.
-Bounds bounds_of(const Scene& scene);
+RCS_API Bounds bounds_of(const Scene& scene);
 
 /// Moves scene-space zero to the middle of geometry that lies far from it (beyond 16 of its diagonals), where floats
 /// are coarse; cameras and lights go along, `origin` tells where. load_scene() does it; scenes made in code may need
 /// it.
-void move_origin(Scene& scene);
+RCS_API void move_origin(Scene& scene);
 
 }  // namespace rcs

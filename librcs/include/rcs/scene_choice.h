@@ -2,9 +2,11 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <glm/glm.hpp>
 
+#include "rcs/api.h"
 #include "rcs/camera.h"
 #include "rcs/log.h"
 #include "rcs/motion.h"
@@ -24,7 +26,11 @@ struct SceneChoice {
     std::string source;          ///< as load_scene() takes it
     std::optional<double> time;  ///< as LoadOptions::time [s]
     EnvironmentChoice environment;
+    std::string asset_root;  ///< folder beneath which the file's buffers and images may lie; "": its own
 };
+
+/// scene_files() of a file with that asset root: names may then begin with "../".
+RCS_API std::vector<std::string> scene_files(const SceneChoice& choice);
 
 /// From where it is seen.
 struct CameraChoice {
@@ -41,21 +47,21 @@ struct MotionChoice {
 
 /// A constant or an image takes the place of all that the scene says about its sky; the rotation adds to what is there.
 /// @throws Error bad_file that names the image
-void set_environment(Scene& scene, const EnvironmentChoice& choice, const LogFunction& log = {});
+RCS_API void set_environment(Scene& scene, const EnvironmentChoice& choice, const LogFunction& log = {});
 
 /// Whether what load_scene() makes of it differs from one time to another: it has animations.
 /// @throws Error as load_scene() does, where the file is none
-bool is_animated(const std::string& source);
+RCS_API bool is_animated(const std::string& source);
 
 /// load_scene() and set_environment().
-Scene load_scene(const SceneChoice& choice, const LogFunction& log = {});
+RCS_API Scene load_scene(const SceneChoice& choice, const LogFunction& log = {});
 
 /// @throws Error not_found; the message lists the cameras there are
-Camera choose_camera(const Scene& scene, const CameraChoice& choice);
+RCS_API Camera choose_camera(const Scene& scene, const CameraChoice& choice);
 
 /// Loads the scene once more if the time is another; without its textures, which tell nothing of where points are.
 /// @param scene  of the picture, loaded as `picture` says, and seen as `camera` says
-MotionFrom load_motion(const MotionChoice& choice, const Scene& scene, const SceneChoice& picture,
-                       const CameraChoice& camera);
+RCS_API MotionFrom load_motion(const MotionChoice& choice, const Scene& scene, const SceneChoice& picture,
+                               const CameraChoice& camera);
 
 }  // namespace rcs

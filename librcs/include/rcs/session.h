@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "rcs/api.h"
 #include "rcs/effect_plan.h"
 #include "rcs/gl_context.h"
 #include "rcs/log.h"
@@ -17,10 +18,14 @@
 namespace rcs {
 
 struct SessionOptions {
-    int threads = 0;            ///< worker threads, >= 0; 0: one per available core
-    bool keep_records = false;  ///< a view begins with the records of those before it, as far as they hold: less time,
-                                ///< and another noise than by itself. Without it a view is the same bits whatever was
-                                ///< rendered before
+    int threads = 0;             ///< worker threads, >= 0; 0: one per available core
+    bool keep_records = false;   ///< a view begins with the records of those before it, as far as they hold: less time,
+                                 ///< and another noise than by itself. Without it a view is the same bits whatever was
+                                 ///< rendered before
+    bool watch_records = false;  ///< with keep_records: those of scenes that differ in what moves, shines or is made
+                                 ///< otherwise are kept as well; a few rays say which still hold, the others are
+                                 ///< gathered again. Takes a few more rays for each new record, so that it is for
+                                 ///< scenes that do change
     std::size_t most_records = 1'000'000;  ///< kept at a time: where there are more, those out of sight go; where
                                            ///< that is not enough, all
     LogFunction log = {};                  ///< told what could not be kept
@@ -35,7 +40,7 @@ enum class SessionPart {
 };
 inline constexpr std::size_t kSessionParts = static_cast<std::size_t>(SessionPart::count);
 /// "acceleration structure", ...
-const char* name_of(SessionPart part);
+RCS_API const char* name_of(SessionPart part);
 
 /// Whether the last thing that a session was told of left a part as it was.
 struct Validity {
@@ -47,7 +52,7 @@ struct Validity {
 /// is told of another scene, pose, lamp or sky by show(), of another camera or other options by render(), and says what
 /// of it stays valid. Belongs to the thread that made it; several may be at work at a time, and count for themselves
 /// what they do.
-class Session {
+class RCS_API Session {
 public:
     /// @throws Error bad_argument: threads
     explicit Session(SessionOptions options = {});
@@ -58,7 +63,8 @@ public:
     Session& operator=(Session&&) noexcept;
 
     /// Shows this scene from now on. What it has in common with the one before is found out by comparing all of it:
-    /// where only lamps without size or the sky differ, the acceleration structure stays.
+    /// where only lamps without size or the sky differ, the acceleration structure stays; records that are watched stay
+    /// where instances, meshes, materials and textures are as many as before.
     /// @throws Error bad_argument: the scene is none, see validate(const Scene&). The one before stays
     void show(Scene scene);
     /// Shows nothing any more: memory first, where another scene is to be loaded that has nothing in common.

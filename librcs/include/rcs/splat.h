@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "rcs/api.h"
 #include "rcs/gbuffer.h"
 #include "rcs/gl_context.h"
 #include "rcs/records.h"
@@ -45,11 +46,12 @@ struct Shading;
 /// Sums all records over the image. Both methods compute the same sums (shaders/shared/weight.h).
 /// @param view  the view that `gbuffer` was made for
 /// @param glossy  if given, wide specular lobes are lit as well; the records keep radiance then
-SplatBuffer splat_tiles(const std::vector<Record>& records, const GBuffer& gbuffer, const View& view,
-                        const SplatSettings& options, ThreadPool& pool, SplatStats& stats,
-                        const Shading* glossy = nullptr);
-SplatBuffer splat_quads(GlContext& gl, const std::vector<Record>& records, const GBuffer& gbuffer, const View& view,
-                        const SplatSettings& options, SplatStats& stats, const Shading* glossy = nullptr);
+RCS_API SplatBuffer splat_tiles(const std::vector<Record>& records, const GBuffer& gbuffer, const View& view,
+                                const SplatSettings& options, ThreadPool& pool, SplatStats& stats,
+                                const Shading* glossy = nullptr);
+RCS_API SplatBuffer splat_quads(GlContext& gl, const std::vector<Record>& records, const GBuffer& gbuffer,
+                                const View& view, const SplatSettings& options, SplatStats& stats,
+                                const Shading* glossy = nullptr);
 
 /// The pixel rectangle that a sphere can touch: never too small, also when the sphere surrounds the
 /// camera or reaches behind it (then the whole image).
@@ -58,6 +60,6 @@ struct PixelBounds {
     bool empty() const { return x0 >= x1 || y0 >= y1; }
 };
 /// @param centre  relative to the camera, axes of scene space [m]   @param radius  [m], >= 0
-PixelBounds sphere_bounds(const View& view, glm::dvec3 centre, double radius);
+RCS_API PixelBounds sphere_bounds(const View& view, glm::dvec3 centre, double radius);
 
 }  // namespace rcs

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "rcs/api.h"
 #include "rcs/camera.h"
 #include "rcs/gl_context.h"
 #include "rcs/render.h"
@@ -26,10 +27,10 @@ struct StabilityCase {
 };
 
 /// The whole catalogue, in order.
-const std::vector<StabilityCase>& stability_cases();
+RCS_API const std::vector<StabilityCase>& stability_cases();
 
 /// What a user's own scene must stand: it is changed in ways that do not change its light.
-const std::vector<StabilityCase>& metamorphic_cases();
+RCS_API const std::vector<StabilityCase>& metamorphic_cases();
 
 enum class StabilityVerdict { passed, failed, skipped };
 
@@ -51,11 +52,11 @@ struct StabilityMachine {
 
 /// Runs one case. Whatever the case throws is its failure.
 /// @throws Error not_found: lists the cases there are
-StabilityOutcome run_stability_case(const StabilityMachine& machine, const std::string& id);
+RCS_API StabilityOutcome run_stability_case(const StabilityMachine& machine, const std::string& id);
 
 /// Runs one of metamorphic_cases() on a view of a scene.
 /// @param options  how to render; the splat method and layers are chosen by the case
-StabilityOutcome run_metamorphic_case(const StabilityMachine& machine, const std::string& id, const Scene& scene,
-                                      const Camera& camera, const RenderOptions& options);
+RCS_API StabilityOutcome run_metamorphic_case(const StabilityMachine& machine, const std::string& id,
+                                              const Scene& scene, const Camera& camera, const RenderOptions& options);
 
 }  // namespace rcs

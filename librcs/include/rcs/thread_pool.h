@@ -4,11 +4,13 @@
 #include <functional>
 #include <memory>
 
+#include "rcs/api.h"
+
 namespace rcs {
 
 /// A fixed set of worker threads. Results never depend on its size: work items write to their own
 /// slots, and nothing is reduced in the order in which threads finish.
-class ThreadPool {
+class RCS_API ThreadPool {
 public:
     /// @param threads  >= 1, or 0 for one per available core
     explicit ThreadPool(int threads = 0);

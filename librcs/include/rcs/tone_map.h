@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "rcs/api.h"
 #include "rcs/image.h"
 #include "rcs/log.h"
 #include "rcs/thread_pool.h"
@@ -21,7 +22,7 @@ struct ToneMapOptions {
 
 /// A display transform, ready to use. Built from ToneMapOptions before rendering starts, so that a
 /// wrong view fails early.
-class ToneMapper {
+class RCS_API ToneMapper {
 public:
     /// @throws Error not_found: a config, display or view that is named but missing (lists those there are);
     ///         bad_file: a config that OpenColorIO refuses
@@ -49,6 +50,6 @@ private:
 
 /// The exposure [EV] that brings the log-average luminance of the lit pixels to middle grey 0.18
 /// (Reinhard et al. 2002, eq. 1, without pixels that are black). 0 for a black picture.
-float automatic_exposure(const Image& beauty);
+RCS_API float automatic_exposure(const Image& beauty);
 
 }  // namespace rcs

@@ -62,14 +62,14 @@ struct NamedConfig {
 NamedConfig open_config(const std::string& wanted, bool one_file_only)
 {
     std::string file = wanted;
-    std::string source = "OpenColorIO configuration " + file;
+    std::string source = "OpenColorIO configuration '" + file + "'";
     if (file.empty()) {
         const char* variable = std::getenv("OCIO");
         if (variable == nullptr || *variable == '\0') {
             return {builtin_config(), "built-in"};
         }
         file = variable;
-        source = "OpenColorIO configuration " + file + " (named by $OCIO)";
+        source = "OpenColorIO configuration '" + file + "' (named by $OCIO)";
     }
     std::error_code ignored;
     const bool built_into_ocio = file.rfind("ocio://", 0) == 0;

@@ -91,11 +91,11 @@ std::vector<Candidate> list_candidates(std::vector<std::string>& failures)
     std::array<EGLDeviceEXT, 64> devices{};
     EGLint count = 0;
     if (!can_list)
-        failures.push_back("EGL devices: EGL cannot list them");
+        failures.emplace_back("EGL devices: EGL cannot list them");
     else if (query_devices(static_cast<EGLint>(devices.size()), devices.data(), &count) != EGL_TRUE)
         failures.push_back("EGL devices: " + egl_error_name());
     else if (count == 0)
-        failures.push_back("EGL devices: there is none");
+        failures.emplace_back("EGL devices: there is none");
     for (int i = 0; i < count; ++i) {
         const EGLDeviceEXT device = devices[static_cast<std::size_t>(i)];
         const char* extensions = query_string(device, EGL_EXTENSIONS);
@@ -108,7 +108,7 @@ std::vector<Candidate> list_candidates(std::vector<std::string>& failures)
         candidates.push_back(
             {"surfaceless", "Mesa's surfaceless platform", EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY});
     else
-        failures.push_back("Mesa's surfaceless platform: EGL has no such platform");
+        failures.emplace_back("Mesa's surfaceless platform: EGL has no such platform");
     candidates.insert(candidates.end(), software.begin(), software.end());
     return candidates;
 }

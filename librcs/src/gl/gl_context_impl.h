@@ -11,7 +11,7 @@
 
 namespace rcs {
 
-struct GlContext::Impl {
+struct [[gnu::visibility("hidden")]] GlContext::Impl {
     /// Initialised, and left so: a display belongs to the whole process, eglTerminate would end it for other
     /// contexts on it too, and Mesa's driver loses a little memory each time it is loaded again.
     EGLDisplay display = EGL_NO_DISPLAY;

@@ -20,7 +20,7 @@ namespace {
 
 [[noreturn]] void fail_write(const std::string& path, const char* why)
 {
-    throw Error(ErrorCode::io, "cannot write " + path + ": " + one_line(why));
+    throw Error(ErrorCode::io, "cannot write '" + path + "': " + one_line(why));
 }
 
 /// The nearest of the codes 0 to `most`; NaN is dark.

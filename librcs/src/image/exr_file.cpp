@@ -120,7 +120,7 @@ void write_exr_file(std::FILE* file, const std::string& path, const std::vector<
     try {
         write_rows(file, layers, attributes);
     } catch (const std::exception& e) {
-        throw Error(ErrorCode::io, "cannot write " + path + ": " + one_line(e.what()));
+        throw Error(ErrorCode::io, "cannot write '" + path + "': " + one_line(e.what()));
     }
 }
 

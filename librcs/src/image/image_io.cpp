@@ -26,8 +26,9 @@ FileKind kind_of(const std::string& path)
     if (ending == ".exr") return FileKind::exr;
     if (ending == ".png") return FileKind::png;
     if (ending == ".jpg" || ending == ".jpeg") return FileKind::jpeg;
-    throw Error(ErrorCode::bad_argument,
-                "output file " + path + " ends in \"" + ending + "\", expected .exr, .png, .jpg or .jpeg");
+    throw Error(ErrorCode::bad_argument, "output file '" + path + "' " +
+                                             (ending.empty() ? "has no ending" : "ends in \"" + ending + "\"") +
+                                             ", expected .exr, .png, .jpg or .jpeg");
 }
 
 void check_options(const std::string& path, FileKind kind, const ImageFileOptions& options)
@@ -131,7 +132,7 @@ void check_output_path(const std::string& path, const ImageFileOptions& options)
 void write_exr(const std::string& path, const LayeredImage& image, const ImageFileOptions& options)
 {
     if (kind_of(path) != FileKind::exr) {
-        throw Error(ErrorCode::bad_argument, "output file " + path + " holds layers, expected the ending .exr");
+        throw Error(ErrorCode::bad_argument, "output file '" + path + "' holds layers, expected the ending .exr");
     }
     check_options(path, FileKind::exr, options);
     const NamedLayers chosen = chosen_layers(path, image, options.layers);
@@ -149,7 +150,7 @@ void write_display_image(const std::string& path, const Image& display, const Im
 {
     const FileKind kind = kind_of(path);
     if (kind == FileKind::exr) {
-        throw Error(ErrorCode::bad_argument, "output file " + path + " holds display values, expected .png or .jpg");
+        throw Error(ErrorCode::bad_argument, "output file '" + path + "' holds display values, expected .png or .jpg");
     }
     check_options(path, kind, options);
     check_pixels(path, "display", display);

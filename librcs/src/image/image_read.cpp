@@ -20,7 +20,7 @@ constexpr const char* kMetadataPrefix = "rcs:";
 
 [[noreturn]] void fail_read(const std::string& path, const std::string& why)
 {
-    throw Error(ErrorCode::bad_file, "cannot read image file " + path + ": " + one_line(why));
+    throw Error(ErrorCode::bad_file, "cannot read image file '" + path + "': " + one_line(why));
 }
 
 struct ChannelPlace {
@@ -112,7 +112,7 @@ LayeredImage read_image(const std::string& path)
 {
     std::error_code ignored;
     if (!std::filesystem::exists(path, ignored)) {
-        throw Error(ErrorCode::not_found, "image file " + path + " does not exist");
+        throw Error(ErrorCode::not_found, "image file '" + path + "' does not exist");
     }
     if (!std::filesystem::is_regular_file(path, ignored)) {
         throw Error(ErrorCode::bad_file, "image file " + path + " is not a regular file");

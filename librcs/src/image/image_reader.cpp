@@ -29,7 +29,8 @@ std::filesystem::path own_folder()
 
 const ImageModule& load_module()
 {
-    const std::filesystem::path file = own_folder() / (std::string("librcs-images-") + kVersion + ".so");
+    const std::filesystem::path file =
+        own_folder() / (std::string("rcs-") + kAbiVersion) / (std::string("images-") + kVersion + ".so");
     void* const module = dlopen(file.c_str(), RTLD_LAZY | RTLD_LOCAL);
     const auto entry = module ? reinterpret_cast<Entry>(dlsym(module, "rcs_image_module")) : nullptr;
     if (!entry) {

@@ -169,7 +169,7 @@ void Builder::find_cells()
     known_.reserve((keys_.size() + order.size()) * 2);
     for (std::size_t i = 0; i < order.size();) {
         const std::uint64_t cell = finds[order[i]].cell;
-        std::array<SurfaceSample, kPlaces> places;
+        std::array<SurfaceSample, kPlaces> places{};
         std::size_t count = 0;
         for (; i < order.size() && finds[order[i]].cell == cell; ++i)
             if (count < places.size()) places[count++] = finds[order[i]].surface;

@@ -19,10 +19,10 @@ struct SurfacePiece {
     static constexpr std::size_t kProbes = 4;
 
     std::uint32_t instance, primitive;
-    glm::vec2 corner[3];  ///< barycentric weights of the triangle's second and third corner
-    glm::vec3 normal;     ///< scene space, unit, on this side
-    glm::vec3 probe[kProbes];   ///< places on it
-    float area;           ///< that it stands for [m^2], more than its own where triangles were left out
+    glm::vec2 corner[3];       ///< barycentric weights of the triangle's second and third corner
+    glm::vec3 normal;          ///< scene space, unit, on this side
+    glm::vec3 probe[kProbes];  ///< places on it
+    float area;                ///< that it stands for [m^2], more than its own where triangles were left out
 };
 
 /// Whether light from an instance's surfaces may be gathered at points on them: not from what lets light through.

@@ -118,6 +118,7 @@ std::string expected_of(const OptionInfo& option)
 
 void set_from_text(const OptionInfo& option, RenderOptions& options, std::string_view text)
 {
+    if (text.starts_with(option.prefix)) text.remove_prefix(option.prefix.size());
     change_value(option, options, [&](auto& value) {
         read(option, text, value);
         check(option, value);
@@ -127,7 +128,8 @@ void set_from_text(const OptionInfo& option, RenderOptions& options, std::string
 std::string text_of(const OptionInfo& option, const RenderOptions& options)
 {
     std::string text;
-    with_value(option, options, [&](const auto& value) { text = text_of_value(option, value); });
+    with_value(option, options,
+               [&](const auto& value) { text = std::string(option.prefix) + text_of_value(option, value); });
     return text;
 }
 

@@ -16,8 +16,9 @@ QualitySettings settings_or_default(const RenderOptions& options)
 
 double target_error(const RenderOptions& options)
 {
-    const TargetError* target = std::get_if<TargetError>(&options.quality);
-    return target ? target->error : 0.0;
+    if (const auto* picture = std::get_if<TargetError>(&options.quality)) return picture->error;
+    const auto* indirect = std::get_if<TargetIndirectError>(&options.quality);
+    return indirect ? indirect->error : 0.0;
 }
 
 double budget_seconds(const RenderOptions& options)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <optional>
 
 namespace rcs {
@@ -11,6 +12,9 @@ namespace {
 // A visible point this near is on the record's surface [footprints]: the next sample lies within that on all but
 // grazing ones.
 constexpr float kNear = 2.0f;
+// A footprint that has changed by less is taken for the same: records keep their reach while the camera moves a little,
+// and what they show does not flicker.
+constexpr float kSame = 1.25f;
 // Footprints of a surface that faces the viewer; of one that does not they are larger, here by as much at the most.
 constexpr double kOblique = 2.0;
 
@@ -26,6 +30,25 @@ std::optional<std::size_t> pixel_at(const View& view, glm::dvec3 relative)
 
 }  // namespace
 
+std::vector<Record> take_unseen(const View& view, std::vector<Record>& records)
+{
+    // What a record's splat covers, and so its neighbours': the widest overlap, and a little more.
+    constexpr float kReach = 4.0f;
+    const glm::dvec3 eye = camera_position(view.camera);
+    const auto is_near = [&](const Record& r) {
+        const glm::dvec3 relative = glm::dvec3(r.position) - eye;
+        const double reach = static_cast<double>(kReach * r.spacing_radius);
+        const std::optional<glm::dvec2> at = image_position(view, relative);
+        if (!at) return glm::length(relative) <= reach;
+        const double pixels = 1.0 + reach / static_cast<double>(r.footprint);
+        return at->x >= -pixels && at->y >= -pixels && at->x <= view.width + pixels && at->y <= view.height + pixels;
+    };
+    const auto unseen = std::stable_partition(records.begin(), records.end(), is_near);
+    std::vector<Record> taken(std::make_move_iterator(unseen), std::make_move_iterator(records.end()));
+    records.erase(unseen, records.end());
+    return taken;
+}
+
 void fit_to_view(const GBuffer& gbuffer, const View& view, std::span<Record> records)
 {
     const bool perspective = view.camera.projection == Projection::perspective;
@@ -35,7 +58,8 @@ void fit_to_view(const GBuffer& gbuffer, const View& view, std::span<Record> rec
         const std::optional<std::size_t> i = pixel_at(view, relative);
         if (i && gbuffer.covered(*i) &&
             glm::distance(glm::vec3(relative), gbuffer.position(*i)) <= kNear * gbuffer.footprint[*i]) {
-            r.footprint = gbuffer.footprint[*i];
+            const float now = gbuffer.footprint[*i];
+            if (now > kSame * r.footprint || now * kSame < r.footprint) r.footprint = now;
             continue;
         }
         const double facing =

@@ -1,11 +1,15 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "rcs/gbuffer.h"
 #include "rcs/records.h"
 
 namespace rcs {
+
+/// Takes away the records that lie outside of the picture and do not reach into it. The others stay in their order.
+std::vector<Record> take_unseen(const View& view, std::vector<Record>& records);
 
 /// Gives records that another view has made the footprints that pixels of this one have there: how close records lie
 /// follows from them. Records out of sight keep theirs unless a pixel at their distance is much smaller. Nothing

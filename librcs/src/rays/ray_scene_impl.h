@@ -44,7 +44,7 @@ struct RayInstance {
     glm::mat3 normal_from_object{1.0f};  ///< object normals to scene space, not unit
 };
 
-struct RayScene::Impl {
+struct [[gnu::visibility("hidden")]] RayScene::Impl {
     const Scene* scene = nullptr;
     std::unique_ptr<EmbreeScene> embree;
     std::vector<RayInstance> instances;

@@ -19,9 +19,16 @@ namespace {
 
 constexpr std::size_t kBatch = 2048;  // records between two reports of progress
 
+/// By place, not by pixel: a record made in another pass or view is another sample.
+std::uint64_t key_of(glm::vec3 position, std::uint64_t seed, std::uint64_t sample)
+{
+    std::uint64_t key = stream_key(seed, Stream::gather, std::bit_cast<std::uint32_t>(position.x));
+    key = mix64(key ^ std::bit_cast<std::uint32_t>(position.y));
+    return mix64(key ^ std::bit_cast<std::uint32_t>(position.z) ^ sample << 32);
+}
+
 }  // namespace
 
-/// @param sample  sets the gathers at this place apart: each has its own rays
 Birth birth_at(const GBuffer& g, std::uint32_t pixel, std::uint64_t seed, std::uint64_t sample)
 {
     Birth b;
@@ -30,11 +37,21 @@ Birth birth_at(const GBuffer& g, std::uint32_t pixel, std::uint64_t seed, std::u
     b.geometric_normal = g.geometric_normal[pixel];
     b.origin = b.position + g.position_error[pixel] * b.geometric_normal;
     b.footprint = g.footprint[pixel];
-    // Keyed by place, not by pixel: a record made in another pass or view is another sample.
-    std::uint64_t key = stream_key(seed, Stream::gather, std::bit_cast<std::uint32_t>(b.position.x));
-    key = mix64(key ^ std::bit_cast<std::uint32_t>(b.position.y));
-    b.key = mix64(key ^ std::bit_cast<std::uint32_t>(b.position.z) ^ sample << 32);
+    b.instance = g.instance[pixel];
+    b.key = key_of(b.position, seed, sample);
     return b;
+}
+
+Birth birth_of(const Record& record, std::uint64_t seed, std::uint64_t sample)
+{
+    const RecordWatch& watch = record.watch;
+    return {record.position,
+            watch.origin,
+            record.normal,
+            watch.geometric_normal,
+            record.footprint,
+            watch.instance,
+            key_of(record.position, seed, sample)};
 }
 
 void add_gather(Record& record, const Record& more)
@@ -191,6 +208,41 @@ void RecordGatherer::gather_more(const GBuffer& gbuffer, std::span<const std::ui
     stats.looks += more.looks;
     stats.refining_rays += more.hemisphere_rays + more.looks;
     stats.refined += wanted.size();
+}
+
+void RecordGatherer::renew(std::span<Record> records, std::span<const std::uint32_t> which, ThreadPool& pool,
+                           RecordStats& stats) const
+{
+    const int once = impl_->more.rays();
+    const auto gathers_more = [&](const Record& r) {
+        return std::max(0, static_cast<int>(std::lround(static_cast<double>(r.rays - impl_->first.rays()) / once)));
+    };
+    std::map<int, GatherSize> sizes;
+    int most_cells = impl_->first.grid.cells;
+    for (const std::uint32_t k : which) {
+        const int more = gathers_more(records[k]);
+        if (more == 0 || sizes.contains(more)) continue;
+        most_cells = std::max(most_cells, (sizes[more] = gather_size(impl_->asked, impl_->share, more)).grid.cells);
+    }
+    std::vector<GatherWorkspace> workspaces(static_cast<std::size_t>(pool.size()), GatherWorkspace(most_cells));
+    pool.parallel_for(which.size(), 4, [&](std::size_t begin, std::size_t end, int thread) {
+        GatherWorkspace& w = workspaces[static_cast<std::size_t>(thread)];
+        for (std::size_t i = begin; i < end; ++i) {
+            Record& old = records[which[i]];
+            Record r = impl_->gatherer.gather(birth_of(old, impl_->seed), impl_->first, w);
+            if (const int more = gathers_more(old); more > 0)
+                add_gather(r, impl_->gatherer.gather(birth_of(old, impl_->seed, static_cast<std::uint64_t>(r.rays)),
+                                                     sizes.at(more), w));
+            r.closeness = old.closeness;
+            r.breadth = old.breadth;
+            r.spacing_radius = old.spacing_radius;
+            r.gradient_scale = old.gradient_scale;
+            r.watch = std::move(old.watch);
+            old = std::move(r);
+        }
+    });
+    impl_->learn(workspaces);
+    count(workspaces, stats);
 }
 
 std::vector<Sounding> RecordGatherer::sound(const GBuffer& gbuffer, std::span<const std::uint32_t> pixels, int rays,

@@ -38,6 +38,11 @@ public:
                      std::span<Record> records, ThreadPool& pool, RecordStats& stats,
                      const std::function<void(float)>& report) const;
 
+    /// Gathers some records again where they are, with as many rays as they have and the same ones.
+    /// @param which  indices
+    void renew(std::span<Record> records, std::span<const std::uint32_t> which, ThreadPool& pool,
+               RecordStats& stats) const;
+
     /// What arrives at pixels by gathers that no record has part in, of about `rays` rays each. Nothing is learned from
     /// them.
     /// @param sample  sets them apart: each has its own rays

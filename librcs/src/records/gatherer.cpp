@@ -104,6 +104,12 @@ glm::vec3 to_scene(const Basis& frame, glm::vec3 local)
     return local.x * frame.x + local.y * frame.y + local.z * frame.z;
 }
 
+/// What the record's cells lie in.
+Basis frame_of(const Birth& birth)
+{
+    return Basis(birth.normal, to_unit_float(static_cast<std::uint32_t>(mix64(birth.key + 2))));
+}
+
 /// How far the record's first-order expansion stays sensible: where it would reach zero or twice its value.
 float gradient_reach(const Record& r)
 {
@@ -291,7 +297,7 @@ std::vector<float> Gatherer::radiance(int cells, GatherWorkspace& w) const
             colors[0][i] = w.samples.red[c];
             colors[1][i] = w.samples.green[c];
             colors[2][i] = w.samples.blue[c];
-            any = any || colors[0][i] + colors[1][i] + colors[2][i] > 0.0f;
+            any = any || colors[0][i] != 0.0f || colors[1][i] != 0.0f || colors[2][i] != 0.0f;
         }
         if (any)
             w.radiance.add(w.packets[static_cast<std::size_t>(first / kWidth)].ray, colors[0], colors[1], colors[2]);
@@ -331,7 +337,7 @@ void Gatherer::add_lamps(const HemisphereGrid& grid, HemisphereIntegrals& integr
 Record Gatherer::gather(const Birth& birth, const GatherSize& size, GatherWorkspace& w) const
 {
     const HemisphereGrid& grid = size.grid;
-    const Basis frame(birth.normal, to_unit_float(static_cast<std::uint32_t>(mix64(birth.key + 2))));
+    const Basis frame = frame_of(birth);
     trace(birth, grid, frame, w);
     HemisphereIntegrals integrals = integrate(grid, w.samples);
     Record record;
@@ -354,10 +360,37 @@ Record Gatherer::gather(const Birth& birth, const GatherSize& size, GatherWorksp
     record.minimum_distance = integrals.minimum_distance;
     record.gradient_reach = gradient_reach(record);
     record.footprint = birth.footprint;
+    record.watch.origin = birth.origin;
+    record.watch.geometric_normal = birth.geometric_normal;
+    record.watch.instance = birth.instance;
     record.rays = size.rays();
     const float e = luminance(record.irradiance);
     record.noise = e > 0.0f ? std::min(1.0f, error / e) : 0.0f;
     return record;
+}
+
+Record Gatherer::difference(const Birth& birth, const HemisphereGrid& grid, std::span<glm::vec3> seen,
+                            GatherWorkspace& w) const
+{
+    const Basis frame = frame_of(birth);
+    trace(birth, grid, frame, w);
+    HemisphereSamples& s = w.samples;
+    for (std::size_t c = 0; c < seen.size(); ++c) {
+        const glm::vec3 now(s.red[c], s.green[c], s.blue[c]), change = now - seen[c];
+        seen[c] = now;
+        s.red[c] = change.r, s.green[c] = change.g, s.blue[c] = change.b;
+    }
+    const HemisphereIntegrals integrals = integrate(grid, s);
+    Record change;
+    change.irradiance = integrals.irradiance;
+    for (std::size_t i = 0; i < 3; ++i) {
+        change.rotation_gradient[i] = to_scene(frame, integrals.rotation_gradient[i]);
+        change.translation_gradient[i] = to_scene(frame, integrals.translation_gradient[i]);
+    }
+    w.arrived.clear();
+    if (keeps_radiance_) change.radiance = radiance(grid.cells, w);
+    change.noise = integrals.standard_error;
+    return change;
 }
 
 }  // namespace rcs

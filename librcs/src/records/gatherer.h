@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include <glm/glm.hpp>
@@ -24,11 +25,14 @@ struct Birth {
     glm::vec3 origin;    ///< of its rays: moved off the surface by the rounding bound
     glm::vec3 normal, geometric_normal;
     float footprint;
+    std::uint32_t instance;
     std::uint64_t key;
 };
 
 /// @param sample  sets the gathers at this place apart: each has its own rays
 Birth birth_at(const GBuffer& g, std::uint32_t pixel, std::uint64_t seed, std::uint64_t sample = 0);
+/// The same of a record that was born there: gathers again with the same rays.
+Birth birth_of(const Record& record, std::uint64_t seed, std::uint64_t sample = 0);
 
 /// Light that arrives at a hit over a shadow ray, and where the hit's albedo is to be looked up: only if it counts.
 struct ShadowedLight {
@@ -110,6 +114,11 @@ public:
     Gatherer(const LitScene& scene, const RecordSettings& options);
 
     Record gather(const Birth& birth, const GatherSize& size, GatherWorkspace& w) const;
+    /// Light that arrives now less what had been seen, along the same rays: irradiance, gradients and radiance of it,
+    /// and in place of the relative noise the standard error [W m^-2].
+    /// @param seen  radiance by cell, becomes that of now
+    Record difference(const Birth& birth, const HemisphereGrid& grid, std::span<glm::vec3> seen,
+                      GatherWorkspace& w) const;
 
 private:
     void trace(const Birth& birth, const HemisphereGrid& grid, const Basis& frame, GatherWorkspace& w) const;

@@ -29,7 +29,8 @@ void visit_fields(AnyRecord& record, const Visit& visit)
 {
     auto& [position, normal, irradiance, of_lamps, rotation_gradient, translation_gradient, harmonic_mean_distance,
            minimum_distance, gradient_reach, rays, footprint, noise, spacing_radius, gradient_scale, closeness, breadth,
-           gathered_lamps, radiance, radiance_of_lamps] = record;
+           gathered_lamps, radiance, radiance_of_lamps, watch] = record;
+    (void)watch;  // of a session, whose scenes it counts
     const auto vector = [&](auto& v) {
         for (int i = 0; i < 3; ++i) visit(v[i]);
     };

@@ -30,12 +30,12 @@ std::string read_file(const std::string& path)
 {
     std::error_code ignored;
     if (!std::filesystem::exists(path, ignored))
-        throw Error(ErrorCode::not_found, "record file " + path + " does not exist");
+        throw Error(ErrorCode::not_found, "record file '" + path + "' does not exist");
     if (!std::filesystem::is_regular_file(path, ignored))
-        throw Error(ErrorCode::io, "cannot read record file " + path + ": it is not a regular file");
+        throw Error(ErrorCode::io, "cannot read record file '" + path + "': it is not a regular file");
     std::ifstream file(path, std::ios::binary);
     std::string bytes{std::istreambuf_iterator<char>(file), {}};
-    if (!file.good() && !file.eof()) throw Error(ErrorCode::io, "cannot read record file " + path);
+    if (!file.good() && !file.eof()) throw Error(ErrorCode::io, "cannot read record file '" + path + "'");
     return bytes;
 }
 

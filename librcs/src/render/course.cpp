@@ -23,7 +23,9 @@ constexpr double kMostForOverture = 0.4;
 // A splat that lights glossy surfaces takes so many times as long as a look at the error: 2.1 to 2.9 in castle, sponza
 // and sibenik, 1000x1000; more with smaller pictures.
 constexpr double kSplatWithLobes = 3.4;
-constexpr int kMostLobeRounds = 64;
+constexpr int kMostRounds = 64;
+// A round that takes no more than this off the error is not worth it.
+constexpr double kWorthARound = 0.98;
 // Errors of lobes and records are in different pixels, for the most part: so much of one is added to the other.
 constexpr double kLobesAdd = 0.8;
 
@@ -65,23 +67,37 @@ double error_within(const SecondsTo& seconds_to, double seconds)
     return high;
 }
 
-/// The error of the first view's picture, lit like this. @param lobes  factor of the error of traced lobes
-double picture_error(const Frame& frame, PassLight light, float lobes, const ErrorScale& scale)
+/// How much of the errors of each kind of light is left.
+struct LeftErrors {
+    float lobes = 1.0f, direct = 1.0f, records = 1.0f;
+};
+
+/// Mean relative errors of the first view's picture, lit like this.
+struct PictureErrors {
+    double image = 0.0, indirect = 0.0;
+};
+PictureErrors picture_errors(const Frame& frame, PassLight light, const LeftErrors& left, const ErrorScale& scale)
 {
-    for (float& error : light.traced.error) error *= lobes;
+    const auto leave = [](std::vector<float>& errors, float part) {
+        for (float& error : errors) error *= part;
+    };
+    leave(light.traced.error, left.lobes);
+    leave(light.direct.irradiance_error, left.direct);
+    leave(light.direct.glossy_error, left.direct);
+    leave(light.indirect_error.noise, left.records);
+    leave(light.indirect_error.spread, left.records);
     LayeredImage picture;
     accumulate_pass(frame.gbuffer, frame.view(), frame.shading, light, {}, nullptr, picture);
     finish_passes(1, picture);
-    return estimate_errors(picture, scale, frame.session.pool()).indirect.mean_relative;
+    const ErrorEstimates errors = estimate_errors(picture, scale, frame.session.pool());
+    return {errors.image.mean_relative, errors.indirect.mean_relative};
 }
 
-/// Mean relative error that one round of traced lobes alone leaves.
-double lobe_error(const Frame& frame, PassLight light)
+/// Rounds that bring the error of one down to what records leave room for.
+double rounds_to(double error, double room)
 {
-    if (light.traced.radiance.empty()) return 0.0;
-    for (auto* part : {&light.indirect_error.noise, &light.indirect_error.spread})
-        std::fill(part->begin(), part->end(), 0.0f);
-    return picture_error(frame, std::move(light), 1.0f, {});
+    const double too_much = kLobesAdd * error / room;
+    return std::clamp(std::ceil(too_much * too_much), 1.0, kMostRounds * 1.0);
 }
 
 /// What the coarse records and one round of lobes say of the picture that will be, and what the stages took.
@@ -90,16 +106,19 @@ struct Prospect {
     double before = 0.0;                      ///< spent already [s]
     double rest = 0.0;                        ///< what follows the first view's records takes [s]
     double round_seconds = 0.0;               ///< one more round of traced lobes in every pass
-    double of_lobes = 0.0, of_records = 0.0;  ///< errors
+    double direct_seconds = 0.0;              ///< the same of direct light
+    double of_lobes = 0.0, of_records = 0.0;  ///< errors of indirect light
+    double of_direct = 0.0;                   ///< error of the picture, where that is aimed at
     double left_by_records = 0.0;             ///< of an error that is aimed at
+    double records_by = 1.0;  ///< times that, what records come down to: less where they make more of the picture's
     const RecordForecast& records;
 
     /// Wall time of render() for a mean relative error [s].
     double seconds_to(double error) const
     {
-        const double too_much = kLobesAdd * of_lobes / (std::max(1.0 - kShareOfGoal, left_by_records) * error);
-        const double rounds = std::clamp(std::ceil(too_much * too_much), 1.0, kMostLobeRounds * 1.0);
-        return before + rest + records.seconds_to(error) + (rounds - 1.0) * round_seconds;
+        const double room = std::max(1.0 - kShareOfGoal, left_by_records) * error;
+        return before + rest + records.seconds_to(records_by * error) +
+               (rounds_to(of_lobes, room) - 1.0) * round_seconds + (rounds_to(of_direct, room) - 1.0) * direct_seconds;
     }
 };
 
@@ -124,12 +143,21 @@ Prospect look_ahead(Frame& frame, const RecordForecast& records)
     PassLight light = frame.light;
     light.indirect = records.sums;
     light.indirect_error = records.errors;
-    p.of_lobes = lobe_error(frame, light) / std::sqrt(static_cast<double>(course.passes));
-    p.of_records = std::max(1e-6, picture_error(frame, std::move(light), 0.0f, records.scale));
+    // Every pass samples lobes and lamps by itself.
+    const double by_passes = 1.0 / std::sqrt(static_cast<double>(course.passes));
+    if (!light.traced.radiance.empty())
+        p.of_lobes = by_passes * picture_errors(frame, light, {.direct = 0.0f, .records = 0.0f}, {}).indirect;
+    if (aims_at_picture(frame.asked))
+        p.of_direct = by_passes * picture_errors(frame, light, {.lobes = 0.0f, .records = 0.0f}, {}).image;
+    const PictureErrors by_records =
+        picture_errors(frame, std::move(light), {.lobes = 0.0f, .direct = 0.0f}, records.scale);
+    p.of_records = std::max(1e-6, by_records.indirect);
     // Records leave room for the lobes: they stop short of the goal, and are not all of the light.
-    p.left_by_records = 1.0 - kShareOfGoal * p.of_records /
-                                  std::max(1e-6, mean_errors(records.sums, records.errors, records.scale).total);
+    const double told = std::max(1e-6, mean_errors(records.sums, records.errors, records.scale).total);
+    p.left_by_records = 1.0 - kShareOfGoal * p.of_records / told;
+    if (aims_at_picture(frame.asked)) p.records_by = std::min(1.0, told / std::max(1e-6, by_records.image));
     p.round_seconds = seconds_of(stats, "glossy") * course.passes;
+    p.direct_seconds = seconds_of(stats, "direct") * course.passes;
     return p;
 }
 
@@ -158,8 +186,8 @@ RecordGoal goal_in_time(Frame& frame, const Prospect& p)
     if (p.round_seconds > 0.0) {
         const double share = p.of_lobes / (p.of_lobes + p.of_records);
         const double for_light = std::max(0.0, left - looks * records.look_seconds);
-        course.lobe_rounds = 1 + static_cast<int>(std::min(share * for_light / p.round_seconds, kMostLobeRounds * 1.0));
-        left -= (course.lobe_rounds - 1) * p.round_seconds;
+        course.rounds.lobes = 1 + static_cast<int>(std::min(share * for_light / p.round_seconds, kMostRounds * 1.0));
+        left -= (course.rounds.lobes - 1) * p.round_seconds;
     }
     return {p.target, std::max(1e-3, left), looks, frame.stats().forecast.goal_error};
 }
@@ -234,29 +262,43 @@ void steer_records(Frame& frame, bool go_on)
     };
     const Deadline& deadline = frame.deadline;
     RecordStats& stats = frame.stats().records;
-    Placement placement({frame.rays, frame.light_cache, frame.guide.get(), &frame.gathered}, frame.gbuffer,
-                        frame.view(), overture(frame.settings.records, frame.guide != nullptr), frame.session.pool(),
-                        frame.records, stats, report);
+    Placement placement(frame.lit(), frame.gbuffer, frame.view(),
+                        overture(frame.settings.records, frame.guide() != nullptr), frame.session.pool(), frame.records,
+                        stats, report);
     const double most = deadline.is_set() ? std::max(1e-3, kMostForOverture * deadline.left()) : 0.0;
     const auto set_goal = [&](const RecordForecast& cost) -> std::optional<RecordGoal> {
         const Prospect prospect = look_ahead(frame, cost);
         tell_forecast(frame, prospect);
         if (!go_on) return std::nullopt;
-        return deadline.is_set() ? goal_in_time(frame, prospect) : RecordGoal{prospect.target};
+        return deadline.is_set() ? goal_in_time(frame, prospect) : RecordGoal{prospect.records_by * prospect.target};
     };
     frame.probes = place_to_goal(placement, frame.view(), frame.asked.overlap, {most, target_error(frame.asked)},
                                  frame.session.pool(), frame.records, stats, set_goal);
     frame.course.records = placement.options();
 }
 
-bool wants_more_lobes(const Frame& frame, int rounds)
+Rounds next_round(const Frame& frame, const Rounds& done)
 {
-    const TargetError* target = std::get_if<TargetError>(&frame.asked.quality);
-    if (!target || frame.light.traced.radiance.empty() || rounds >= kMostLobeRounds) return false;
-    // Every pass traces by itself.
-    const double error =
-        picture_error(frame, frame.light, 1.0f / std::sqrt(static_cast<float>(frame.course.passes)), frame.error_scale);
-    return error > target->error && picture_error(frame, frame.light, 0.0f, frame.error_scale) < 0.98 * error;
+    const bool has_lobes = frame.needs(Effect::traced_lobes), has_lamps = frame.settings.has_lamps;
+    const Rounds lobes{done.lobes + 1, done.direct}, direct{done.lobes, done.direct + 1};
+    if (has_lobes && done.lobes < frame.course.rounds.lobes) return lobes;
+    if (has_lamps && done.direct < frame.course.rounds.direct) return direct;
+    const double target = target_error(frame.asked);
+    if (!frame.is_first_view() || target == 0.0) return done;
+    // Every pass samples by itself.
+    const float by_passes = 1.0f / std::sqrt(static_cast<float>(frame.course.passes));
+    const auto errors = [&](const LeftErrors& left) {
+        return picture_errors(frame, frame.light, left, frame.error_scale);
+    };
+    const PictureErrors now = errors({by_passes, by_passes});
+    const auto without_lobes = [&] { return errors({.lobes = 0.0f, .direct = by_passes}); };
+    const bool more_lobes = has_lobes && done.lobes < kMostRounds, more_direct = has_lamps && done.direct < kMostRounds;
+    if (now.indirect > target && more_lobes && without_lobes().indirect < kWorthARound * now.indirect) return lobes;
+    if (!aims_at_picture(frame.asked) || now.image <= target) return done;
+    const double by_lobes = more_lobes ? without_lobes().image : now.image;
+    const double by_direct = more_direct ? errors({.lobes = by_passes, .direct = 0.0f}).image : now.image;
+    if (std::min(by_lobes, by_direct) >= kWorthARound * now.image) return done;
+    return by_lobes < by_direct ? lobes : direct;
 }
 
 void add_round(TracedLight& light, const TracedLight& more, int rounds)
@@ -266,6 +308,26 @@ void add_round(TracedLight& light, const TracedLight& more, int rounds)
         light.radiance[i] = glm::mix(light.radiance[i], more.radiance[i], share);
         light.error[i] = std::hypot((1.0f - share) * light.error[i], share * more.error[i]);
     }
+}
+
+void add_round(DirectLightResult& light, const DirectLightResult& more, int rounds)
+{
+    const float share = 1.0f / static_cast<float>(rounds + 1);
+    const auto average = [&](std::vector<glm::vec3>& sum, const std::vector<glm::vec3>& next) {
+        for (std::size_t i = 0; i < sum.size(); ++i) sum[i] = glm::mix(sum[i], next[i], share);
+    };
+    // Of a round in which all that was sampled twice agreed there are none.
+    const auto average_errors = [&](std::vector<float>& sum, const std::vector<float>& next) {
+        if (sum.empty()) sum.assign(next.size(), 0.0f);
+        for (std::size_t i = 0; i < sum.size(); ++i)
+            sum[i] = std::hypot((1.0f - share) * sum[i], next.empty() ? 0.0f : share * next[i]);
+    };
+    average(light.irradiance, more.irradiance);
+    average(light.glossy, more.glossy);
+    for (std::size_t i = 0; i < light.in_part.size(); ++i)
+        light.in_part[i] = static_cast<std::uint8_t>(light.in_part[i] | more.in_part[i]);
+    average_errors(light.irradiance_error, more.irradiance_error);
+    average_errors(light.glossy_error, more.glossy_error);
 }
 
 }  // namespace rcs

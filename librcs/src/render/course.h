@@ -27,12 +27,18 @@ private:
     std::chrono::steady_clock::time_point start_;
 };
 
+/// How often light is sampled that is not the records'.
+struct Rounds {
+    int lobes = 1;   ///< along lobes too narrow for records
+    int direct = 1;  ///< of lamps
+};
+
 /// How the picture goes on, as quality steers it: what the settings say until the first view's records have told more.
 struct Course {
     DirectSettings direct = {};   ///< fewer shadow rays where a budget is too short for them
     RecordSettings records = {};  ///< that holes of further views are filled with
     int passes = 1;               ///< in all
-    int lobe_rounds = 1;          ///< of tracing, in each pass
+    Rounds rounds = {};           ///< in each pass
     double pass_seconds = 0.0;    ///< what a further pass takes [s]
     double passes_ended = 0.0;    ///< when the last one was done [s since the beginning]
 };
@@ -50,10 +56,13 @@ DirectSettings affordable_direct(const Frame& frame);
 /// @param go_on  asked once the forecast is made; false stops after the coarse records
 void steer_records(Frame& frame, bool go_on);
 
-/// Whether tracing the first view's lobes once more would bring the picture nearer to the target. @param rounds  so far
-bool wants_more_lobes(const Frame& frame, int rounds);
+/// Which light is to be sampled once more. @param done  in this pass and layer
+/// @return one round more of one of both, as many as the course says, and with a target as many as bring the first view
+///         nearer to it; `done`: that is all
+Rounds next_round(const Frame& frame, const Rounds& done);
 
-/// Averages a further round of traced lobes into those of `rounds` rounds.
+/// Averages a further round into the light of `rounds` rounds.
 void add_round(TracedLight& light, const TracedLight& more, int rounds);
+void add_round(DirectLightResult& light, const DirectLightResult& more, int rounds);
 
 }  // namespace rcs

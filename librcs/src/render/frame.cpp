@@ -78,10 +78,16 @@ void describe(const Frame& f, LayeredImage& image)
 void warn(const Frame& f)
 {
     if (!f.hooks.log) return;
-    const double reached = f.result.stats.errors.indirect.mean_relative, target = target_error(f.asked);
-    if (target > 0.0 && reached > kNotReached * target)
-        f.hooks.log(LogLevel::warning, "the error of indirect light is estimated as " + percent(reached) +
-                                           ", not the " + percent(target) + " wanted");
+    const double target = target_error(f.asked);
+    std::string missed;
+    const auto tell = [&](const std::string& of, const ErrorEstimate& reached) {
+        if (target > 0.0 && reached.mean_relative > kNotReached * target)
+            missed.append(missed.empty() ? "the error of " : ", that of ")
+                .append(of + " is estimated as " + percent(reached.mean_relative));
+    };
+    if (aims_at_picture(f.asked)) tell("the picture", f.result.stats.errors.image);
+    tell("indirect light", f.result.stats.errors.indirect);
+    if (!missed.empty()) f.hooks.log(LogLevel::warning, missed + ", not the " + percent(target) + " wanted");
     if (const std::uint64_t unserved = f.result.stats.unserved_pixels; unserved > 0)
         f.hooks.log(LogLevel::warning, std::to_string(unserved) + " visible pixels are served by no record");
 }
@@ -137,15 +143,19 @@ RenderResult finish(Frame& f)
     RenderStats& stats = result.stats;
     timed(stats, f.hooks.progress, "compose", [&] { finish_passes(f.course.passes, result.image); });
     if (f.needs(Effect::error_estimate))
-        stats.errors = timed(stats, f.hooks.progress, "error",
+        stats.errors = timed(stats, f.hooks.progress, "estimate",
                              [&] { return estimate_errors(result.image, f.error_scale, f.session.pool()); });
     keep_layers(f.layers, result.image);
     f.tally.finish(f.session.gl(), f.session.pool(), f.records, result.image, stats.counts);
     describe(f, result.image);
     warn(f);
-    f.records.insert(f.records.end(), std::make_move_iterator(f.without_radiance.begin()),
-                     std::make_move_iterator(f.without_radiance.end()));
-    result.records = f.session.state().keep_records(std::move(f.records), f.asked, f.views.front());
+    const RecordStats& made = stats.records;
+    if (f.needs(Effect::indirect_diffuse))
+        f.session.state().keep_guide(std::move(f.kept_guide), made.records + made.renewed,
+                                     f.records.size() - made.records - made.renewed);
+    f.aside.insert(f.aside.end(), std::make_move_iterator(f.without_radiance.begin()),
+                   std::make_move_iterator(f.without_radiance.end()));
+    result.records = f.session.state().keep_records(std::move(f.records), std::move(f.aside), f.asked, f.views.front());
     stats.kept = f.session.state().end_view();
     return std::move(result);
 }

@@ -40,11 +40,12 @@ struct Frame {
     // What passes share.
     std::vector<Record> records = {};
     std::vector<Record> without_radiance =
-        {};  ///< of records handed over: no use to glossy surfaces, but to other views
+        {};                          ///< of records handed over: no use to glossy surfaces, but to other views
+    std::vector<Record> aside = {};  ///< records that nothing in view is near, as they were
     const LightCache* light_cache = nullptr;
     GatheredLamps gathered = {};
     std::unique_ptr<LampGuide> lamp_guide = {};  ///< of those, if there are any
-    std::unique_ptr<GatherGuide> guide = {};
+    KeptGuide kept_guide = {};
     std::optional<SharedSamples> shared = {};
     std::unique_ptr<Probes> probes = {};  ///< that a goal was steered by, until the first view is judged
     ErrorScale error_scale = {};          ///< what probes found of the first view's error map
@@ -63,6 +64,8 @@ struct Frame {
     bool is_first_view() const { return pass == 0 && layer == 0; }
     bool needs(Effect effect) const { return settings.needs(effect); }
     RenderStats& stats() { return result.stats; }
+    const GatherGuide* guide() const { return kept_guide.guide.get(); }
+    LitScene lit() const { return {rays, light_cache, kept_guide.guide.get(), &gathered}; }
     KnownSamples* known() { return shared ? &shared->known : nullptr; }
 };
 
@@ -84,13 +87,16 @@ void place_records(Frame& frame);
 /// The coarse records of the first view alone, and what they foretell.
 void forecast_records(Frame& frame);
 void splat_records(Frame& frame);
-/// Further rounds along narrow lobes, as many as the error asks for.
-void trace_more_lobes(Frame& frame);
+/// Further rounds along narrow lobes and of direct light, as many as the error asks for.
+void sample_further(Frame& frame);
 void add_to_picture(Frame& frame);
 /// Takes the place of the surfaces in view by what shows through them. @return false: nothing does
 bool look_behind(Frame& frame);
 /// Tells after_pass of the picture so far.
 void show_picture(Frame& frame);
+
+/// Looks at new records, so that it can be seen what changes; only if the session wants that.
+void watch_records(Frame& frame);
 
 /// Sums become the picture, counts its statistics; what lasts goes back to the session.
 RenderResult finish(Frame& frame);

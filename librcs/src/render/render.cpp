@@ -19,11 +19,12 @@ RenderResult render(Session& session, const Camera& camera, const RenderOptions&
             trace_lobes(frame);
             place_records(frame);
             splat_records(frame);
-            trace_more_lobes(frame);
+            sample_further(frame);
             add_to_picture(frame);
         } while (look_behind(frame));
         show_picture(frame);
     }
+    watch_records(frame);
     return finish(frame);
 }
 

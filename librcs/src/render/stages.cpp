@@ -6,9 +6,11 @@
 #include "accuracy/error_estimate.h"
 #include "accuracy/probes.h"
 #include "gbuffer/views.h"
+#include "placement/renewal.h"
 #include "placement/view_fit.h"
 #include "records/guided_gathers.h"
 #include "records/lamps_to_gather.h"
+#include "records/watch.h"
 #include "render/frame.h"
 #include "render/stage_clock.h"
 #include "util/random.h"
@@ -66,22 +68,42 @@ void part_lamps(Frame& f)
     f.gathered.finder = f.lamp_guide.get();
 }
 
+/// Records of earlier scenes.
+void bring_up_to_date(Frame& f)
+{
+    const Session::State& session = f.session.state();
+    const SceneStates states{session.scene_number, session.changed_in};
+    if (!session.watches() || !are_stale(f.records, states)) return;
+    RecordStats& stats = f.stats().records;
+    renew_records({f.lit(), f.gbuffer, f.view(), f.course.records, states}, f.session.pool(), f.records, f.aside,
+                  stats);
+    if (f.hooks.log)
+        f.hooks.log(LogLevel::debug, "of " + std::to_string(f.records.size() + f.aside.size()) +
+                                         " records kept from other scenes " + std::to_string(stats.watched) +
+                                         " matter here, and " + std::to_string(stats.renewed) +
+                                         " of them are gathered again");
+}
+
 /// What is at hand for the first view: records of other views, and where to look for light.
 void prepare_records(Frame& f)
 {
+    if (f.session.state().options.keep_records) f.aside = take_unseen(f.view(), f.records);
     fit_to_view(f.gbuffer, f.view(), f.records);
-    f.guide = make_gather_guide({f.rays, f.light_cache, nullptr, &f.gathered}, f.gbuffer, f.view(), f.course.records,
-                                f.session.pool());
-    if (f.guide) f.stats().records.lit_points = f.guide->lit().points.size();
+    if (auto kept = f.session.state().take_guide())
+        f.kept_guide = std::move(*kept);
+    else
+        f.kept_guide = {make_gather_guide({f.rays, f.light_cache, nullptr, &f.gathered}, f.gbuffer, f.view(),
+                                          f.course.records, f.session.pool()),
+                        0, f.session.state().scene_number};
+    if (f.guide()) f.stats().records.lit_points = f.guide()->lit().points.size();
+    bring_up_to_date(f);
 }
 
 /// What independent gathers at some of the first view's pixels say of its error.
 ErrorScale probe(Frame& f)
 {
     return timed(f, "probes", [&] {
-        if (!f.probes)
-            f.probes = std::make_unique<Probes>(LitScene(f.rays, f.light_cache, f.guide.get(), &f.gathered), f.gbuffer,
-                                                f.course.records, f.session.pool());
+        if (!f.probes) f.probes = std::make_unique<Probes>(f.lit(), f.gbuffer, f.course.records, f.session.pool());
         const ErrorMap& map = f.light.indirect_error;
         // Also those of earlier views: the same records say the same of their error.
         const double rays = std::accumulate(f.records.begin(), f.records.end(), 0.0, [](double sum, const Record& r) {
@@ -112,6 +134,22 @@ TracedLight trace_round(Frame& f, int round)
         return trace_lobes(f.rays, {f.rays, f.light_cache, f.settings.effects, &f.gathered}, f.gbuffer, f.view(),
                            f.shading, settings, f.session.pool(), f.stats().traced);
     });
+}
+
+DirectLightResult direct_round(Frame& f, std::uint64_t seed)
+{
+    return timed(f, "direct", [&] {
+        DirectSettings settings = f.direct;
+        settings.seed = seed;
+        return direct_light(f.rays, f.gbuffer, f.view(), f.shading, settings, f.session.pool(),
+                            f.stats().direct_shadow_rays);
+    });
+}
+
+/// Of a further round. @param round  >= 1
+std::uint64_t direct_seed(const Frame& f, int round)
+{
+    return stream_key(f.direct.seed, Stream::direct, static_cast<std::uint64_t>(round));
 }
 
 }  // namespace
@@ -160,10 +198,7 @@ void light_directly(Frame& f)
         f.direct = f.course.direct = affordable_direct(f);
     }
     f.direct.gathered = &f.gathered;
-    f.light.direct = timed(f, "direct", [&] {
-        return direct_light(f.rays, f.gbuffer, f.view(), f.shading, f.direct, f.session.pool(),
-                            f.stats().direct_shadow_rays);
-    });
+    f.light.direct = direct_round(f, f.direct.seed);
     ++f.stats().counts.direct_passes;
 }
 
@@ -179,8 +214,8 @@ void place_records(Frame& f)
         if (f.is_first_view()) prepare_records(f);
         if (f.is_first_view() && has_goal(f.asked)) return steer_records(f, true);
         // Records of earlier passes are shared; this one adds where it sees what they did not.
-        place_records({f.rays, f.light_cache, f.guide.get(), &f.gathered}, f.gbuffer, f.view(), f.course.records,
-                      f.session.pool(), f.records, f.stats().records, f.hooks.progress);
+        place_records(f.lit(), f.gbuffer, f.view(), f.course.records, f.session.pool(), f.records, f.stats().records,
+                      f.hooks.progress);
     });
 }
 
@@ -211,20 +246,36 @@ void splat_records(Frame& f)
     stats.splats.splats += splats.splats;
     stats.splats.samples += splats.samples;
     if (!f.settings.splat.error_sums) return;
-    f.light.indirect_error = timed(f, "error", [&] { return error_map(f.light.indirect, splats, settings.overlap); });
+    f.light.indirect_error =
+        timed(f, "estimate", [&] { return error_map(f.light.indirect, splats, settings.overlap); });
     ++stats.counts.error_passes;
     if (f.is_first_view()) f.error_scale = probe(f);
     scale(f.light.indirect_error, f.error_scale, f.session.pool());
 }
 
-void trace_more_lobes(Frame& f)
+void watch_records(Frame& f)
 {
-    if (!f.needs(Effect::traced_lobes)) return;
-    int& rounds = f.course.lobe_rounds;
-    for (int round = 1; round < rounds || (f.is_first_view() && wants_more_lobes(f, round)); ++round) {
-        add_round(f.light.traced, trace_round(f, round), round);
-        rounds = std::max(rounds, round + 1);
+    Session::State& session = f.session.state();
+    if (!session.watches() || !f.needs(Effect::indirect_diffuse) || f.gathered.any()) return;
+    timed(f, "watch", [&] {
+        RecordWatcher({f.rays, f.light_cache, nullptr, &f.gathered}, f.course.records)
+            .begin(f.records, session.scene_number, f.session.pool(), f.stats().records);
+    });
+}
+
+void sample_further(Frame& f)
+{
+    Rounds done;
+    for (Rounds next = next_round(f, done);; next = next_round(f, done)) {
+        if (next.lobes > done.lobes)
+            add_round(f.light.traced, trace_round(f, done.lobes), done.lobes);
+        else if (next.direct > done.direct)
+            add_round(f.light.direct, direct_round(f, direct_seed(f, done.direct)), done.direct);
+        else
+            break;
+        done = next;
     }
+    if (f.is_first_view()) f.course.rounds = done;
 }
 
 void add_to_picture(Frame& f)

@@ -5,6 +5,7 @@
 #include <glm/gtc/constants.hpp>
 
 #include "rcs/error.h"
+#include "rcs/suggestion.h"
 #include "scene/demo_shapes.h"
 
 namespace rcs {
@@ -90,11 +91,14 @@ constexpr Demo kDemos[] = {{"demo:cornell", make_cornell},       {"demo:atrium",
 const Demo& find_demo(const std::string& name)
 {
     std::string list;
+    std::vector<std::string> names;
     for (const Demo& demo : kDemos) {
         if (name == demo.name) return demo;
         list += (list.empty() ? "" : ", ") + std::string(demo.name);
+        names.emplace_back(demo.name);
     }
-    throw Error(ErrorCode::not_found, "scene '" + name + "' does not exist; built in are " + list);
+    throw Error(ErrorCode::not_found,
+                "scene '" + name + "' does not exist; built in are " + list + did_you_mean(name, names));
 }
 
 }  // namespace

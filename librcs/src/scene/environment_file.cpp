@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "image/image_reader.h"
@@ -23,7 +25,7 @@ constexpr int kRows = 64;
 
 [[noreturn]] void fail(const std::string& path, const std::string& why)
 {
-    throw Error(ErrorCode::bad_file, "cannot read environment image " + path + ": " + one_line(why));
+    throw Error(ErrorCode::bad_file, "cannot read environment image '" + path + "': " + one_line(why));
 }
 
 void check_size(const std::string& path, const ImageFileSpec& spec)
@@ -66,11 +68,18 @@ struct Repair {
 
 EnvironmentImage load_environment(const std::string& path, const LogFunction& log)
 {
+    std::error_code ignored;
+    if (!std::filesystem::exists(path, ignored))
+        throw Error(ErrorCode::not_found, "environment image '" + path + "' does not exist");
     std::string why;
     const std::unique_ptr<ImageReader> input = open_image(path, why);
     if (!input) fail(path, why);
     const ImageFileSpec& spec = input->spec();
     check_size(path, spec);
+    if (spec.width != 2 * spec.height && log)
+        log(LogLevel::warning, "environment image '" + path + "' has " + std::to_string(spec.width) + " x " +
+                                   std::to_string(spec.height) +
+                                   " texels and is stretched: a latitude-longitude image is twice as wide as high");
     const Channels channels = find_channels(spec);
     const bool is_srgb = spec.type != SampleType::real;
 
@@ -97,7 +106,7 @@ EnvironmentImage load_environment(const std::string& path, const LogFunction& lo
     }
     if (repair.count == repair.texels) fail(path, "none of its values is a finite number of at least 0");
     if (repair.count > 0 && log)
-        log(LogLevel::warning, "environment image " + path + ": " + std::to_string(repair.count) +
+        log(LogLevel::warning, "environment image '" + path + "': " + std::to_string(repair.count) +
                                    " values are negative or not finite; taken for 0, infinity for 65504");
     return image;
 }

@@ -120,6 +120,16 @@ bool same(const Value& a, const Value& b, void (*add)(Fingerprint&, const Value&
     return of_a.text() == of_b.text();
 }
 
+/// Which elements of two lists of the same length differ.
+template <typename Value>
+std::vector<bool> differing(const std::vector<Value>& a, const std::vector<Value>& b,
+                            void (*add)(Fingerprint&, const Value&))
+{
+    std::vector<bool> result(b.size());
+    for (std::size_t i = 0; i < result.size(); ++i) result[i] = !same(a[i], b[i], add);
+    return result;
+}
+
 /// The same one by one: most that differ do so at once.
 template <typename Value>
 bool same_each(const std::vector<Value>& a, const std::vector<Value>& b, void (*add)(Fingerprint&, const Value&))
@@ -173,6 +183,28 @@ bool same_surfaces(const Scene& a, const Scene& b)
     return a.origin == b.origin && same(a.instances, b.instances, add_instances) &&
            same_each(a.meshes, b.meshes, add_mesh) && same_each(a.materials, b.materials, add_material) &&
            same_each(a.textures, b.textures, add_texture);
+}
+
+std::optional<std::vector<bool>> changed_instances(const Scene& a, const Scene& b)
+{
+    if (a.origin != b.origin || a.instances.size() != b.instances.size() || a.meshes.size() != b.meshes.size() ||
+        a.materials.size() != b.materials.size() || a.textures.size() != b.textures.size())
+        return std::nullopt;
+    const std::vector<bool> textures = differing(a.textures, b.textures, add_texture);
+    std::vector<bool> materials = differing(a.materials, b.materials, add_material);
+    for (std::size_t m = 0; m < materials.size(); ++m)
+        for (const MaterialTexture& texture : kMaterialTextures)
+            if (const TextureSlot& slot = b.materials[m].*texture.slot; slot.used())
+                materials[m] = materials[m] || textures[static_cast<std::size_t>(slot.texture)];
+    std::vector<bool> meshes = differing(a.meshes, b.meshes, add_mesh);
+    for (std::size_t m = 0; m < meshes.size(); ++m)
+        meshes[m] = meshes[m] || materials[static_cast<std::size_t>(b.meshes[m].material)];
+    std::vector<bool> changed(b.instances.size());
+    for (std::size_t i = 0; i < changed.size(); ++i)
+        changed[i] = a.instances[i].mesh != b.instances[i].mesh ||
+                     a.instances[i].world_from_object != b.instances[i].world_from_object ||
+                     meshes[static_cast<std::size_t>(b.instances[i].mesh)];
+    return changed;
 }
 
 bool same_lamps(const Scene& a, const Scene& b) { return same(a, b, add_lamps); }

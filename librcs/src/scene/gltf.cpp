@@ -20,6 +20,7 @@
 #include "scene/gltf_file.h"
 #include "scene/gltf_material.h"
 #include "scene/gltf_scene.h"
+#include "scene/load_within.h"
 #include "scene/tinygltf.h"
 
 namespace rcs {
@@ -129,15 +130,15 @@ bool has_light(const Scene& scene)
     return emits || !scene.lights.empty();
 }
 
-Scene load_gltf(const std::string& path, const LoadOptions& options, const LogFunction& log)
+Scene load_gltf(const std::string& path, const LoadOptions& options, const std::string& root, const LogFunction& log)
 {
     GltfNotes notes;
-    const GltfFile file{path, std::filesystem::path(path).parent_path(), &notes};
+    const GltfFile file{path, std::filesystem::path(path).parent_path(), &notes, root};
     tinygltf::Model model = read_model(file);
     const GltfPose pose = pose_at(file, model, options.time);
     if (!pose.properties.empty()) {
         GltfNotes said;  // by the first reading
-        model = read_model({path, file.folder, &said}, pose.properties);
+        model = read_model({path, file.folder, &said, root}, pose.properties);
     }
     Scene scene = build_scene(file, model, pose.nodes);
     const std::string name = std::filesystem::path(path).filename().string();
@@ -166,12 +167,18 @@ Scene load_gltf(const std::string& path, const LoadOptions& options, const LogFu
 
 Scene load_scene(const std::string& source, const LogFunction& log, const LoadOptions& options)
 {
+    return load_scene_within(source, {}, log, options);
+}
+
+Scene load_scene_within(const std::string& source, const std::string& root, const LogFunction& log,
+                        const LoadOptions& options)
+{
     if (options.time && !std::isfinite(*options.time)) {
         throw Error(ErrorCode::bad_argument, "time is " + std::to_string(*options.time) + ", expected a finite number");
     }
     if (source.rfind("demo:", 0) == 0) return make_demo_scene(source, options.time);
     try {
-        Scene scene = load_gltf(source, options, log);
+        Scene scene = load_gltf(source, options, root, log);
         validate(scene);
         return scene;
     } catch (const Error&) {

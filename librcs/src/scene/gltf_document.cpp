@@ -82,8 +82,17 @@ Json parse_json(const GltfFile& file, Bytes text)
     }
     try {
         return Json::parse(text.begin(), text.end());
-    } catch (const Json::exception& e) {
-        bad_file(file, std::string("is no glTF file: ") + e.what());
+    } catch (const Json::parse_error& e) {
+        const std::string_view expected = "is no glTF file; expected .gltf or .glb, glTF 2.0";
+        const auto begins = std::find_if(text.begin(), text.end(), [](unsigned char c) { return c > ' '; });
+        if (begins == text.end() || *begins != '{') bad_file(file, std::string(expected));
+        const auto line =
+            std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(std::min(e.byte, text.size())), '\n') +
+            1;
+        bad_file(file, "is damaged: its JSON breaks off or goes wrong in line " + std::to_string(line) + " (byte " +
+                           std::to_string(e.byte) + ")");
+    } catch (const Json::exception&) {
+        bad_file(file, "is no glTF file: its JSON holds a number that is out of range");
     }
 }
 

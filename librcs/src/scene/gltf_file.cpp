@@ -4,6 +4,9 @@
 #include <fstream>
 #include <system_error>
 
+#include "rcs/scene.h"
+#include "rcs/suggestion.h"
+
 namespace rcs {
 void GltfNotes::add(const GltfNoteKind& kind, const std::string& name, std::size_t count)
 {
@@ -46,11 +49,33 @@ std::string on_one_line(const std::string& text)
     return line;
 }
 
+namespace {
+
+/// "; did you mean 'room.glb'?": a file of the same folder, or a built-in scene; or "".
+std::string meant_path(const std::filesystem::path& path)
+{
+    std::vector<std::string> names = demo_scene_names();
+    for (const std::string& demo : names)
+        if (demo == "demo:" + path.string()) return did_you_mean(demo, names);
+    names.clear();
+    std::error_code problem;
+    const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+    for (std::filesystem::directory_iterator each(folder, problem), end; !problem && each != end;
+         each.increment(problem)) {
+        const std::string extension = each->path().extension().string();
+        if (extension == ".glb" || extension == ".gltf") names.push_back(each->path().filename().string());
+    }
+    std::sort(names.begin(), names.end());
+    return did_you_mean(path.filename().string(), names);
+}
+
+}  // namespace
+
 std::vector<unsigned char> read_file(const std::filesystem::path& path, const std::string& what)
 {
     std::error_code status;
     if (!std::filesystem::exists(path, status)) {
-        throw Error(ErrorCode::not_found, what + " '" + path.string() + "' does not exist");
+        throw Error(ErrorCode::not_found, what + " '" + path.string() + "' does not exist" + meant_path(path));
     }
     if (!std::filesystem::is_regular_file(path, status)) {
         throw Error(ErrorCode::bad_file, what + " '" + path.string() + "' is a folder or a device, expected a file");

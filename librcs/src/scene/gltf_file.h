@@ -39,6 +39,7 @@ struct GltfFile {
     std::string path;              ///< as given
     std::filesystem::path folder;  ///< where its buffers and images lie
     GltfNotes* notes = nullptr;
+    std::filesystem::path root = {};  ///< beneath which they may lie, "" for the folder itself
 };
 
 [[noreturn]] inline void fail(const GltfFile& file, ErrorCode code, const std::string& what)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -44,7 +45,7 @@ struct Context {
     }
 };
 
-const std::vector<int>& meshes_of(Context& context, const Shown& shown, std::vector<glm::dmat4> joints)
+std::span<const int> meshes_of(Context& context, const Shown& shown, std::vector<glm::dmat4> joints)
 {
     const auto [entry, is_new] = context.meshes.try_emplace(shown);
     if (!is_new) return entry->second;
@@ -117,7 +118,8 @@ void add_skinned(Context& context, std::size_t node, Shown shown)
     const glm::dvec3 place = joints.front()[3];
     for (glm::dmat4& joint : joints) joint = glm::translate(glm::dmat4(1.0), -place) * joint;
     shown.skinned_node = static_cast<int>(node);
-    for (const int mesh : meshes_of(context, shown, std::move(joints))) {
+    const std::span<const int> meshes = meshes_of(context, shown, std::move(joints));
+    for (const int mesh : meshes) {
         context.scene.instances.push_back({context.instance_name(node), mesh, glm::translate(glm::dmat4(1.0), place)});
     }
 }
@@ -194,8 +196,8 @@ void add_rigid(Context& context, std::size_t node, const Shown& shown)
             flattened = true;
             continue;
         }
-        for (const int mesh : meshes_of(context, shown, {}))
-            context.scene.instances.push_back({context.instance_name(node), mesh, matrix});
+        const std::span<const int> meshes = meshes_of(context, shown, {});
+        for (const int mesh : meshes) context.scene.instances.push_back({context.instance_name(node), mesh, matrix});
     }
     if (flattened) context.file.notes->add(kSingularNode, short_name(node, name));
 }

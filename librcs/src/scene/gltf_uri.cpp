@@ -86,13 +86,15 @@ std::filesystem::path external_path(const GltfFile& file, const std::string& uri
     const std::filesystem::path relative(decoded);
     // A colon before the first slash is a scheme (http:) or a drive; a backslash is a path on another system.
     const bool scheme = decoded.substr(0, decoded.find('/')).find(':') != std::string::npos;
-    const bool upwards = std::find(relative.begin(), relative.end(), "..") != relative.end();
+    const bool upwards = file.root.empty() && std::find(relative.begin(), relative.end(), "..") != relative.end();
     if (decoded.empty() || scheme || upwards || relative.is_absolute() ||
         decoded.find_first_of(std::string("\\\0", 2)) != std::string::npos ||
-        !is_inside(file.folder, file.folder / relative)) {
+        !is_inside(file.root.empty() ? file.folder : file.root, file.folder / relative)) {
         constexpr std::size_t kShown = 80;  // the URI may be a whole embedded file
         bad_file(file, what + " refers to '" + on_one_line(uri.substr(0, kShown)) +
-                           "', expected a relative path inside the scene's folder");
+                           "', expected a relative path inside " +
+                           (file.root.empty() ? "the scene's folder; an asset root (--asset-root) lets it reach further"
+                                              : "the asset root '" + file.root.string() + "'"));
     }
     return file.folder / relative;
 }

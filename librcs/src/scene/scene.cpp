@@ -8,6 +8,7 @@
 #include <glm/gtc/constants.hpp>
 
 #include "rcs/error.h"
+#include "rcs/suggestion.h"
 #include "scene/material_fields.h"
 #include "util/text.h"
 
@@ -198,9 +199,14 @@ const Camera& find_camera(const Scene& scene, const std::string& name_or_number)
     if (problem == std::errc() && rest == end && number < scene.cameras.size()) return scene.cameras[number];
 
     std::string list;
-    for (const Camera& camera : scene.cameras) list += (list.empty() ? "" : ", ") + camera.name;
+    std::vector<std::string> names;
+    for (const Camera& camera : scene.cameras) {
+        list += (list.empty() ? "" : ", ") + camera.name;
+        names.push_back(camera.name);
+    }
     throw Error(ErrorCode::not_found, "camera '" + name_or_number + "' does not exist in scene '" + scene.name +
-                                          "'; it has " + (list.empty() ? "none" : list));
+                                          "'; it has " + (list.empty() ? "none" : list) +
+                                          did_you_mean(name_or_number, names));
 }
 
 void validate(const Scene& scene)

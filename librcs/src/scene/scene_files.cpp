@@ -47,10 +47,13 @@ bool is_animated(const std::string& source)
     return animations != document.end() && !animations->empty();
 }
 
-std::vector<std::string> scene_files(const std::string& path)
+std::vector<std::string> scene_files(const std::string& path) { return scene_files(SceneChoice{path, {}, {}, {}}); }
+
+std::vector<std::string> scene_files(const SceneChoice& choice)
 {
+    const std::string& path = choice.source;
     const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-    const GltfFile file{path, folder, nullptr};
+    const GltfFile file{path, folder, nullptr, choice.asset_root};
     const auto document = document_of(file);
     std::vector<std::string> files = {std::filesystem::path(path).filename().string()};
     for (const char* kind : {"buffers", "images"}) {

@@ -1,5 +1,7 @@
 #include "rcs/session.h"
 
+#include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "lamps/relight.h"
@@ -110,11 +112,16 @@ void Session::show(Scene scene)
             relight(*s.rays);
             s.note(SessionPart::ray_scene, true, "only lamps or the sky have changed");
         }
-        return s.drop_light("lamps or the sky have changed");
+        return s.change_light("lamps or the sky have changed", std::vector<bool>(s.scene->instances.size()));
     }
     const std::string why = s.scene ? "surfaces have moved or changed" : "the scene is new";
+    const auto changed = s.scene && s.watches() ? changed_instances(*s.scene, scene) : std::nullopt;
     s.note(SessionPart::ray_scene, false, why);
-    s.drop_light(why);
+    if (changed)
+        s.change_light(why, *changed);
+    else
+        s.drop_light(why);
+    s.changed_in.resize(scene.instances.size(), s.scene_number);
     s.rays.reset();  // before what it refers to
     s.scene = std::make_unique<Scene>(std::move(scene));
 }
@@ -167,6 +174,7 @@ const std::vector<Record>& Session::records() const noexcept { return state_->re
 void Session::begin_with(std::vector<Record> records)
 {
     state_->records = std::move(records);
+    for (Record& record : state_->records) record.watch.state = state_->scene_number;
     state_->record_settings.clear();
     state_->note(SessionPart::records, true, "they were handed over");
 }
@@ -179,6 +187,20 @@ void Session::State::drop_light(const std::string& why)
     note(SessionPart::records, false, why);
     light_cache.reset();
     records.clear();
+    guide.reset();
+    changed_in.clear();
+    ++scene_number;
+}
+
+void Session::State::change_light(const std::string& why, const std::vector<bool>& changed)
+{
+    if (!watches()) return drop_light(why);
+    note(SessionPart::light_cache, false, why);
+    light_cache.reset();
+    ++scene_number;
+    changed_in.resize(changed.size(), scene_number);
+    for (std::size_t i = 0; i < changed.size(); ++i)
+        if (changed[i]) changed_in[i] = scene_number;
 }
 
 std::vector<Record> Session::State::take_records(const RenderOptions& asked)
@@ -191,20 +213,50 @@ std::vector<Record> Session::State::take_records(const RenderOptions& asked)
     if (!record_settings.empty() && record_settings != settings) {
         note(SessionPart::records, false, "they were made with " + record_settings + ", not with " + settings);
         records.clear();
+        guide.reset();
     } else if (!record_settings.empty()) {
-        note(SessionPart::records, true, "scene, lamps and options are those they were made with");
+        const bool watched =
+            std::any_of(records.begin(), records.end(), [&](const Record& r) { return r.watch.state != scene_number; });
+        note(SessionPart::records, true,
+             watched ? "they are watched: those that the change has reached are gathered again"
+                     : "scene, lamps and options are those they were made with");
     }
     return std::exchange(records, {});
 }
 
-std::vector<Record> Session::State::keep_records(std::vector<Record> made, const RenderOptions& asked, const View& view)
+std::vector<Record> Session::State::keep_records(std::vector<Record> made, std::vector<Record> aside,
+                                                 const RenderOptions& asked, const View& view)
 {
+    // A walk does not fill the memory with what lies behind: ten seconds of film.
+    constexpr std::uint32_t kMostViewsAside = 240;
+    ++view_number;
+    for (Record& r : made) r.watch.view = view_number;
+    if (options.keep_records)
+        std::erase_if(aside, [&](const Record& r) { return view_number - r.watch.view > kMostViewsAside; });
+    made.insert(made.end(), std::make_move_iterator(aside.begin()), std::make_move_iterator(aside.end()));
     if (!options.keep_records) return made;
     if (made.size() > options.most_records) std::erase_if(made, [&](const Record& r) { return !shows(view, r); });
     if (made.size() > options.most_records) made = {};
     records = std::move(made);
     record_settings = record_settings_words(asked);
     return {};
+}
+
+std::optional<KeptGuide> Session::State::take_guide()
+{
+    // Its points lie where views up to then looked, and what was learned of who sees them from there.
+    constexpr int kMostViews = 16;
+    std::optional<KeptGuide> kept = std::exchange(guide, std::nullopt);
+    // That looks do no good holds for a scene in motion; points that do are lit as they were.
+    const bool serves = kept && kept->views < kMostViews && (!kept->guide || kept->scene_number == scene_number);
+    return serves ? std::move(kept) : std::nullopt;
+}
+
+void Session::State::keep_guide(KeptGuide kept, std::size_t made, std::size_t reused)
+{
+    if (!options.keep_records) return;
+    const bool is_first = kept.views++ == 0;
+    if (is_first || made < reused) guide = std::move(kept);
 }
 
 const LightCache* Session::State::find_light_cache(const LightCacheUse& use)

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "lit_points/gather_guide.h"
 #include "rcs/camera.h"
 #include "rcs/light_cache.h"
 #include "rcs/render_options.h"
@@ -20,7 +22,14 @@ struct LightCacheUse {
     bool operator==(const LightCacheUse&) const = default;
 };
 
-struct Session::State {
+/// Where records look for light, as it was found for one view: as good for those nearby.
+struct KeptGuide {
+    std::unique_ptr<GatherGuide> guide;  ///< null: looks did no good
+    int views = 0;                       ///< that it has served
+    std::uint32_t scene_number = 0;      ///< that its points are lit in
+};
+
+struct [[gnu::visibility("hidden")]] Session::State {
     SessionOptions options;
     std::shared_ptr<ThreadPool> pool;
     std::shared_ptr<GlContext> gl;  // null until it is needed
@@ -30,6 +39,10 @@ struct Session::State {
     std::optional<LightCache> light_cache;
     LightCacheUse light_cache_use;
     std::vector<Record> records;
+    std::uint32_t view_number = 0;
+    std::uint32_t scene_number = 0;         ///< of the scene: another one for each change
+    std::vector<std::uint32_t> changed_in;  ///< per instance: since which scene it has been where and what it is
+    std::optional<KeptGuide> guide;
     std::string record_settings;  // that they were gathered with; empty: none are kept, or they come from outside
     std::array<Validity, kSessionParts> validity;
 
@@ -38,11 +51,21 @@ struct Session::State {
     void note(SessionPart part, bool kept, std::string why);
     bool holds(SessionPart part) const;
     void drop_light(const std::string& why);
+    bool watches() const { return options.keep_records && options.watch_records; }
+    /// All light goes but records that are watched. @param changed  instances; those of the scene shown now
+    void change_light(const std::string& why, const std::vector<bool>& changed);
 
     /// The records that a view with these options begins with; keeps none of them.
     std::vector<Record> take_records(const RenderOptions& options);
-    /// Keeps the records of a view, if that is wanted, and as many as there may be. @return those that are not kept
-    std::vector<Record> keep_records(std::vector<Record> records, const RenderOptions& options, const View& view);
+    /// Keeps the records of a view, if that is wanted, and those that were laid aside, if they have not been so for
+    /// long. @return those that are not kept
+    std::vector<Record> keep_records(std::vector<Record> records, std::vector<Record> aside,
+                                     const RenderOptions& options, const View& view);
+    /// The guide if it serves another view; none if it has to be found out anew whether looks do good. Only where
+    /// records are kept: without them a view is the same bits whatever was before.
+    std::optional<KeptGuide> take_guide();
+    /// @param made, reused  records of this view: where most are new it has little in common with those before
+    void keep_guide(KeptGuide kept, std::size_t made, std::size_t reused);
     /// The light cache if it serves this use; null if it has to be built.
     const LightCache* find_light_cache(const LightCacheUse& use);
     const LightCache* keep_light_cache(LightCache cache, LightCacheUse use);

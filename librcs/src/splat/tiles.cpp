@@ -86,6 +86,7 @@ RCS_ALWAYS_INLINE void splat_glossy_row(const float* weighted_r, const float* we
     for (int k = 0; k < kHarmonics; ++k) {
         const float lr = radiance[k], lg = radiance[kHarmonics + k], lb = radiance[2 * kHarmonics + k];
         const float lu = radiance[3 * kHarmonics + k];
+        RCS_WHOLE_LOOP
         for (int i = 0; i < kTile; ++i) {
             dot_r[i] += lobes[k][i] * lr;
             dot_g[i] += lobes[k][i] * lg;
@@ -93,6 +94,7 @@ RCS_ALWAYS_INLINE void splat_glossy_row(const float* weighted_r, const float* we
             uniform[i] += lobes[k][i] * lu;
         }
     }
+    RCS_WHOLE_LOOP
     for (int i = 0; i < kTile; ++i) {
         const float scale = gpu::rcs_radiance_scale(uniform[i]);
         r[i] += weighted_r[i] * scale * gpu::max(0.0f, dot_r[i]);

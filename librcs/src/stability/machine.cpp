@@ -217,7 +217,7 @@ void killed_at_any_moment(CaseRun& run)
         if (!std::filesystem::exists(output)) continue;
         ++there;
         try {
-            const Image& beauty = read_image(output).layers.at("beauty");
+            const Image beauty = read_image(output).layers.at("beauty");
             truncated += beauty.width != 64 || beauty.height != 64;
         } catch (const Error&) {
             ++truncated;

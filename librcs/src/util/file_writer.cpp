@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 [[noreturn]] void fail(const std::string& path, const std::string& why)
 {
-    throw Error(ErrorCode::io, "cannot write " + path + ": " + why);
+    throw Error(ErrorCode::io, "cannot write '" + path + "': " + why);
 }
 
 /// The file itself where `path` is a symbolic link, so that a rename replaces what it points to.
@@ -36,7 +36,7 @@ void check_target(const std::string& path, const fs::path& target)
     std::error_code ignored;
     const fs::path parent = target.has_parent_path() ? target.parent_path() : fs::path(".");
     if (!fs::exists(parent, ignored)) {
-        fail(path, "the folder " + parent.string() + " does not exist");
+        fail(path, "the folder '" + parent.string() + "' does not exist");
     }
     if (!fs::is_directory(parent, ignored)) {
         fail(path, parent.string() + " is not a folder");

@@ -9,3 +9,11 @@
 #endif
 
 #define RCS_ALWAYS_INLINE inline __attribute__((always_inline))
+
+/// Put before a short inner loop with a known count that shall become vectors: gcc 12 first takes such a loop apart
+/// into single steps, and then finds no more than pairs among them (a glossy splat took four times as long).
+#if defined(__GNUC__) && !defined(__clang__)
+#define RCS_WHOLE_LOOP _Pragma("GCC unroll 1")
+#else
+#define RCS_WHOLE_LOOP
+#endif

@@ -1,0 +1,197 @@
+#include "placement/renewal.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <iterator>
+#include <optional>
+#include <utility>
+
+#include "placement/refine.h"
+#include "placement/spacing.h"
+#include "rays/ray_scene_impl.h"
+#include "records/gather.h"
+#include "records/watch.h"
+#include "splat/tiles.h"
+#include "util/color.h"
+#include "util/random.h"
+
+namespace rcs {
+namespace {
+
+// The final splat averages over as much.
+constexpr float kNeighbourhood = 3.0f;
+// A change beyond this part of the light is no mere correction: spacing rests on the light as it was.
+constexpr float kMostChange = 0.2f;
+// Where it is darker than this part of the mean, changes are judged as if it were as bright: they can hardly be seen.
+constexpr float kDark = 0.01f;
+// So many scenes after the last gather a record is gathered again whatever was seen; those of a picture take turns.
+constexpr std::uint32_t kLife = 64;
+// Of an object's extent: as near to its bounds a place is not inside.
+constexpr double kRim = 0.02;
+
+/// Whether a place is inside of the bounds of something that has moved since.
+bool is_inside_moved(const RayScene& rays, const SceneStates& states, const Record& r)
+{
+    for (std::size_t i = 0; i < states.changed.size(); ++i) {
+        if (states.changed[i] <= r.watch.state) continue;
+        const Instance& instance = rays.scene().instances[i];
+        const Bounds& bounds = rays.impl().bounds[static_cast<std::size_t>(instance.mesh)];
+        const glm::dvec3 p =
+            glm::dvec3(glm::inverse(instance.world_from_object) * glm::dvec4(glm::dvec3(r.position), 1.0));
+        const glm::dvec3 rim = kRim * (bounds.max - bounds.min);
+        if (glm::all(glm::greaterThan(p, bounds.min + rim)) && glm::all(glm::lessThan(p, bounds.max - rim)))
+            return true;
+    }
+    return false;
+}
+
+/// A record that can be brought up to date: it is watched, and its surface is where it was.
+bool is_watched(const SceneStates& states, const Record& r)
+{
+    return !r.watch.seen.empty() && r.watch.instance < states.changed.size() &&
+           states.changed[r.watch.instance] <= r.watch.state;
+}
+
+/// A pixel that sees a place near the record, as far as it reaches.
+std::optional<std::uint32_t> pixel_near(const Renewal& n, const Record& r)
+{
+    const GBuffer& g = n.gbuffer;
+    const glm::vec3 relative = glm::vec3(glm::dvec3(r.position) - g.camera_position);
+    const std::optional<glm::dvec2> at = image_position(n.view, glm::dvec3(relative));
+    if (!at) return std::nullopt;
+    const float reach = kNeighbourhood * r.spacing_radius;
+    const double pixels = static_cast<double>(reach / r.footprint);
+    const glm::dvec2 last(g.width - 1, g.height - 1);
+    for (const glm::dvec2 way :
+         {glm::dvec2(0, 0), glm::dvec2(0.5, 0), glm::dvec2(-0.5, 0), glm::dvec2(0, 0.5), glm::dvec2(0, -0.5)}) {
+        const glm::dvec2 wanted = glm::round(*at + pixels * way - 0.5);
+        const glm::dvec2 p = glm::clamp(wanted, glm::dvec2(0.0), last);
+        if (glm::distance(p, wanted) > pixels) continue;
+        const std::size_t i =
+            static_cast<std::size_t>(p.y) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(p.x);
+        if (g.covered(i) && glm::distance(g.position(i), relative) <= reach) return static_cast<std::uint32_t>(i);
+    }
+    return std::nullopt;
+}
+
+/// Those of earlier scenes that matter here, and a pixel near each.
+struct Stale {
+    std::vector<std::uint32_t> records, pixels;
+};
+
+/// Parts the records in those that matter, those laid aside and those that go.
+Stale part(const Renewal& n, std::vector<Record>& records, std::vector<Record>& aside)
+{
+    Stale stale;
+    std::vector<Record> kept;
+    kept.reserve(records.size());
+    for (Record& r : records) {
+        if (r.watch.state == n.states.now) {
+            kept.push_back(std::move(r));
+            continue;
+        }
+        if (!is_watched(n.states, r) || is_inside_moved(n.scene.rays, n.states, r)) continue;
+        if (const auto pixel = pixel_near(n, r)) {
+            stale.records.push_back(static_cast<std::uint32_t>(kept.size()));
+            stale.pixels.push_back(*pixel);
+            kept.push_back(std::move(r));
+        } else {
+            aside.push_back(std::move(r));
+        }
+    }
+    records = std::move(kept);
+    return stale;
+}
+
+std::uint64_t place_hash(glm::vec3 p)
+{
+    const std::uint64_t xy = std::uint64_t{std::bit_cast<std::uint32_t>(p.x)} << 32 | std::bit_cast<std::uint32_t>(p.y);
+    return mix64(mix64(xy) ^ std::bit_cast<std::uint32_t>(p.z));
+}
+
+/// Whether its life has ended since it was last seen.
+bool is_over(const Record& r, std::uint32_t seen, std::uint32_t now)
+{
+    const auto turn = static_cast<std::uint32_t>(place_hash(r.position) % kLife);
+    return (now + turn) / kLife != (seen + turn) / kLife;
+}
+
+/// What the records around each say of its change, too: light that few rays find would else be missed by most.
+class ChangesAround {
+public:
+    ChangesAround(const Renewal& n, std::span<const Record> records, const Stale& stale,
+                  std::span<const Record> changes, ThreadPool& pool)
+    {
+        for (const Record& r : records) mean_ += static_cast<double>(luminance(r.irradiance));
+        mean_ = std::max(mean_ / static_cast<double>(std::max<std::size_t>(1, records.size())), 1e-30);
+        std::vector<Record> as_records(stale.records.size());
+        for (std::size_t k = 0; k < as_records.size(); ++k) {
+            const Record& r = records[stale.records[k]];
+            const float change = relative(luminance(changes[k].irradiance)), error = relative(changes[k].noise);
+            as_records[k].position = r.position;
+            as_records[k].normal = r.normal;
+            as_records[k].irradiance = {relative(luminance(r.irradiance)), error * error, change * change};
+            as_records[k].spacing_radius = r.spacing_radius;
+        }
+        SplatStats uncounted;
+        sums_ = splat_tiles(as_records, make_tiled_surfaces(n.gbuffer, pool), n.view,
+                            {n.settings.error_tolerance, kNeighbourhood}, pool, uncounted);
+    }
+
+    struct Part {
+        float change, error;  ///< of the light
+    };
+    Part at(std::uint32_t pixel, const Record& r, const Record& change) const
+    {
+        const float e = relative(luminance(r.irradiance)) + kDark;
+        Part part{relative(std::abs(luminance(change.irradiance))) / e, relative(change.noise) / e};
+        if (const float weight = sums_.weight[pixel]; weight > 0.0f) {
+            const float around = sums_.weighted_r[pixel] / weight + kDark;
+            part.error = std::max(part.error, std::sqrt(std::max(0.0f, sums_.weighted_g[pixel] / weight)) / around);
+            part.change = std::max(part.change, std::sqrt(std::max(0.0f, sums_.weighted_b[pixel] / weight)) / around);
+        }
+        return part;
+    }
+
+private:
+    float relative(float light) const { return static_cast<float>(static_cast<double>(light) / mean_); }
+
+    double mean_ = 0.0;
+    SplatBuffer sums_;
+};
+
+}  // namespace
+
+bool are_stale(std::span<const Record> records, const SceneStates& states)
+{
+    return std::any_of(records.begin(), records.end(), [&](const Record& r) { return r.watch.state != states.now; });
+}
+
+void renew_records(const Renewal& n, ThreadPool& pool, std::vector<Record>& records, std::vector<Record>& aside,
+                   RecordStats& stats)
+{
+    const Stale stale = part(n, records, aside);
+    limit_spacing(records, n.settings, pool);
+    std::vector<std::uint32_t> seen(stale.records.size());
+    for (std::size_t k = 0; k < seen.size(); ++k) seen[k] = records[stale.records[k]].watch.state;
+    const RecordWatcher watcher(n.scene, n.settings);
+    const std::vector<Record> changes = watcher.look(records, stale.records, n.states.now, pool, stats);
+    const ChangesAround around(n, records, stale, changes, pool);
+    const float widest = n.settings.error_tolerance * n.settings.max_reach;
+    std::vector<std::uint32_t> again;
+    for (std::size_t k = 0; k < seen.size(); ++k) {
+        Record& r = records[stale.records[k]];
+        const ChangesAround::Part part = around.at(stale.pixels[k], r, changes[k]);
+        const float allowed = n.settings.noise_target * noise_allowed(r, widest);
+        if (part.change > kMostChange || part.error > allowed || is_over(r, seen[k], n.states.now) ||
+            !add_change(r, changes[k]))
+            again.push_back(stale.records[k]);
+    }
+    RecordGatherer(n.scene, n.settings).renew(records, again, pool, stats);
+    for (const std::uint32_t k : again) records[k].watch.gathered = n.states.now;
+    stats.watched += stale.records.size();
+    stats.renewed += again.size();
+}
+
+}  // namespace rcs

@@ -1,0 +1,247 @@
+#include "placement/renewal.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "rcs/render.h"
+#include "records/gather.h"
+#include "records/watch.h"
+#include "scene/scene_parts.h"
+#include "session/session_state.h"
+#include "support/scenes.h"
+#include "support/session.h"
+#include "util/color.h"
+
+namespace rcs {
+namespace {
+
+RenderOptions small()
+{
+    RenderOptions options;
+    options.width = options.height = 48;
+    options.aa = 1;
+    return options;
+}
+
+RecordSettings settings()
+{
+    RenderOptions options = small();
+    RecordSettings settings;
+    settings.rays = settings_of(options).rays;
+    return settings;
+}
+
+/// The block of the furnished room moved along the floor.
+Scene moved_by(double distance)
+{
+    Scene scene = test::furnished_room();
+    scene.instances[1].world_from_object = glm::translate(glm::dmat4(1.0), glm::dvec3(distance, 0.0, 0.0));
+    return scene;
+}
+
+Scene with_lamp(Scene scene)
+{
+    scene.lights.push_back(test::point_light({-1.5, 2.0, 1.0}, {3.0f, 1.0f, 0.5f}));
+    return scene;
+}
+
+struct Walk {
+    ThreadPool pool{2};
+    Session session{test::shared_gl(), pool, {.keep_records = true, .watch_records = true}};
+
+    RenderOptions options = small();
+
+    RenderResult show(const Scene& scene)
+    {
+        session.show(scene);
+        return render(session, scene.cameras[0], options);
+    }
+};
+
+double mean_of(const LayeredImage& image, const char* layer)
+{
+    const Image& pixels = image.layers.at(layer);
+    double sum = 0.0;
+    for (const float value : pixels.pixels) sum += static_cast<double>(value);
+    return sum / static_cast<double>(pixels.pixels.size());
+}
+
+TEST(ChangedInstances, AreThoseThatMovedOrAreMadeOtherwise)
+{
+    const Scene scene = moved_by(0.0);
+    const auto changed = [&](const Scene& other) { return changed_instances(scene, other); };
+    const std::size_t count = scene.instances.size();
+    EXPECT_EQ(changed(scene), std::vector<bool>(count));
+    EXPECT_EQ(changed(with_lamp(scene)), std::vector<bool>(count));
+    std::vector<bool> only_block(count);
+    only_block[1] = true;
+    EXPECT_EQ(changed(moved_by(0.1)), only_block);
+
+    Scene painted = scene;
+    const int mesh = scene.instances[1].mesh;
+    painted.materials[static_cast<std::size_t>(scene.meshes[static_cast<std::size_t>(mesh)].material)].base_color *=
+        0.5f;
+    const auto of_paint = changed(painted);
+    ASSERT_TRUE(of_paint.has_value());
+    EXPECT_TRUE((*of_paint)[1]);
+    Scene bent = scene;
+    bent.meshes[static_cast<std::size_t>(mesh)].positions.front().x += 0.01f;
+    ASSERT_TRUE(changed(bent).has_value());
+    EXPECT_TRUE((*changed(bent))[1]);
+
+    Scene more = scene;
+    more.instances.push_back(more.instances.back());
+    EXPECT_FALSE(changed(more).has_value());
+}
+
+TEST(RecordWatcher, SeesNothingChangeInTheSameSceneAndAllOfALamp)
+{
+    Walk walk;
+    walk.show(moved_by(0.0));
+    std::vector<Record> records = walk.session.records();
+    std::vector<std::uint32_t> all(records.size());
+    for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<std::uint32_t>(i);
+    RecordStats stats;
+    for (const Record& change :
+         RecordWatcher({walk.session.rays()}, settings()).look(records, all, 7, walk.pool, stats)) {
+        EXPECT_EQ(change.irradiance, glm::vec3(0.0f));
+        EXPECT_EQ(change.noise, 0.0f);
+        EXPECT_EQ(change.translation_gradient[0], glm::vec3(0.0f));
+    }
+    EXPECT_EQ(records.front().watch.state, 7u);
+
+    const Scene lit = with_lamp(moved_by(0.0));
+    const RayScene rays = build_ray_scene(lit, walk.pool);
+    std::vector<Record> fresh = records;
+    RecordGatherer({rays}, settings()).renew(fresh, all, walk.pool, stats);
+    const std::vector<Record> changes = RecordWatcher({rays}, settings()).look(records, all, 8, walk.pool, stats);
+    double told = 0.0, truth = 0.0;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        told += static_cast<double>(luminance(changes[i].irradiance));
+        truth += static_cast<double>(luminance(fresh[i].irradiance - records[i].irradiance));
+    }
+    EXPECT_GT(truth, 0.0);
+    EXPECT_NEAR(told / truth, 1.0, 0.05);
+}
+
+TEST(Renewal, RecordsThatAreKeptHoldWhatTheyWouldGather)
+{
+    Walk walk;
+    walk.show(moved_by(0.0));
+    for (const double distance : {0.01, 0.02, 0.04}) {
+        const std::vector<Record> before = walk.session.records();
+        const RenderStats stats = walk.show(moved_by(distance)).stats;
+        EXPECT_GT(stats.records.watched, 0u);
+        EXPECT_LT(stats.records.renewed, stats.records.watched / 2) << distance;
+        const std::uint32_t now = walk.session.state().scene_number;
+        std::vector<Record> kept;
+        for (const Record& r : walk.session.records())
+            if (r.watch.gathered < now && r.watch.state == now) kept.push_back(r);
+        ASSERT_GT(kept.size(), before.size() / 2) << distance;
+        std::vector<Record> again = kept;
+        std::vector<std::uint32_t> all(kept.size());
+        for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<std::uint32_t>(i);
+        RecordStats uncounted;
+        RecordGatherer({walk.session.rays()}, settings()).renew(again, all, walk.pool, uncounted);
+        double sum = 0.0, off = 0.0, absolute = 0.0;
+        for (std::size_t i = 0; i < kept.size(); ++i) {
+            const double e = static_cast<double>(luminance(again[i].irradiance));
+            const double difference = static_cast<double>(luminance(kept[i].irradiance)) - e;
+            sum += e;
+            off += difference;
+            absolute += std::abs(difference);
+        }
+        EXPECT_NEAR(off / sum, 0.0, 0.01) << distance;
+        EXPECT_LT(absolute / sum, 0.03) << distance << ": more than the noise that records may have";
+    }
+}
+
+TEST(Renewal, RecordsWhoseRaysMeetNothingNewKeepTheirBits)
+{
+    Walk walk;
+    walk.show(moved_by(0.0));
+    const std::vector<Record> before = walk.session.records();
+    walk.show(moved_by(0.001));
+    std::size_t same = 0;
+    for (const Record& r : walk.session.records())
+        for (const Record& old : before)
+            same += r.position == old.position && r.irradiance == old.irradiance && r.noise == old.noise;
+    EXPECT_GT(same, before.size() / 4);
+}
+
+TEST(Renewal, TheFrameAfterALampOrAnObjectHasNoTraceOfBefore)
+{
+    const Scene scenes[] = {moved_by(0.0), with_lamp(moved_by(0.0)), moved_by(0.0), moved_by(0.8)};
+    Walk walk;
+    RenderResult before = walk.show(scenes[0]);
+    for (int i = 1; i < 4; ++i) {
+        RenderResult now = walk.show(scenes[i]);
+        EXPECT_GT(now.stats.records.watched, 0u);
+        const double alone = mean_of(test::render_first(scenes[i], small()).image, "indirect");
+        const double change = std::abs(alone - mean_of(before.image, "indirect"));
+        if (i < 3) {
+            EXPECT_GT(change, 0.05 * alone);
+            EXPECT_NEAR(mean_of(now.image, "indirect"), alone, 0.01 * (change + alone)) << i;
+        }
+        EXPECT_NEAR(mean_of(now.image, "indirect"), alone, 0.03 * alone) << i << ": noise of few records";
+        EXPECT_EQ(now.stats.unserved_pixels, 0u);
+        before = std::move(now);
+    }
+}
+
+TEST(Renewal, RecordsOnOrInsideWhatMovedGo)
+{
+    Walk walk;
+    walk.show(moved_by(0.0));
+    const auto on_block = [](const Record& r) { return r.watch.instance == 1; };
+    const std::vector<Record> before = walk.session.records();
+    ASSERT_GT(std::count_if(before.begin(), before.end(), on_block), 0);
+    walk.show(moved_by(0.3));
+    const std::uint32_t now = walk.session.state().scene_number;
+    const std::vector<Record>& records = walk.session.records();
+    EXPECT_EQ(std::count_if(records.begin(), records.end(),
+                            [&](const Record& r) { return on_block(r) && r.watch.gathered < now; }),
+              0);
+}
+
+TEST(Renewal, EveryRecordIsGatheredAgainOnceItsLifeIsOver)
+{
+    Walk walk;
+    walk.options.width = walk.options.height = 12;
+    walk.show(moved_by(0.0));
+    const std::uint32_t first = walk.session.state().scene_number;
+    std::uint64_t renewed = 0;
+    for (int frame = 1; frame <= 64; ++frame) {
+        Scene scene = moved_by(0.0);
+        scene.instances[1].world_from_object[3].y += 1e-9 * frame;
+        const RenderStats stats = walk.show(scene).stats;
+        renewed += stats.records.renewed;
+        EXPECT_LT(stats.records.renewed, stats.records.watched / 3) << "they take turns";
+    }
+    EXPECT_GT(renewed, 0u);
+    for (const Record& r : walk.session.records()) {
+        if (r.watch.state == walk.session.state().scene_number) {
+            EXPECT_GT(r.watch.gathered, first);
+        }
+    }
+}
+
+TEST(Renewal, ASessionThatDoesNotWatchDropsAll)
+{
+    ThreadPool pool(2);
+    Session session(test::shared_gl(), pool, {.keep_records = true});
+    for (const double distance : {0.0, 0.1}) {
+        session.show(moved_by(distance));
+        EXPECT_TRUE(session.records().empty());
+        render(session, moved_by(distance).cameras[0], small());
+        EXPECT_TRUE(session.records().front().watch.seen.empty());
+    }
+}
+
+}  // namespace
+}  // namespace rcs
