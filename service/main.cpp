@@ -1,13 +1,16 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <memory>
 #include <new>
-#include <optional>
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
+#include "cli/advice.h"
 #include "cli/commands.h"
+#include "cli/help.h"
 #include "cli/outputs.h"
 #include "process/exit_code.h"
 #include "process/interrupt.h"
@@ -42,27 +45,13 @@ int flush_results()
     return ok ? 0 : report("cannot write the results to standard output", kFailed);
 }
 
-/// CLI11 says no more than that a subcommand is missing; this says which word is none.
-std::optional<std::string> unknown_command(CLI::App& app, int argc, char** argv)
-{
-    if (argc < 2 || argv[1][0] == '-') {
-        return std::nullopt;
-    }
-    const std::string word = argv[1];
-    std::string names;
-    for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
-        if (command->get_name() == word) {
-            return std::nullopt;
-        }
-        if (!command->get_group().empty()) names.append(names.empty() ? "" : ", ").append(command->get_name());
-    }
-    return "there is no command " + word + "; there are " + names;
-}
-
 int run(int argc, char** argv)
 {
     CLI::App app("Renders global illumination by radiance cache splatting.", "rcsplat");
-    app.set_version_flag("--version", std::string("rcsplat ") + rcs::kVersion);
+    app.formatter(std::make_shared<rcs::service::HelpFormatter>());
+    app.set_help_flag("-h,--help", "Say what there is, and stop");
+    app.set_help_all_flag("--help-all", "The same with every option");
+    app.set_version_flag("--version", std::string("rcsplat ") + rcs::kVersion, "Say the version, and stop");
     app.require_subcommand(1);
     app.footer("rcsplat COMMAND --help lists a command's options.");
     rcs::service::Action action;
@@ -77,15 +66,19 @@ int run(int argc, char** argv)
     rcs::service::add_serve_command(app, action, words);
     rcs::service::add_submit_command(app, action);
     rcs::service::add_job_commands(app, action);
+    rcs::service::add_hold_commands(app, action);
     rcs::service::add_worker_command(app, action);
     rcs::service::add_doctor_command(app, action);
+    rcs::service::add_shell_commands(app, action);
+    const std::vector<std::string> all_words{argv + std::min(argc, 1), argv + argc};
     try {
+        rcs::service::refuse_short_assignments(all_words);
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
         if (e.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
             return app.exit(e);  // --help and --version
         }
-        return report(unknown_command(app, argc, argv).value_or(e.what()), kBadUsage);
+        return report(rcs::service::advice(app, all_words, e), kBadUsage);
     }
     rcs::service::check_written_files(*app.get_subcommands().front());
     action();

@@ -1,8 +1,11 @@
 #include "cli/arguments.h"
 
+#include <filesystem>
 #include <numbers>
 #include <string_view>
+#include <system_error>
 
+#include "cli/describe.h"
 #include "wire/limits.h"
 
 namespace rcs::service {
@@ -10,16 +13,10 @@ namespace {
 
 constexpr int kMostThreads = 1024;
 
-std::string listed(const std::vector<std::string>& names)
-{
-    std::string text;
-    for (const std::string& name : names) text.append(text.empty() ? "" : ", ").append(name);
-    return text;
-}
-
 /// A camera that is none of the scene's.
 void add_placed_camera(CLI::App& app, SceneArguments& arguments)
 {
+    app.option_defaults()->group(option_group::kCamera);
     const auto place = [&](const char* name, std::string& text, const char* help) {
         return app.add_option(name, text, help)->type_name("X,Y,Z")->check(checked_by(parse_place), "");
     };
@@ -58,6 +55,7 @@ CameraPath path_of(const SceneArguments& arguments)
 
 void add_scene_arguments(CLI::App& app, SceneArguments& arguments, Size default_size)
 {
+    app.option_defaults()->group(option_group::kView);
     app.add_option("scene", arguments.scene, "A .gltf or .glb file, or a built-in scene such as demo:atrium")
         ->required()
         ->type_name("SCENE");
@@ -69,6 +67,7 @@ void add_scene_arguments(CLI::App& app, SceneArguments& arguments, Size default_
                    "horizon at the lower edge")
         ->type_name("RIGHT,UP")
         ->check(checked_by(parse_lens_shift), "");
+    app.option_defaults()->group(option_group::kView);
     app.add_option("--time", arguments.time, "Pose of the scene's animations at that time [s]; default: the rest pose")
         ->type_name("SECONDS")
         ->check(checked_by(parse_time), "");
@@ -84,8 +83,13 @@ void add_scene_arguments(CLI::App& app, SceneArguments& arguments, Size default_
         ->type_name("scene|none|R,G,B|FILE")
         ->check(checked_by(parse_environment), "")
         ->capture_default_str();
+    app.add_option("--asset-root", arguments.asset_root,
+                   "Folder beneath which the scene's buffers and textures may lie, for scenes that refer to "
+                   "../textures; default: the scene's own")
+        ->type_name("DIR");
     add_number(app, "--environment-rotation", arguments.environment_rotation, kRotations,
                "Turns that image about the vertical, counter-clockwise seen from above [degrees]");
+    app.option_defaults()->group(option_group::kMachine);
     add_number(app, "--threads", arguments.threads, {0, kMostThreads}, "Worker threads; 0 takes every core");
 }
 
@@ -93,9 +97,8 @@ void add_fps(CLI::App& app, double& fps)
 {
     app.add_option_function<std::string>(
            "--fps", [&fps](const std::string& text) { fps = parse_fps(text); },
-           "Frames a second, as a number or a fraction such as 24000/1001, in (0, 1e6]: frame N shows the scene at N "
-           "/ "
-           "fps")
+           "Frames a second, as a number or a fraction such as 24000/1001, in (0, 1e6]: frame N shows the scene at "
+           "N / fps")
         ->check(checked_by(parse_fps), "")
         ->type_name("N")
         ->default_str(number_text(fps));
@@ -103,7 +106,12 @@ void add_fps(CLI::App& app, double& fps)
 
 SceneChoice scene_choice(const SceneArguments& arguments)
 {
-    SceneChoice choice{arguments.scene, arguments.time, parse_environment(arguments.environment)};
+    SceneChoice choice{arguments.scene, arguments.time, parse_environment(arguments.environment), arguments.asset_root};
+    std::error_code ignored;
+    if (!choice.environment.image.empty() && !std::filesystem::exists(choice.environment.image, ignored))
+        throw Error(ErrorCode::not_found, "--environment: file '" + choice.environment.image + "' does not exist");
+    if (!choice.asset_root.empty() && !std::filesystem::is_directory(choice.asset_root, ignored))
+        throw Error(ErrorCode::not_found, "--asset-root: folder '" + choice.asset_root + "' does not exist");
     choice.environment.rotation_degrees = arguments.environment_rotation;
     return choice;
 }
@@ -128,6 +136,7 @@ CameraChoice camera_choice(const SceneArguments& arguments, std::optional<double
 
 void add_output_arguments(CLI::App& app, OutputArguments& arguments, Renderer renderer)
 {
+    app.option_defaults()->group(option_group::kOutput);
     app.add_option("-o,--output", arguments.files,
                    "File to write, may be given several times: .exr keeps scene-linear values and layers, "
                    ".png and .jpg are tone mapped")
@@ -141,18 +150,21 @@ void add_output_arguments(CLI::App& app, OutputArguments& arguments, Renderer re
         ->type_name("A,B,...")
         ->delimiter(',')
         ->allow_extra_args(false)
-        ->check(CLI::IsMember(layers).description(""));
+        ->check([layers](const std::string& name) { return check_name("layer", name, layers); }, "");
+    app.option_defaults()->group(option_group::kFiles);
     app.add_option("--pixel-format", arguments.pixel_formats,
                    "How values are stored: half or float in EXR, 8 or 16 bits in PNG; may be given for both")
         ->type_name("F")
         ->delimiter(',')
         ->allow_extra_args(false)
         ->check(CLI::IsMember({"half", "float", "8", "16"}).description(""));
+    app.option_defaults()->group(option_group::kOutput);
     app.add_option("--exposure", arguments.exposure,
                    "Exposure of .png and .jpg [EV], in [-64, 64]; auto brings the average to middle grey")
         ->type_name("EV|auto")
         ->check(checked_by(parse_exposure), "")
         ->capture_default_str();
+    app.option_defaults()->group(option_group::kFiles);
     app.add_option("--ocio", arguments.tone_map.ocio_config,
                    "OpenColorIO configuration; default: $OCIO, or a built-in one with the ACES 1.0 view")
         ->type_name("FILE");
@@ -163,9 +175,11 @@ void add_output_arguments(CLI::App& app, OutputArguments& arguments, Renderer re
 
 void add_report_arguments(CLI::App& app, ReportArguments& arguments)
 {
+    app.option_defaults()->group(option_group::kOutput);
     app.add_option("--stats", arguments.stats_file, "Write stage times, counts and memory as JSON")->type_name("FILE");
     app.add_flag("--json", arguments.json, "Print the same JSON on standard output instead of the table");
     app.add_flag("-q,--quiet", arguments.quiet, "Show no progress and no table");
+    app.option_defaults()->group(option_group::kMachine);
     app.add_option("--log-level", arguments.log_level, "Least important messages to show")
         ->type_name("debug|info|warning")
         ->check(checked_by(parse_log_level), "")

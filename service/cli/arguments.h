@@ -25,6 +25,7 @@ struct SceneArguments {
     double fov = kDefaultFov;           ///< of that camera, vertically [degrees]
     std::string camera_path;            ///< a file; empty: none
     std::string lens_shift;             ///< "RIGHT,UP"; empty: the camera's
+    std::string asset_root;             ///< folder; empty: the scene's own
     std::string environment = "scene";  ///< the scene's own, "none", "R,G,B" or an image file
     double environment_rotation = 0.0;  ///< of the image [degrees]
     std::optional<double> time;         ///< of its animations [s]; none: the rest pose

@@ -60,11 +60,13 @@ std::string kept_by(const OutputFile& file)
     return text;
 }
 
-SessionOptions session_options(const BatchArguments& arguments, const RenderOptions& options, LogFunction log)
+SessionOptions session_options(const BatchArguments& arguments, const RenderOptions& options, bool is_animated,
+                               LogFunction log)
 {
     // Records keep the rays they have: a goal could not refine those of other frames.
     return {.threads = arguments.render.scene.threads,
             .keep_records = !arguments.independent && !has_goal(options),
+            .watch_records = is_animated,
             .log = std::move(log)};
 }
 
@@ -123,14 +125,14 @@ FrameMaker::FrameMaker(const BatchArguments& arguments, ProgressBar& bar, std::f
       files_(prepared_outputs(arguments, parse_frames(arguments.frames))),
       outputs_(files_, parse_tone_map(arguments.render.output), log(), true),
       scene_(arguments.render.scene),
-      session_(session_options(arguments, options_, bar.log()))
+      session_(session_options(arguments, options_, scene_.is_animated(), bar.log()))
 {
     prepare_folder(fs::path(record_path(files_.front().path)).parent_path());
     settings_.emplace_back("version", kVersion);
     for (const auto& [name, text] : list_options(options_)) settings_.emplace_back(name, text);
     settings_.emplace_back("effects", arguments.render.effects);
     settings_.emplace_back("records of other frames",
-                           session_options(arguments, options_, {}).keep_records ? "used" : "none");
+                           session_options(arguments, options_, false, {}).keep_records ? "used" : "none");
     const ToneMapper* mapper = outputs_.tone_mapper();
     settings_.emplace_back("colour configuration", ocio_text(mapper));
     settings_.emplace_back("display", mapper->display() + ", " + mapper->view());
@@ -257,7 +259,7 @@ void FrameMaker::try_frame(FrameRecord& wanted)
     const RenderStats& stats = result.stats;
     figures.error = stats.errors.image.mean_relative;
     figures.indirect_error = stats.errors.indirect.mean_relative;
-    figures.records_made = stats.records.records;
+    figures.records_made = stats.records.records + stats.records.renewed;
     figures.rays = stats.records.hemisphere_rays + stats.records.shadow_rays + stats.records.looks +
                    stats.direct_shadow_rays + stats.traced.rays + stats.traced.shadow_rays;
     judge(wanted, result.image, figures);

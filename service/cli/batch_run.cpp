@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <ctime>
 #include <filesystem>
 #include <optional>
 #include <set>
@@ -30,16 +29,6 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
-
-std::string local_time()
-{
-    const auto now = static_cast<std::time_t>(read_clocks().wall_ms / 1000);
-    std::tm parts{};
-    localtime_r(&now, &parts);
-    char text[64];
-    std::strftime(text, sizeof text, "%Y-%m-%d %H:%M:%S", &parts);
-    return text;
-}
 
 /// Whether a file was left half written by a process that was killed: FileWriter's ".NAME.tmp-PID" of one of `paths`.
 bool is_leftover(const fs::path& file, const std::set<std::string>& paths)
@@ -106,7 +95,7 @@ Batch::Batch(const BatchArguments& arguments)
     report_.height = maker_.options().height;
     report_.threads = maker_.threads();
     report_.independent = arguments.independent;
-    report_.began = local_time();
+    report_.began = local_text(read_clocks().wall_ms);
     install_batch_signal_handlers();
 }
 
@@ -201,7 +190,7 @@ void Batch::tell(const FrameResult& result) const
 
 void Batch::write_report()
 {
-    report_.ended = local_time();
+    report_.ended = local_text(read_clocks().wall_ms);
     report_.seconds = seconds_since(began_);
     report_.cpu_seconds = cpu_seconds() - cpu_began_;
     report_.peak_memory = peak_memory();

@@ -20,9 +20,9 @@ std::vector<std::string> files_of(const SceneArguments& arguments)
     std::vector<std::string> files;
     if (!arguments.scene.starts_with("demo:")) {
         const fs::path folder = fs::path(arguments.scene).parent_path();
-        for (const std::string& name : scene_files(arguments.scene)) files.push_back((folder / name).string());
+        for (const std::string& name : scene_files(scene_choice(arguments))) files.push_back((folder / name).string());
     }
-    const EnvironmentChoice environment = parse_environment(arguments.environment);
+    const EnvironmentChoice environment = scene_choice(arguments).environment;
     if (!environment.image.empty()) files.push_back(environment.image);
     return files;
 }
@@ -49,7 +49,7 @@ BatchScene::BatchScene(const SceneArguments& arguments)
       files_(files_of(arguments)),
       content_(hash_of(files_, arguments)),
       stamps_(stamps()),
-      is_animated_(is_animated(arguments.scene))
+      is_animated_(rcs::is_animated(arguments.scene))
 {
 }
 

@@ -19,6 +19,7 @@ public:
     std::string source_at(double time) const;
     /// Makes the session show it. Nothing is loaded where the last one shown looks the same.
     void show(Session& session, double time, const LogFunction& log);
+    bool is_animated() const { return is_animated_; }
     CameraChoice camera_at(double time) const { return camera_.at(time); }
     /// @throws rcs::Error io, if a file is another than when the batch began
     void check_unchanged() const;

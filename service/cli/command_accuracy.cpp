@@ -1,17 +1,22 @@
 #include "cli/commands.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
+#include <iterator>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "cli/arguments.h"
+#include "cli/describe.h"
 #include "cli/progress_bar.h"
 #include "cli/run_support.h"
 #include "cli/table_options.h"
@@ -35,6 +40,7 @@ struct AccuracyArguments {
     std::vector<int> path_samples{16, 64, 256, 1024};
     double reference_error = 2.0;  ///< [%]
     int reference_samples = 16384;
+    std::string final_size = "1920x1080";
     bool fresh = false;
 };
 
@@ -143,6 +149,48 @@ void write_report(const AccuracyArguments& arguments, const AccuracyReport& repo
     }
 }
 
+/// A word as a shell takes it.
+std::string quoted(const std::string& word)
+{
+    const auto plain = [](char c) {
+        return std::isalnum(static_cast<unsigned char>(c)) != 0 || std::strchr("-_./:,=+%x", c) != nullptr;
+    };
+    if (!word.empty() && std::all_of(word.begin(), word.end(), plain)) return word;
+    std::string text = "'";
+    for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return text + "'";
+}
+
+/// The render that has the scene, view and samples of this command; settings and outputs are left to the reader.
+std::string render_command(const CLI::App& command)
+{
+    constexpr std::string_view kOwn[] = {"output",     "points", "path-samples", "reference-error", "reference-spp",
+                                         "fresh",      "stats",  "json",         "quiet",           "log-level",
+                                         "final-size", "help",   "help-all"};
+    std::string text = "rcsplat render " + quoted(command.get_option("scene")->as<std::string>());
+    for (const CLI::Option* option : command.get_options()) {
+        const std::string name = option->get_single_name();
+        const bool always = name == "size" || name == "aa";  // with other defaults than render
+        if (option->get_positional() || std::find(std::begin(kOwn), std::end(kOwn), name) != std::end(kOwn)) continue;
+        if (option->count() == 0 && !always) continue;
+        text +=
+            " --" + name + " " + quoted(option->count() > 0 ? option->results().front() : option->get_default_str());
+    }
+    return text;
+}
+
+/// run_sweep(), which says how to go on when it is stopped.
+AccuracyReport measured(Session& session, const View& view, const SweepPlan& plan, ProgressBar& bar)
+{
+    try {
+        return run_sweep(session, view, plan, bar.log(), bar.progress());
+    } catch (const Error& e) {
+        if (e.code() != ErrorCode::cancelled) throw;
+        throw Error(ErrorCode::cancelled, "interrupted; what was measured is kept in '" + plan.cache +
+                                              "', and the same command goes on from there");
+    }
+}
+
 void measure_accuracy(const AccuracyArguments& arguments, const CLI::App& command)
 {
     ProgressBar bar(parse_log_level(arguments.report.log_level), arguments.report.quiet);
@@ -157,7 +205,11 @@ void measure_accuracy(const AccuracyArguments& arguments, const CLI::App& comman
                     run.height};
     build_rays(session, EffectChoice{}, bar, run);
     prepare_folders(arguments, plan);
-    AccuracyReport report = run_sweep(session, view, plan, bar.log(), bar.progress());
+    AccuracyReport report = measured(session, view, plan, bar);
+    report.command = render_command(command);
+    const Size final_size = parse_size(arguments.final_size);
+    report.final_width = final_size.width;
+    report.final_height = final_size.height;
     bar.finish();
     report.scene = std::filesystem::path(arguments.scene.scene).filename().string();
     report.camera = view.camera.name;
@@ -174,6 +226,7 @@ void add_accuracy_command(CLI::App& app, Action& action)
     RenderOptions& options = arguments->options;
     options.aa = 1;  // renderer and path tracer sample the same pixel centres
     add_scene_arguments(command, arguments->scene, {400, 400});
+    command.option_defaults()->group(option_group::kOutput);
     command
         .add_option("-o,--output", arguments->folder,
                     "Folder for index.html, curve.png, curve.csv and what later runs take up; made if missing")
@@ -207,6 +260,12 @@ void add_accuracy_command(CLI::App& app, Action& action)
     add_number(command, bounces, options.bounces);
     add_number(command, find_option("aa"), options.aa, ", as the path tracer then does: edges are no error");
     add_number(command, find_option("seed"), options.seed);
+    command
+        .add_option("--final-size", arguments->final_size,
+                    "Size of the final picture, for which times are said as well [px]")
+        ->type_name("WxH")
+        ->check(checked_by(parse_size), "")
+        ->capture_default_str();
     command.add_flag("--fresh", arguments->fresh, "Measure all anew instead of taking up what the folder keeps");
     add_report_arguments(command, arguments->report);
     command.footer(

@@ -5,6 +5,7 @@
 #include "batch/frames.h"
 #include "cli/batch_run.h"
 #include "cli/commands.h"
+#include "cli/describe.h"
 
 namespace rcs::service {
 
@@ -15,6 +16,7 @@ void add_batch_command(CLI::App& app, Action& action, const std::vector<std::str
     add_render_arguments(command, arguments->render);
     for (const char* single : {"--time", "--dry-run", "--stats", "--json"})
         command.remove_option(command.get_option(single));
+    command.option_defaults()->group(option_group::kFrames);
     command
         .add_option("--frames", arguments->frames,
                     "Numbers of the frames, such as 1-240x2,300; outputs have #### or %04d in their place")

@@ -11,6 +11,7 @@
 #include "output/stats_json.h"
 #include "rcs/image_io.h"
 #include "rcs/metrics.h"
+#include "rcs/version.h"
 
 namespace rcs::service {
 namespace {
@@ -48,8 +49,11 @@ void compare(const CompareArguments& arguments)
         print_table(arguments, metrics);
         return;
     }
-    nlohmann::ordered_json json{
-        {"image", arguments.image}, {"reference", arguments.reference}, {"layer", arguments.layer}};
+    nlohmann::ordered_json json{{"version", kVersion},
+                                {"command", "compare"},
+                                {"image", arguments.image},
+                                {"reference", arguments.reference},
+                                {"layer", arguments.layer}};
     json.update(to_json(metrics));
     std::printf("%s\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
 }

@@ -11,6 +11,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "cli/describe.h"
 #include "cli/machine_report.h"
 #include "cli/progress_bar.h"
 #include "cli/run_support.h"
@@ -191,6 +192,7 @@ void add_doctor_command(CLI::App& app, Action& action)
     const auto arguments = std::make_shared<DoctorArguments>();
     add_scene_arguments(command, arguments->scene, {160, 120});
     command.remove_option(command.get_option("scene"));
+    command.option_defaults()->group(option_group::kOutput);
     command
         .add_option("--scene", arguments->scene.scene,
                     "A scene of your own: it is scaled, moved, turned, relit, reordered, and has to look the same")

@@ -12,6 +12,7 @@
 #include "cli/commands.h"
 #include "rcs/error.h"
 #include "rcs/image_io.h"
+#include "rcs/version.h"
 #include "report/encoding.h"
 
 namespace rcs::service {
@@ -45,8 +46,9 @@ void print_flicker(const FlickerArguments& arguments)
         std::any_of(frames.begin() + 1, frames.end(), [](const auto& f) { return f.motion.has_value(); });
     if (arguments.json) {
         const nlohmann::ordered_json json{
-            {"frames", frames.size()}, {"layer", arguments.layer}, {"followed", followed}, {"points", flicker.points},
-            {"mean", flicker.mean},    {"median", flicker.median}, {"p95", flicker.p95},   {"steps", flicker.steps}};
+            {"version", kVersion},  {"command", "flicker"},     {"frames", frames.size()}, {"layer", arguments.layer},
+            {"followed", followed}, {"points", flicker.points}, {"mean", flicker.mean},    {"median", flicker.median},
+            {"p95", flicker.p95},   {"steps", flicker.steps}};
         std::printf("%s\n", json.dump(2).c_str());
         return;
     }

@@ -1,7 +1,6 @@
 // watch, fetch, cancel, list and stats: what a client asks a server about its jobs.
 #include <cstdint>
 #include <cstdio>
-#include <ctime>
 #include <map>
 #include <memory>
 #include <string>
@@ -9,23 +8,21 @@
 
 #include <google/protobuf/util/json_util.h>
 #include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
 #include "cli/delivery.h"
+#include "cli/job_command.h"
 #include "cli/job_run.h"
 #include "cli/server_arguments.h"
+#include "process/clock.h"
 #include "process/exit_code.h"
 #include "process/printable.h"
+#include "report/encoding.h"
 #include "wire/errors.h"
 
 namespace rcs::service {
 namespace {
-
-struct JobArguments {
-    ServerArguments server;
-    std::uint64_t job = 0;
-    bool json = false;
-};
 
 std::string json_of(const google::protobuf::Message& message)
 {
@@ -38,22 +35,20 @@ std::string json_of(const google::protobuf::Message& message)
     return text;
 }
 
-std::string time_text(std::int64_t ms)
-{
-    if (ms == 0) return "-";
-    const std::time_t seconds = ms / 1000;
-    std::tm local{};
-    localtime_r(&seconds, &local);
-    char text[32];
-    std::strftime(text, sizeof text, "%Y-%m-%d %H:%M:%S", &local);
-    return text;
-}
-
 void print_line(const v1::JobStatus& status)
 {
     std::printf("%8llu  %-23s %5d/%-5d %4d  %-19s  %s", static_cast<unsigned long long>(status.job()),
                 state_text(status.state()).c_str(), status.frames_completed(), status.frames(), status.priority(),
-                time_text(status.submitted_ms()).c_str(), printable(status.scene()).c_str());
+                status.submitted_ms() == 0 ? "-" : local_text(status.submitted_ms()).c_str(),
+                printable(status.scene()).c_str());
+    if (status.started_ms() != 0) std::printf("  waited %s", duration_text(status.waited_seconds()).c_str());
+    if (status.finished_ms() != 0 && status.started_ms() != 0) {
+        const double took = 1e-3 * static_cast<double>(status.finished_ms() - status.started_ms());
+        std::printf(", took %s", duration_text(took).c_str());
+    }
+    if (status.has_eta_seconds()) std::printf("  %s to go", duration_text(status.eta_seconds()).c_str());
+    for (int i = 0; i < status.waits_for_size(); ++i)
+        std::printf("%s%llu", i == 0 ? "  after job " : ", ", static_cast<unsigned long long>(status.waits_for(i)));
     if (status.has_error()) std::printf("  %s", printable(status.error().message()).c_str());
     std::putchar('\n');
 }
@@ -61,22 +56,16 @@ void print_line(const v1::JobStatus& status)
 void run_watch(const JobArguments& arguments)
 {
     Client client = connect(arguments.server, Patience::of_a_waiting_client);
-    const auto show = [&](const v1::JobStatus& status) {
-        if (arguments.json) {
-            std::printf("%s\n", json_of(status).c_str());
-        } else {
-            std::printf("job %llu %s %d/%d", static_cast<unsigned long long>(status.job()),
-                        state_text(status.state()).c_str(), status.frames_completed(), status.frames());
-            for (const v1::Progress& p : status.running()) {
-                std::printf("  frame %d %s %.0f %%", p.frame(), printable(p.stage()).c_str(), 100.0 * p.fraction());
-                if (p.has_error_estimate()) std::printf(" error %.1f %%", 100.0 * p.error_estimate());
-                if (p.has_eta_seconds()) std::printf(" eta %.0f s", p.eta_seconds());
-            }
-            std::putchar('\n');
-        }
+    ProgressBar bar(LogLevel::warning, arguments.json);
+    const v1::JobStatus end = follow(client, arguments.job, bar, [&](const v1::JobStatus& status) {
+        if (!arguments.json) return;
+        std::printf("%s\n", json_of(status).c_str());
         std::fflush(stdout);
-    };
-    const v1::JobStatus end = client.watch(arguments.job, show);
+    });
+    if (!arguments.json) {
+        std::printf("job %llu %s\n", static_cast<unsigned long long>(arguments.job), progress_text(end).c_str());
+        std::fflush(stdout);
+    }
     if (end.state() == v1::JOB_STATE_CANCELLED)
         throw ServiceError(v1::ERROR_CODE_CANCELLED, "job " + std::to_string(arguments.job) + " was cancelled");
     if (end.state() == v1::JOB_STATE_FAILED) throw ServiceError(end.error().code(), end.error().message());
@@ -94,10 +83,14 @@ void run_fetch(const FetchArguments& arguments, bool one_frame)
     std::map<std::string, std::string> patterns;
     for (const v1::Output& output : job.job().outputs())
         patterns[output.name()] = path_of_output(arguments.folder, output, job.status().frames());
-    Delivery delivery(
-        client, arguments.job, patterns, [](const std::string& path) { std::printf("wrote %s\n", path.c_str()); },
-        [](const std::string&) {});
+    nlohmann::ordered_json written = nlohmann::ordered_json::array();
+    const auto tell = [&](const std::string& path) {
+        written.push_back(utf8_text(path));
+        if (!arguments.json) std::printf("wrote %s\n", path.c_str());
+    };
+    Delivery delivery(client, arguments.job, patterns, tell, [](const std::string&) {});
     const std::string holes = delivery.take_all(one_frame ? std::optional(arguments.frame) : std::nullopt);
+    if (arguments.json) print_job_json("fetch", arguments.job, {{"written", written}});
     if (!holes.empty()) throw Ended(kFailed, holes);
 }
 
@@ -105,6 +98,11 @@ void run_cancel(const JobArguments& arguments)
 {
     Client client = connect(arguments.server);
     const v1::CancelReply reply = client.cancel(arguments.job);
+    if (arguments.json) {
+        print_job_json("cancel", arguments.job,
+                       {{"state", state_text(reply.state())}, {"had_ended", reply.had_ended()}});
+        return;
+    }
     std::printf("job %llu %s%s\n", static_cast<unsigned long long>(arguments.job),
                 reply.had_ended() ? "had ended before, nothing was cancelled: " : "",
                 state_text(reply.state()).c_str());
@@ -114,14 +112,27 @@ struct ListArguments {
     ServerArguments server;
     int limit = 100;
     std::uint64_t job = 0;
-    std::vector<std::string> labels;
+    std::vector<std::string> labels, states;
+    std::string owner;
     bool json = false;
 };
 
+/// "failed" as its state. @throws rcs::Error bad_argument
+v1::JobState parse_state(const std::string& text)
+{
+    std::string names;
+    for (int i = v1::JobState_MIN + 1; i < v1::JobState_ARRAYSIZE; ++i) {
+        const auto state = static_cast<v1::JobState>(i);
+        if (state_text(state) == text) return state;
+        names.append(names.empty() ? "" : ", ").append(state_text(state));
+    }
+    throw Error(ErrorCode::bad_argument, "--state " + text + " is none of " + names);
+}
+
 void run_list(const ListArguments& arguments)
 {
-    Client client = connect(arguments.server);
     if (arguments.job != 0) {
+        Client client = connect(arguments.server);
         const v1::JobReply reply = client.details(arguments.job, 0, 10);
         if (arguments.json) {
             std::printf("%s\n", json_of(reply).c_str());
@@ -142,11 +153,14 @@ void run_list(const ListArguments& arguments)
     }
     v1::Request request;
     request.mutable_list()->set_limit(static_cast<std::uint32_t>(arguments.limit));
+    request.mutable_list()->set_owner(arguments.owner);
+    for (const std::string& state : arguments.states) request.mutable_list()->add_states(parse_state(state));
     for (const std::string& label : arguments.labels) {
         const std::size_t equals = label.find('=');
         if (equals == label.npos) throw Error(ErrorCode::bad_argument, "--label " + label + " is no NAME=VALUE");
         (*request.mutable_list()->mutable_labels())[label.substr(0, equals)] = label.substr(equals + 1);
     }
+    Client client = connect(arguments.server);
     const v1::ListReply reply = client.call(request).list();
     if (arguments.json) {
         std::printf("%s\n", json_of(reply).c_str());
@@ -178,25 +192,6 @@ void run_stats(const StatsArguments& arguments)
     }
 }
 
-std::string check_job_number(const std::string& text)
-{
-    const bool is_number = text.find_first_not_of("0123456789") == text.npos && text.size() <= 18 &&
-                           text.find_first_not_of('0') != text.npos;
-    return is_number ? std::string() : text + " is no number of a job, expected a whole number >= 1";
-}
-
-template <typename Arguments>
-CLI::App& add_job_command(CLI::App& app, const char* name, const char* help, Arguments& arguments)
-{
-    CLI::App& command = *app.add_subcommand(name, help);
-    command.add_option("job", arguments.job, "Its number, as submit printed it")
-        ->required()
-        ->type_name("JOB")
-        ->check(check_job_number, "");
-    add_server_arguments(command, arguments.server);
-    return command;
-}
-
 }  // namespace
 
 void add_job_commands(CLI::App& app, Action& action)
@@ -213,12 +208,14 @@ void add_job_commands(CLI::App& app, Action& action)
         ->type_name("DIR")
         ->capture_default_str();
     CLI::Option* frame = add_number(fetch_command, "--frame", fetch->frame, {-1e7, 1e7}, "Only those of this frame");
+    fetch_command.add_flag("--json", fetch->json, "Print the files that were written as JSON");
     fetch_command.footer("Example: rcsplat fetch 12 -o pictures");
     fetch_command.callback(
         [fetch, frame, &action] { action = [fetch, frame] { run_fetch(*fetch, frame->count() > 0); }; });
 
     const auto cancel = std::make_shared<JobArguments>();
     CLI::App& cancel_command = add_job_command(app, "cancel", "Ends a job; frames that are done stay", *cancel);
+    cancel_command.add_flag("--json", cancel->json, "Print what came of it as JSON");
     cancel_command.footer("Example: rcsplat cancel 12");
     cancel_command.callback([cancel, &action] { action = [cancel] { run_cancel(*cancel); }; });
 
@@ -230,9 +227,14 @@ void add_job_commands(CLI::App& app, Action& action)
     list_command.add_option("--label", list->labels, "Only jobs that have it; may be given several times")
         ->type_name("NAME=VALUE")
         ->allow_extra_args(false);
+    list_command
+        .add_option("--state", list->states, "Only jobs in this state, such as failed; may be given several times")
+        ->type_name("STATE")
+        ->allow_extra_args(false);
+    list_command.add_option("--owner", list->owner, "Only this owner's, such as uid:1000")->type_name("OWNER");
     list_command.add_flag("--json", list->json, "Print JSON");
     add_server_arguments(list_command, list->server);
-    list_command.footer("Example: rcsplat list");
+    list_command.footer("Example: rcsplat list --state failed --label shot=sh010 --json");
     list_command.callback([list, &action] { action = [list] { run_list(*list); }; });
 
     const auto stats = std::make_shared<StatsArguments>();

@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "cli/describe.h"
 #include "cli/progress_bar.h"
 #include "cli/render_arguments.h"
 #include "cli/run_support.h"
@@ -45,6 +46,17 @@ void print_plan(const RenderArguments& arguments, const CLI::App& command)
     }
 }
 
+/// Whether an option of a render says something about what is simulated, or how it is told.
+bool is_of_use(const CLI::Option& option)
+{
+    const std::string& group = option.get_group();
+    const std::string name = option.get_single_name();
+    const bool of_layers = name == "layers" || name == "output";
+    return group == option_group::kView || group == option_group::kCamera || group == option_group::kEffects ||
+           group == option_group::kQuality || group == option_group::kMachine || group == "Options" || of_layers ||
+           name == "stats" || name == "json" || name == "quiet";
+}
+
 }  // namespace
 
 void add_plan_command(CLI::App& app, Action& action)
@@ -53,8 +65,11 @@ void add_plan_command(CLI::App& app, Action& action)
         *app.add_subcommand("plan", "Says which effects a render of this view simulates, which not, and why");
     const auto arguments = std::make_shared<RenderArguments>();
     add_render_arguments(command, *arguments);
+    // The rest of a render's options may stay on the command line; it says nothing to a plan.
+    for (CLI::Option* option : command.get_options())
+        if (!is_of_use(*option)) option->group("");
     command.footer(
-        "Takes the options of render; nothing is drawn or written to --output.\n"
+        "Other options of render are taken, and change nothing: nothing is drawn or written to --output.\n"
         "Example: rcsplat plan sponza.glb --camera atrium");
     command.callback(
         [arguments, &command, &action] { action = [arguments, &command] { print_plan(*arguments, command); }; });

@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 
 #include "cli/arguments.h"
+#include "cli/describe.h"
 #include "cli/outputs.h"
 #include "cli/progress_bar.h"
 #include "cli/run_support.h"
@@ -66,6 +67,7 @@ void add_reference_command(CLI::App& app, Action& action)
     ReferenceOptions& options = arguments->options;
     const RenderOptions render_defaults;
     add_scene_arguments(command, arguments->scene, {render_defaults.width, render_defaults.height});
+    command.option_defaults()->group(option_group::kQuality);
     add_number(command, "--spp", options.samples, {16, 1048576}, "Paths a pixel, rounded up to a multiple of 16");
     add_number(command, find_option("bounces"), options.bounces);
     // Of the table's samples a pixel it has the range, but no more samples.

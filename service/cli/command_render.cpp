@@ -10,6 +10,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "cli/describe.h"
+#include "cli/memory_need.h"
 #include "cli/outputs.h"
 #include "cli/progress_bar.h"
 #include "cli/remote_render.h"
@@ -30,6 +32,15 @@ double writing_seconds(const std::vector<std::string>& files, const RenderOption
         seconds += megapixels * (file.ends_with(".exr") ? 0.75 : 0.25);
     }
     return seconds;
+}
+
+constexpr double kRoundedUp = 1.1;  ///< a budget that is missed by less is met
+
+std::string one_digit(double value)
+{
+    char text[32];
+    std::snprintf(text, sizeof text, "%.1f", value);
+    return text;
 }
 
 std::string to_text(const Forecast& forecast)
@@ -109,6 +120,7 @@ void render_scene(const RenderArguments& arguments, const std::string& record_fi
                               parse_tone_map(arguments.output), bar.log());
     check_text_path(arguments.report.stats_file);
     KeptRecords kept(record_file);
+    check_memory(options, arguments.output.files, bar.log());
     const CameraChoice looked_through = camera_choice(arguments.scene, arguments.scene.time);
 
     Session session = begin_session(arguments.scene, bar);
@@ -123,6 +135,7 @@ void render_scene(const RenderArguments& arguments, const std::string& record_fi
 
     // What comes before and after render() counts as well.
     const double around = seconds_of_process() + writing_seconds(arguments.output.files, options);
+    const double asked_seconds = budget_seconds(options);
     if (Budget* budget = std::get_if<Budget>(&options.quality))
         budget->seconds = std::max(1e-3, budget->seconds - around);
     const auto tell_forecast = [&](Forecast forecast) {
@@ -131,6 +144,11 @@ void render_scene(const RenderArguments& arguments, const std::string& record_fi
         }
         forecast.goal_seconds += around;
         report.forecast = forecast;
+        if (asked_seconds > 0.0 && forecast.goal_seconds > kRoundedUp * asked_seconds) {
+            bar.log()(LogLevel::warning, "the budget of " + number_text(asked_seconds) +
+                                             " s cannot be met: this view takes about " +
+                                             one_digit(forecast.goal_seconds) + " s at the least");
+        }
         if (!arguments.report.quiet && !arguments.report.json) {
             bar.finish();
             std::fputs(to_text(forecast).c_str(), stdout);
@@ -147,6 +165,10 @@ void render_scene(const RenderArguments& arguments, const std::string& record_fi
     kept.save(result, report);
     bar.finish();
     report.render = std::move(result.stats);
+    const double took = seconds_of_process();
+    if (asked_seconds > 0.0 && took > kRoundedUp * asked_seconds)
+        bar.log()(LogLevel::warning,
+                  "it took " + one_digit(took) + " s, more than the budget of " + number_text(asked_seconds) + " s");
     deliver(report, arguments.report, begin);
 }
 
@@ -159,6 +181,7 @@ void add_render_command(CLI::App& app, Action& action)
     const auto server = std::make_shared<ServerArguments>();
     const auto record_file = std::make_shared<std::string>();
     add_render_arguments(command, *arguments);
+    command.option_defaults()->group(option_group::kRecords);
     command
         .add_option("--records", *record_file,
                     "Start from the records in this file, if there is one, and save them there with those this view "
@@ -173,7 +196,8 @@ void add_render_command(CLI::App& app, Action& action)
         ->envname("")
         ->default_str("")
         ->description("Let this render server do it: a socket or HOST:PORT");
-    for (const char* local : {"--threads", "--dry-run", "--records"}) command.get_option("--server")->excludes(local);
+    for (const char* local : {"--threads", "--dry-run", "--records", "--asset-root"})
+        command.get_option("--server")->excludes(local);
     command.footer("Example: rcsplat render sponza.glb --camera atrium --size 1000x1000 -o sponza.png -o sponza.exr");
     command.callback([arguments, server, record_file, &command, &action] {
         if (arguments->output.files.empty() && !arguments->dry_run) {

@@ -1,12 +1,17 @@
 #include <cstdio>
+#include <fstream>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 
 #include "cli/commands.h"
+#include "cli/describe.h"
+#include "cli/parse.h"
 #include "cli/server_options.h"
+#include "seal/seal.h"
 #include "server/server.h"
 #include "worker/worker.h"
 
@@ -23,8 +28,40 @@ void add_options(CLI::App& command, ServerConfig& config)
     add_server_options(command, config);
 }
 
-/// The options of a command line with its file read anew.
-ServerConfig read_again(const std::vector<std::string>& words)
+/// Where a configuration file says something of an option: "FILE, line 3: ", or "FILE: ".
+std::string place_of(const std::string& file, const std::string& option)
+{
+    std::ifstream lines(file);
+    std::string line;
+    for (int number = 1; std::getline(lines, line); ++number) {
+        const std::size_t begin = line.find_first_not_of(" \t");
+        if (begin == line.npos || line.compare(begin, option.size(), option) != 0) continue;
+        const std::size_t end = begin + option.size();
+        if (end == line.size() || line[end] == ' ' || line[end] == '\t' || line[end] == '=')
+            return file + ", line " + std::to_string(number) + ": ";
+    }
+    return file + ": ";
+}
+
+/// What is wrong with a configuration file, whose parsing ended in `e`.
+[[noreturn]] void refuse_file(const CLI::App& app, const std::string& file, const CLI::ParseError& e)
+{
+    const std::string what = e.what();
+    if (!std::ifstream(file)) throw Error(ErrorCode::not_found, "configuration file '" + file + "' does not exist");
+    const std::string_view unknown = "INI was not able to parse ";
+    if (what.starts_with(unknown)) {
+        const std::string key = what.substr(unknown.size());
+        std::vector<std::string> names;
+        for (const CLI::Option* option : app.get_options()) names.push_back(option->get_single_name());
+        throw Error(ErrorCode::bad_argument, place_of(file, key) + check_name("option", key, names));
+    }
+    const bool named = what.starts_with("--");  // "--workers: workers is ..."
+    const std::string key = named ? what.substr(2, what.find(':') - 2) : "";
+    throw Error(ErrorCode::bad_argument, place_of(file, key) + (named ? what.substr(what.find(": ") + 2) : what));
+}
+
+/// The options of a command line with its file, as it is now.
+ServerConfig read(const std::vector<std::string>& words, const std::string& file)
 {
     CLI::App app;
     ServerConfig config;
@@ -32,7 +69,11 @@ ServerConfig read_again(const std::vector<std::string>& words)
     add_options(app, config);
     app.add_flag("--check", check);
     std::vector<std::string> backwards(words.rbegin(), words.rend());  // as CLI11 wants them
-    app.parse(backwards);
+    try {
+        app.parse(backwards);
+    } catch (const CLI::ParseError& e) {
+        refuse_file(app, file, e);  // the words alone have been parsed
+    }
     complete(config);
     return config;
 }
@@ -43,34 +84,30 @@ void add_serve_command(CLI::App& app, Action& action, const std::vector<std::str
 {
     CLI::App& command =
         *app.add_subcommand("serve", "Renders jobs that clients submit, one after the other, until it is told to stop");
-    command.prefix_command();
-    command.set_help_flag();
-    command.callback([&action, words] {
-        // Parsed apart: its configuration file is read again while it runs.
-        struct Parsed {
-            CLI::App app{"Renders jobs that clients submit, until SIGTERM; SIGHUP reads the configuration again.",
-                         "rcsplat serve"};
-            ServerConfig config;
-            bool check = false;
-        };
-        const auto parsed = std::make_shared<Parsed>();
-        add_options(parsed->app, parsed->config);
-        parsed->app.add_flag("--check", parsed->check, "Say whether the configuration is valid, and stop");
-        parsed->app.footer("Example: rcsplat serve --state /var/lib/rcsplat --root /scenes --http 127.0.0.1:8080");
-        std::vector<std::string> backwards(words.rbegin(), words.rend());
-        try {
-            parsed->app.parse(backwards);
-        } catch (const CLI::CallForHelp&) {
-            action = [parsed] { std::fputs(parsed->app.help().c_str(), stdout); };
-            return;
-        }
-        action = [parsed, words] {
-            complete(parsed->config);
-            if (parsed->check) {
+    // Parsed twice: its configuration file is read then, and again while it runs.
+    struct Shown {
+        ServerConfig config;
+        std::string file;
+        bool check = false;
+    };
+    const auto shown = std::make_shared<Shown>();
+    command.option_defaults()->group(option_group::kServe);
+    command.add_option("--config", shown->file, kConfigHelp)->type_name("FILE");
+    add_server_options(command, shown->config);
+    command.option_defaults()->group(option_group::kServe);
+    command.add_flag("--check", shown->check, "Say whether the configuration is valid, and stop");
+    command.footer(
+        "SIGTERM stops it, SIGHUP lets it read the configuration again.\n"
+        "Example: rcsplat serve --state /var/lib/rcsplat --root /scenes --http 127.0.0.1:8080");
+    command.callback([shown, words, &action] {
+        action = [shown, words] {
+            const ServerConfig config = read(words, shown->file);
+            if (shown->check) {
                 std::puts("the configuration is valid");
+                std::printf("workers are kept from: %s\n", describe(available_seal()).c_str());
                 return;
             }
-            serve(parsed->config, [words] { return read_again(words); });
+            serve(config, [words, shown] { return read(words, shown->file); });
         };
     });
 }
@@ -79,13 +116,13 @@ void add_worker_command(CLI::App& app, Action& action)
 {
     CLI::App& command = *app.add_subcommand("worker", "Renders for a server that started it");
     command.group("");  // not for people
-    struct Arguments {
-        int fd = -1, threads = 0;
-    };
-    const auto arguments = std::make_shared<Arguments>();
+    const auto arguments = std::make_shared<WorkerArguments>();
     command.add_option("--fd", arguments->fd)->required();
     command.add_option("--threads", arguments->threads);
-    command.callback([arguments, &action] { action = [arguments] { run_worker(arguments->fd, arguments->threads); }; });
+    command.add_option("--state", arguments->state)->required();
+    command.add_option("--home", arguments->home)->required();
+    command.add_option("--root", arguments->roots)->allow_extra_args(false);
+    command.callback([arguments, &action] { action = [arguments] { run_worker(*arguments); }; });
 }
 
 }  // namespace rcs::service

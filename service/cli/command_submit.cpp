@@ -7,10 +7,12 @@
 #include <vector>
 
 #include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
 #include "batch/frames.h"
 #include "cli/commands.h"
 #include "cli/delivery.h"
+#include "cli/describe.h"
 #include "cli/job_run.h"
 #include "cli/render_arguments.h"
 #include "cli/server_arguments.h"
@@ -30,6 +32,9 @@ struct SubmitArguments {
     std::string key;
     std::vector<std::string> labels;
     double time_limit = 0.0;
+    std::vector<std::uint64_t> after;
+    int stop_after = 0;
+    std::string deliver;
     bool detach = false, on_server = false;
 };
 
@@ -51,15 +56,17 @@ void add_frames(const SubmitArguments& arguments, RequestedJob& requested)
     }
 }
 
-/// Writes frames as they finish. @throws Ended: some have no pictures
-void deliver_job(const SubmitArguments& arguments, const RequestedJob& requested, Client& client, std::uint64_t job,
-                 ProgressBar& bar)
+/// Writes frames as they finish. @return the files @throws Ended: some have no pictures
+std::vector<std::string> deliver_job(const SubmitArguments& arguments, const RequestedJob& requested, Client& client,
+                                     std::uint64_t job, ProgressBar& bar)
 {
     std::map<std::string, std::string> patterns;
     for (int i = 0; i < requested.job.outputs_size(); ++i)
         patterns[requested.job.outputs(i).name()] = requested.paths[static_cast<std::size_t>(i)];
+    std::vector<std::string> files;
     const auto written = [&](const std::string& path) {
-        if (!arguments.render.report.quiet) std::printf("wrote %s\n", path.c_str());
+        files.push_back(utf8_text(path));
+        if (!arguments.render.report.quiet && !arguments.render.report.json) std::printf("wrote %s\n", path.c_str());
         std::fflush(stdout);
     };
     try {
@@ -72,6 +79,7 @@ void deliver_job(const SubmitArguments& arguments, const RequestedJob& requested
         });
         const std::string holes = delivery.take_all();
         if (!holes.empty()) throw Ended(kFailed, holes);
+        return files;
     } catch (const Error& e) {
         if (e.code() != ErrorCode::cancelled) throw;
         const std::string number = std::to_string(job);
@@ -89,6 +97,9 @@ void run_submit(const SubmitArguments& arguments)
     requested.job.set_priority(arguments.priority);
     requested.job.set_idempotency_key(arguments.key);
     requested.job.set_time_limit_seconds(arguments.time_limit);
+    requested.job.mutable_after()->Assign(arguments.after.begin(), arguments.after.end());
+    requested.job.set_deliver(arguments.deliver);
+    requested.job.set_stop_after(static_cast<std::uint32_t>(arguments.stop_after));
     for (const std::string& label : arguments.labels) {
         const std::size_t equals = label.find('=');
         if (equals == label.npos || equals == 0)
@@ -101,10 +112,14 @@ void run_submit(const SubmitArguments& arguments)
     Client client = connect(arguments.server, Patience::of_a_waiting_client);
     const v1::SubmitReply submitted = submit(client, requested, bar);
     bar.finish();
-    std::printf("job %llu%s\n", static_cast<unsigned long long>(submitted.job()),
-                submitted.existed() ? " (submitted before)" : "");
+    const bool json = arguments.render.report.json;
+    if (!json)
+        std::printf("job %llu%s\n", static_cast<unsigned long long>(submitted.job()),
+                    submitted.existed() ? " (submitted before)" : "");
     std::fflush(stdout);
-    if (!arguments.detach) deliver_job(arguments, requested, client, submitted.job(), bar);
+    std::vector<std::string> written;
+    if (!arguments.detach) written = deliver_job(arguments, requested, client, submitted.job(), bar);
+    if (json) print_job_json("submit", submitted.job(), {{"existed", submitted.existed()}, {"written", written}});
 }
 
 }  // namespace
@@ -117,14 +132,17 @@ void add_submit_command(CLI::App& app, Action& action)
     add_render_arguments(command, arguments->render);
     add_server_arguments(command, arguments->server);
     command.remove_option(command.get_option("--threads"));
+    command.remove_option(command.get_option("--asset-root"));
     command.remove_option(command.get_option("--dry-run"));
     command.remove_option(command.get_option("--stats"));
-    command.remove_option(command.get_option("--json"));
+    command.get_option("--json")->description("Print the job's number and the files that were written as JSON");
+    command.option_defaults()->group(option_group::kFrames);
     command
         .add_option("--frames", arguments->frames,
                     "Frames of an animation, such as 1-100x2,150; outputs have #### for the number")
         ->type_name("LIST");
     add_fps(command, arguments->fps);
+    command.option_defaults()->group(option_group::kServe);
     add_number(command, "--priority", arguments->priority, {-100, 100}, "Larger ones come first; waiting raises it");
     command.add_option("--key", arguments->key, "Submitted again with the same key, it stays one job")
         ->type_name("KEY");
@@ -132,15 +150,26 @@ void add_submit_command(CLI::App& app, Action& action)
         ->type_name("NAME=VALUE")
         ->allow_extra_args(false);
     add_number(command, "--time-limit", arguments->time_limit, {0, 1e6}, "Wall time of a frame [s]; 0: the server's");
+    command
+        .add_option("--after", arguments->after,
+                    "Job that has to be completed before this one starts; if it fails, so does this one; may be given "
+                    "several times")
+        ->type_name("JOB")
+        ->allow_extra_args(false);
+    command
+        .add_option("--deliver", arguments->deliver,
+                    "Folder on the server, beneath its --deliver-root, to which it copies pictures as they finish")
+        ->type_name("DIR");
+    add_number(command, "--stop-after", arguments->stop_after, {0, 10'000},
+               "End the job once so many frames have failed alike; 0: never");
     command.add_flag("--detach", arguments->detach, "Print the job's number and do not wait");
     command.add_flag("--on-server", arguments->on_server,
                      "SCENE is an absolute path on the server, beneath one of its roots");
     command.get_option("--output")->required();
     command.footer(
         "Example: rcsplat submit sponza.glb --camera atrium -o sponza.png\n"
-        "Frames are written as they finish. While it waits the server may be stopped and started; Ctrl-C leaves the "
-        "job in the "
-        "queue, and rcsplat cancel ends it.");
+        "Frames are written as they finish. While it waits the server may be stopped and started; Ctrl-C leaves the\n"
+        "job in the queue, and rcsplat cancel ends it.");
     command.callback([arguments, &action] { action = [arguments] { run_submit(*arguments); }; });
 }
 

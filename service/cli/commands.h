@@ -25,7 +25,9 @@ void add_accuracy_command(CLI::App& app, Action& action);
 void add_serve_command(CLI::App& app, Action& action, const std::vector<std::string>& words);
 void add_worker_command(CLI::App& app, Action& action);
 void add_submit_command(CLI::App& app, Action& action);
-void add_job_commands(CLI::App& app, Action& action);  ///< watch, fetch, cancel, list, stats
+void add_job_commands(CLI::App& app, Action& action);    ///< watch, fetch, cancel, list, stats
+void add_hold_commands(CLI::App& app, Action& action);   ///< retry, pause, resume, priority, logs
+void add_shell_commands(CLI::App& app, Action& action);  ///< completion, manual
 void add_doctor_command(CLI::App& app, Action& action);
 
 }  // namespace rcs::service

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "batch/delivered_name.h"
 #include "batch/frames.h"
 #include "cli/job_run.h"
 #include "process/printable.h"
@@ -82,14 +83,8 @@ std::string Delivery::take_all(std::optional<int> only)
 
 std::string path_of_output(const std::string& folder, const v1::Output& output, int frames)
 {
-    namespace fs = std::filesystem;
     // What a server says is not trusted with other folders.
-    const std::string& given = output.file_name();
-    const bool usable =
-        !given.empty() && given.front() != '.' && given.find('/') == given.npos && printable(given) == given;
-    const fs::path name = usable ? given : output.name();
-    if (frames == 1 || has_frame_pattern(name.string())) return (fs::path(folder) / name).string();
-    return (fs::path(folder) / (name.stem().string() + ".####" + name.extension().string())).string();
+    return (std::filesystem::path(folder) / delivered_name(output.file_name(), output.name(), frames)).string();
 }
 
 }  // namespace rcs::service

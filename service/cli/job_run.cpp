@@ -3,8 +3,12 @@
 #include <cctype>
 #include <cstdio>
 
+#include <nlohmann/json.hpp>
+
 #include "process/printable.h"
 #include "rcs/error.h"
+#include "rcs/version.h"
+#include "report/encoding.h"
 #include "wire/errors.h"
 
 namespace rcs::service {
@@ -31,12 +35,9 @@ v1::SubmitReply submit(Client& client, const RequestedJob& requested, ProgressBa
 v1::JobStatus follow(Client& client, std::uint64_t job, ProgressBar& bar,
                      const std::function<void(const v1::JobStatus&)>& news)
 {
+    const std::string name = "job " + std::to_string(job);
     const v1::JobStatus end = client.watch(job, [&](const v1::JobStatus& status) {
-        if (status.running_size() > 0) {
-            bar.show(printable(status.running(0).stage()), status.running(0).stage_fraction());
-        } else if (status.state() == v1::JOB_STATE_QUEUED) {
-            bar.show("queued", 0.0f);
-        }
+        bar.show(name, static_cast<float>(status.fraction()), progress_text(status));
         if (news) news(status);
     });
     bar.finish();
@@ -53,7 +54,31 @@ void for_each_frame(Client& client, std::uint64_t job, const std::function<void(
     }
 }
 
+std::string progress_text(const v1::JobStatus& status)
+{
+    std::string text = state_text(status.state());
+    if (status.frames() > 1) {
+        text += ", " + std::to_string(status.frames_completed()) + " of " + std::to_string(status.frames()) + " frames";
+    } else if (status.running_size() > 0) {
+        text = printable(status.running(0).stage());
+    }
+    if (status.frames_failed() > 0) text += ", " + std::to_string(status.frames_failed()) + " failed";
+    const bool first = !status.has_error_estimate() && status.running_size() > 0;
+    if (first && status.running(0).has_error_estimate())
+        text += ", error " + percent_text(status.running(0).error_estimate());
+    if (status.has_error_estimate()) text += ", error " + percent_text(status.error_estimate());
+    if (status.has_eta_seconds()) text += ", about " + duration_text(status.eta_seconds()) + " to go";
+    return text;
+}
+
 std::string state_text(v1::JobState state) { return lower_name(v1::JobState_Name(state), "JOB_STATE_"); }
 std::string state_text(v1::FrameState state) { return lower_name(v1::FrameState_Name(state), "FRAME_STATE_"); }
+
+void print_job_json(const std::string& command, std::uint64_t job, const nlohmann::ordered_json& what)
+{
+    nlohmann::ordered_json json{{"version", kVersion}, {"command", command}, {"job", job}};
+    json.update(what);
+    std::printf("%s\n", json.dump(2).c_str());
+}
 
 }  // namespace rcs::service

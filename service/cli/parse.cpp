@@ -1,5 +1,7 @@
 #include "cli/parse.h"
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -9,9 +11,25 @@
 #include "cli/number.h"
 #include "rcs/error.h"
 #include "rcs/option_table.h"
+#include "rcs/suggestion.h"
 #include "wire/limits.h"
 
 namespace rcs::service {
+
+std::string listed(const std::vector<std::string>& names)
+{
+    std::string text;
+    for (const std::string& name : names) text.append(text.empty() ? "" : ", ").append(name);
+    return text;
+}
+
+std::string check_name(const std::string& kind, const std::string& name, const std::vector<std::string>& names)
+{
+    if (std::find(names.begin(), names.end(), name) != names.end()) return {};
+    const std::string meant = did_you_mean(name, names);
+    return "there is no " + kind + " '" + name + "'" + (meant.empty() ? "; there are " + listed(names) : meant);
+}
+
 namespace {
 
 template <typename Value>
@@ -21,11 +39,15 @@ Value look_up(const std::map<std::string, Value>& choices, const std::string& te
     if (found != choices.end()) {
         return found->second;
     }
-    std::string names;
-    for (const auto& [name, value] : choices) {
-        names.append(names.empty() ? "" : ", ").append(name);
-    }
-    throw Error(ErrorCode::bad_argument, text + " is not one of " + names);
+    std::vector<std::string> names;
+    for (const auto& [name, value] : choices) names.push_back(name);
+    throw Error(ErrorCode::bad_argument, text + " is not one of " + listed(names) + did_you_mean(text, names));
+}
+
+/// The letter behind a place in a text, or 0.
+int letter_after(const std::string& text, std::size_t at)
+{
+    return at < text.size() && at + 1 < text.size() ? static_cast<unsigned char>(text[at + 1]) : 0;
 }
 
 }  // namespace
@@ -33,7 +55,7 @@ Value look_up(const std::map<std::string, Value>& choices, const std::string& te
 Size parse_size(const std::string& text)
 {
     const std::size_t cross = text.find('x');
-    if (cross == text.npos) refuse_value("size", text, "WIDTHxHEIGHT");
+    if (cross == text.npos) refuse_value("size", text, "WIDTHxHEIGHT, such as 640x360");
     RenderOptions options;
     set_from_text(find_option("width"), options, std::string_view(text).substr(0, cross));
     set_from_text(find_option("height"), options, std::string_view(text).substr(cross + 1));
@@ -110,10 +132,9 @@ EnvironmentChoice parse_environment(const std::string& text)
             return {radiance, {}, 0.0};
         }
     }
+    const bool named_as_file = text.find('/') != text.npos || std::isalpha(letter_after(text, text.rfind('.'))) != 0;
     std::error_code ignored;
-    if (std::filesystem::is_regular_file(text, ignored)) {
-        return {std::nullopt, text, 0.0};
-    }
+    if (named_as_file || std::filesystem::exists(text, ignored)) return {std::nullopt, text, 0.0};
     throw Error(ErrorCode::bad_argument,
                 text + " is neither scene nor none nor R,G,B with three values of at least 0 nor a file");
 }

@@ -3,6 +3,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <glm/glm.hpp>
 
@@ -38,6 +39,12 @@ glm::dvec2 parse_lens_shift(const std::string& text);
 EnvironmentChoice parse_environment(const std::string& text);
 std::optional<float> parse_exposure(const std::string& text);
 LogLevel parse_log_level(const std::string& text);
+
+/// "a, b, c".
+std::string listed(const std::vector<std::string>& names);
+/// What is wrong with a name that has to be one of `names`, and which was probably meant; or nothing.
+/// @param kind  "layer"
+std::string check_name(const std::string& kind, const std::string& name, const std::vector<std::string>& names);
 
 /// One of the functions above as a check: what is wrong with `text`, or nothing.
 template <typename Parse>

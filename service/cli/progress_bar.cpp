@@ -72,7 +72,7 @@ void ProgressBar::clear_line()
     }
 }
 
-void ProgressBar::show(std::string_view stage, float fraction)
+void ProgressBar::show(std::string_view stage, float fraction, const std::string& detail)
 {
     const bool changed = stage != stage_;
     if (changed) {
@@ -86,19 +86,22 @@ void ProgressBar::show(std::string_view stage, float fraction)
     last_output_ = now;
     const float part = fraction > 0.0f ? std::min(fraction, 1.0f) : 0.0f;
     if (!terminal_) {
-        std::fprintf(stderr, "rcsplat: %s %d %%\n", stage_.c_str(), static_cast<int>(part * 100.0f));
+        std::fprintf(stderr, "rcsplat: %s %d %%%s%s\n", stage_.c_str(), static_cast<int>(part * 100.0f),
+                     detail.empty() ? "" : ", ", detail.c_str());
         return;
     }
-    draw_bar(part, seconds(now - stage_begin_));
+    char took[40];
+    std::snprintf(took, sizeof took, "%.1f s", seconds(now - stage_begin_));
+    draw_bar(part, detail.empty() ? took : detail);
 }
 
-void ProgressBar::draw_bar(float part, double stage_seconds)
+void ProgressBar::draw_bar(float part, const std::string& detail)
 {
     const int filled = static_cast<int>(part * kBarWidth);
     const std::string bar = std::string(static_cast<std::size_t>(filled), '#') +
                             std::string(static_cast<std::size_t>(kBarWidth - filled), '.');
-    std::fprintf(stderr, "\r\033[K%-10s [%s] %3d %%  %.1f s", stage_.c_str(), bar.c_str(),
-                 static_cast<int>(part * 100.0f), stage_seconds);
+    std::fprintf(stderr, "\r\033[K%-10s [%s] %3d %%  %s", stage_.c_str(), bar.c_str(), static_cast<int>(part * 100.0f),
+                 detail.c_str());
     std::fflush(stderr);
     drawn_ = true;
 }

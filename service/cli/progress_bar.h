@@ -18,7 +18,8 @@ public:
     ProgressBar(const ProgressBar&) = delete;
     ProgressBar& operator=(const ProgressBar&) = delete;
 
-    void show(std::string_view stage, float fraction);
+    /// @param detail  said behind the bar in place of the stage's time; "": that
+    void show(std::string_view stage, float fraction, const std::string& detail = {});
     void finish();  ///< ends the running stage and takes the bar away
 
     /// For the library; both refer to this bar. Progress says stop once a signal came.
@@ -30,7 +31,7 @@ private:
 
     void begin(std::string_view stage);
     void end_stage();
-    void draw_bar(float part, double stage_seconds);
+    void draw_bar(float part, const std::string& detail);
     void clear_line();
 
     LogLevel least_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "cli/describe.h"
 #include "cli/outputs.h"
 #include "rcs/effects.h"
 
@@ -28,6 +29,7 @@ EffectChoice choose_effects(const std::string& effects, const EffectChoice& name
 
 void add_motion_arguments(CLI::App& command, RenderArguments& arguments)
 {
+    command.option_defaults()->group(option_group::kFiles);
     command
         .add_option("--motion-time", arguments.motion_time,
                     "Time that the layer motion tells of: how points moved from where they were then [s]; with a sign, "
@@ -104,8 +106,10 @@ void add_render_arguments(CLI::App& command, RenderArguments& arguments)
 {
     const RenderOptions defaults;
     add_scene_arguments(command, arguments.scene, {defaults.width, defaults.height});
+    command.option_defaults()->group(option_group::kQuality);
     command.add_flag("--dry-run", arguments.dry_run, "Print what which error would cost, and stop");
     add_table_options(command, defaults, arguments.options);
+    command.option_defaults()->group(option_group::kEffects);
     command
         .add_option("--effects", arguments.effects,
                     "What to simulate: auto takes what the view calls for (rcsplat plan says what and why), all takes "

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include "cli/describe.h"
 #include "process/interrupt.h"
 #include "process/printable.h"
 #include "rcs/error.h"
@@ -13,9 +14,10 @@ namespace rcs::service {
 void add_server_arguments(CLI::App& command, ServerArguments& arguments)
 {
     arguments.address = default_socket();
+    command.option_defaults()->group(option_group::kServer);
     command
         .add_option("--server", arguments.address,
-                    "A render server's socket, or its HOST:PORT; default: $RCSPLAT_SERVER, or")
+                    "A render server's socket, or its HOST:PORT; $RCSPLAT_SERVER says another default")
         ->type_name("ADDRESS")
         ->envname("RCSPLAT_SERVER")
         ->capture_default_str();

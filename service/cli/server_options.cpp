@@ -1,36 +1,61 @@
 #include "cli/server_options.h"
 
+#include <cstdlib>
+#include <string>
+
+#include "cli/describe.h"
 #include "cli/number.h"
 
 namespace rcs::service {
+namespace {
 
-void add_server_options(CLI::App& command, ServerConfig& c)
+/// Where systemd made the service a folder, in that.
+std::string server_socket()
 {
-    c.socket = default_socket();
-    c.state = default_state();
-    command.add_option("--socket", c.socket, "Unix socket to listen on")->type_name("PATH")->capture_default_str();
-    command.add_option("--group", c.group, "Group whose members may connect, beside the server's own user")
-        ->type_name("NAME");
-    command.add_option("--state", c.state, "Folder of queue, uploads and pictures")
-        ->type_name("DIR")
-        ->capture_default_str();
+    const char* runtime = std::getenv("RUNTIME_DIRECTORY");
+    return runtime != nullptr && *runtime == '/' ? std::string(runtime) + "/socket" : default_socket();
+}
+
+void add_queue_options(CLI::App& command, QueueOptions& q)
+{
+    add_number(command, "--ageing", q.share.ageing_seconds, {0, 1e9, true},
+               "Waiting that counts as one step of priority [s]");
+    add_number(command, "--slice", q.share.slice_seconds, {0, 1e6, true},
+               "Time of a worker in which owners, and the jobs of an owner, take turns [s]");
+    add_number(command, "--owner-running", q.share.owner_running, {0, 1024},
+               "Frames of one owner that run at a time; 0: as many as there are workers");
+    add_number(command, "--owner-frames", q.max_owner_frames, {0, 100'000'000},
+               "Unfinished frames of one owner; more are refused; 0: as many as --max-frames");
+    const auto add_tries = [&](const char* name, RetryPolicy& policy, const char* help) {
+        add_number(command, name, policy.tries, {1, 100}, help);
+    };
+    add_tries("--tries", q.passing, "Tries of a frame that fails for want of disk or OpenGL, or by a defect");
+    add_tries("--tries-death", q.death, "Tries of a frame whose worker dies or hangs");
+    add_tries("--tries-memory", q.memory, "Tries of a frame that takes too much memory");
+    add_tries("--tries-time", q.time, "Tries of a frame that takes too long");
+    add_number(command, "--max-jobs", q.max_unfinished_jobs, {1, 10'000'000}, "Unfinished jobs; more are refused");
+    add_number(command, "--max-frames", q.max_unfinished_frames, {1, 100'000'000},
+               "Unfinished frames; more are refused");
+}
+
+void add_aftermath_options(CLI::App& command, ServerConfig& c)
+{
     command
-        .add_option("--root", c.roots, "Folder beneath which jobs may name scenes by path; may be given several times")
-        ->type_name("DIR")
-        ->allow_extra_args(false);
+        .add_option("--deliver-root", c.deliver_root,
+                    "Folder beneath which jobs may have their pictures copied (submit --deliver)")
+        ->type_name("DIR");
     command
-        .add_option("--listen", c.listen, "Also listen on TCP; clients show the token, and beyond loopback speak TLS")
-        ->type_name("HOST:PORT");
-    command.add_option("--token-file", c.token_file, "Secret of TCP clients; default: DIR/token, made when needed")
+        .add_option("--on-completion", c.on_completion,
+                    "Program that is run, without a shell, for each job that has ended; it hears of it by RCSPLAT_JOB, "
+                    "RCSPLAT_STATE and more in its environment")
         ->type_name("FILE");
-    command.add_option("--tls-certificate", c.tls_certificate, "Certificate chain of TCP [PEM]")->type_name("FILE");
-    command.add_option("--tls-key", c.tls_key, "Its key [PEM]")->type_name("FILE");
-    command.add_option("--client-ca", c.client_ca, "Authority whose certificates stand for the token [PEM]")
-        ->type_name("FILE");
-    command.add_option("--http", c.http, "Show a read-only status page on this address of this machine")
-        ->type_name("HOST:PORT");
-    add_number(command, "--workers", c.workers, {0, 64}, "Worker processes; 0 takes one for each 8 cores");
-    add_number(command, "--threads", c.threads, {0, 1024}, "Threads of a worker; 0 shares the cores out");
+    add_number(command, "--on-completion-seconds", c.on_completion_seconds, {0, 86400, true},
+               "Time that it may take, after which it is killed [s]");
+}
+
+void add_limits(CLI::App& command, ServerConfig& c)
+{
+    command.option_defaults()->group(option_group::kLimits);
     add_number(command, "--time-limit", c.time_limit, {0, 1e6, true}, "Wall time of a frame, after which it fails [s]");
     add_number(command, "--memory-limit", c.memory_limit_mb, {0, 1e9},
                "Memory of a worker, beyond which its frame fails [MB]; 0 "
@@ -45,17 +70,47 @@ void add_server_options(CLI::App& command, ServerConfig& c)
     add_number(command, "--keep-days", c.keep_days, {0, 36500},
                "How long jobs that have ended and their pictures stay [days]");
     add_number(command, "--keep-gb", c.keep_gb, {0, 1e6}, "Pictures beyond so much go, the oldest first [GB]");
-    add_number(command, "--ageing", c.queue.ageing_seconds, {0, 1e9, true},
-               "Waiting that counts as one step of priority [s]");
-    add_number(command, "--tries", c.queue.max_tries, {1, 100}, "Tries of a frame whose failure may pass");
-    add_number(command, "--max-jobs", c.queue.max_unfinished_jobs, {1, 10'000'000},
-               "Unfinished jobs; more are refused");
-    add_number(command, "--max-frames", c.queue.max_unfinished_frames, {1, 100'000'000},
-               "Unfinished frames; more are refused");
+    add_queue_options(command, c.queue);
     add_number(command, "--max-megapixels", c.max_pixels_millions, {1, 268}, "Pixels of a frame [millions]");
     add_number(command, "--max-connections", c.max_connections, {1, 10'000}, "Connections at a time");
     add_number(command, "--message-seconds", c.message_seconds, {0, 3600, true},
                "From the first byte of a message to its last, and for a client to take what it asked for [s]");
+}
+
+}  // namespace
+
+void add_server_options(CLI::App& command, ServerConfig& c)
+{
+    c.socket = server_socket();
+    c.state = default_state();
+    command.add_option("--socket", c.socket, "Unix socket to listen on")->type_name("PATH")->capture_default_str();
+    command.add_option("--group", c.group, "Group whose members may connect, beside the server's own user")
+        ->type_name("NAME");
+    command.add_option("--state", c.state, "Folder of queue, uploads and pictures")
+        ->type_name("DIR")
+        ->capture_default_str();
+    command
+        .add_option("--root", c.roots, "Folder beneath which jobs may name scenes by path; may be given several times")
+        ->type_name("DIR")
+        ->allow_extra_args(false);
+    command
+        .add_option("--listen", c.listen, "Also listen on TCP; clients show the token, and beyond loopback speak TLS")
+        ->type_name("HOST:PORT");
+    command.option_defaults()->group(option_group::kServer);
+    command.add_option("--token-file", c.token_file, "Secret of TCP clients; default: DIR/token, made when needed")
+        ->type_name("FILE");
+    command.add_option("--tls-certificate", c.tls_certificate, "Certificate chain of TCP [PEM]")->type_name("FILE");
+    command.add_option("--tls-key", c.tls_key, "Its key [PEM]")->type_name("FILE");
+    command.add_option("--client-ca", c.client_ca, "Authority whose certificates stand for the token [PEM]")
+        ->type_name("FILE");
+    command.option_defaults()->group(option_group::kServe);
+    command.add_option("--http", c.http, "Show a read-only status page on this address of this machine")
+        ->type_name("HOST:PORT");
+    add_number(command, "--workers", c.workers, {0, 64}, "Worker processes; 0 takes one for each 8 cores");
+    add_number(command, "--threads", c.threads, {0, 1024}, "Threads of a worker; 0 shares the cores out");
+    add_limits(command, c);
+    command.option_defaults()->group(option_group::kServe);
+    add_aftermath_options(command, c);
     command.add_flag("--debug", c.log_debug, "Log more");
     command.add_flag(
         "--recover", c.recover,

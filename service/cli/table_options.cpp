@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <string_view>
 
+#include "cli/describe.h"
 #include "cli/parse.h"
 #include "rcs/error.h"
 
@@ -22,6 +23,21 @@ std::string type_of(const OptionInfo& option)
     return choices.empty() ? "N" : choices;
 }
 
+/// "; did you mean 5%?" of a number that is out of range but for its unit, or how units are written; or "".
+std::string with_suffix(const OptionInfo& option, const std::string& text)
+{
+    std::string endings;
+    for (const auto& [ending, factor] : option.suffixes) {
+        const auto number = read_number(text);
+        const double value = factor * number.value_or(0.0);
+        const NumberRange& range = option.range;
+        const bool fits = value <= range.most && (range.open ? value > range.least : value >= range.least);
+        if (number && factor != 1.0 && fits) return "; did you mean " + text + std::string(ending) + "?";
+        endings.append(endings.empty() ? "" : " or ").append(ending);
+    }
+    return endings.empty() ? "" : "; it may end in " + endings;
+}
+
 std::string help_of(const OptionInfo& option)
 {
     std::string help(option.help);
@@ -33,6 +49,23 @@ std::string help_of(const OptionInfo& option)
 
 }  // namespace
 
+const char* group_of(const OptionInfo& option)
+{
+    switch (option.group) {
+        case OptionGroup::picture:
+            return option_group::kView;
+        case OptionGroup::quality:
+            return option_group::kQuality;
+        case OptionGroup::records:
+            return option_group::kRecords;
+        case OptionGroup::direct:
+            return option_group::kDirect;
+        case OptionGroup::effects:
+            return option_group::kEffects;
+    }
+    return option_group::kOther;
+}
+
 std::string& OptionTexts::of(const OptionInfo& option)
 {
     return texts[static_cast<std::size_t>(&option - option_table().data())];
@@ -42,14 +75,18 @@ CLI::Option* add_table_option(CLI::App& command, const OptionInfo& option, const
                               OptionTexts& texts)
 {
     const auto parse = [&option](const std::string& text) {
-        RenderOptions options;
-        set_from_text(option, options, text);
+        try {
+            RenderOptions options;
+            set_from_text(option_for(option, text), options, text);
+        } catch (const Error& e) {
+            throw Error(e.code(), e.what() + with_suffix(option, text));
+        }
     };
     CLI::Option* added = command.add_option(std::string(option.name), texts.of(option), help_of(option))
                              ->type_name(type_of(option))
                              ->check(checked_by(parse), "")
                              ->default_str(text_of(option, defaults));
-    if (quality_of(option) != kAnyQuality) added->group("Quality: settings, a target error or a budget");
+    added->group(group_of(option));
     if (is_list(option)) added->join(',')->allow_extra_args(false);
     return added;
 }
@@ -57,18 +94,20 @@ CLI::Option* add_table_option(CLI::App& command, const OptionInfo& option, const
 void add_table_options(CLI::App& command, const RenderOptions& defaults, OptionTexts& texts)
 {
     for (const OptionInfo& option : option_table())
-        if (option.name != kSize) add_table_option(command, option, defaults, texts);
+        if (option.name != kSize && option.prefix.empty()) add_table_option(command, option, defaults, texts);
 }
 
 RenderOptions read_options(const OptionTexts& texts, const RenderOptions& defaults)
 {
     RenderOptions options = defaults;
     std::vector<const OptionInfo*> given;
+    std::vector<const std::string*> values;
     std::string names;  // of those that say something about quality
     for (std::size_t i = 0; i < texts.texts.size(); ++i) {
         if (texts.texts[i].empty()) continue;
-        const OptionInfo& option = option_table()[i];
+        const OptionInfo& option = option_for(option_table()[i], texts.texts[i]);
         given.push_back(&option);
+        values.push_back(&texts.texts[i]);
         if (quality_of(option) != kAnyQuality) names.append(names.empty() ? "" : ", ").append(option.name);
     }
     try {
@@ -76,8 +115,7 @@ RenderOptions read_options(const OptionTexts& texts, const RenderOptions& defaul
     } catch (const Error& e) {
         throw Error(e.code(), names + ": " + e.what());
     }
-    for (const OptionInfo* option : given)
-        set_from_text(*option, options, texts.texts[static_cast<std::size_t>(option - option_table().data())]);
+    for (std::size_t i = 0; i < given.size(); ++i) set_from_text(*given[i], options, *values[i]);
     return options;
 }
 

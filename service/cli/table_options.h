@@ -17,6 +17,8 @@ struct OptionTexts {
     std::string& of(const OptionInfo& option);
 };
 
+const char* group_of(const OptionInfo& option);
+
 /// @param defaults  shown in the help
 CLI::Option* add_table_option(CLI::App& command, const OptionInfo& option, const RenderOptions& defaults,
                               OptionTexts& texts);
@@ -27,7 +29,9 @@ void add_table_options(CLI::App& command, const RenderOptions& defaults, OptionT
 template <typename Number>
 CLI::Option* add_number(CLI::App& command, const OptionInfo& option, Number& value, const std::string& more = "")
 {
-    return add_number(command, std::string(option.name), value, option.range, std::string(option.help) + more);
+    CLI::Option* added =
+        add_number(command, std::string(option.name), value, option.range, std::string(option.help) + more);
+    return added->group(group_of(option));
 }
 
 /// `defaults` with what the texts say. @throws rcs::Error bad_argument that names the options

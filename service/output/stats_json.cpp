@@ -160,7 +160,7 @@ void append_render(std::string& text, const RunReport& report)
 
 [[noreturn]] void fail_write(const std::string& path, int error)
 {
-    throw Error(ErrorCode::io, "cannot write " + path + ": " + std::strerror(error));
+    throw Error(ErrorCode::io, "cannot write '" + path + "': " + std::strerror(error));
 }
 
 std::string temporary_name(const std::string& path)
@@ -282,7 +282,7 @@ void check_text_path(const std::string& path)
     }
     std::error_code ignored;
     if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored)) {
-        throw Error(ErrorCode::io, "cannot write " + path + ": it is not a regular file");
+        throw Error(ErrorCode::io, "cannot write '" + path + "': it is not a regular file");
     }
     const std::string temporary = temporary_name(path);
     std::FILE* file = std::fopen(temporary.c_str(), "w");

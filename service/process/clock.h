@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 /// The only room that reads clocks. Deadlines, pauses and durations are counted by the steady one; what is shown is
 /// said by the wall's, which may be set an hour back, or to 1970, at any time.
@@ -14,5 +15,10 @@ struct Moment {
 
 Moment read_clocks();
 std::int64_t steady_ms();
+
+/// A moment of the wall's clock as text: "2026-11-22T10:31:05.120Z" for logs, "2026-11-22 11:31:05" where we are for
+/// people. @param wall_ms  Unix time [ms]
+std::string utc_text(std::int64_t wall_ms);
+std::string local_text(std::int64_t wall_ms);
 
 }  // namespace rcs::service

@@ -5,9 +5,11 @@
 #include <ctime>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <sstream>
 #include <string>
 
+#include <sys/resource.h>
 #include <unistd.h>
 
 namespace rcs::service {
@@ -26,6 +28,73 @@ double seconds_of_process()
     if (fields.fail() || clock_gettime(CLOCK_BOOTTIME, &now) != 0) return 0.0;
     const double since_boot = static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
     return std::max(0.0, since_boot - std::strtod(field.c_str(), nullptr) / static_cast<double>(sysconf(_SC_CLK_TCK)));
+}
+
+namespace {
+
+/// A number in a file of the kernel's, after a word or at its beginning; none if it is not there, or says "max".
+std::optional<double> number_in(const std::string& file, const std::string& key = "")
+{
+    std::ifstream lines(file);
+    std::string line;
+    while (std::getline(lines, line)) {
+        if (!line.starts_with(key)) continue;
+        std::istringstream rest(line.substr(key.size()));
+        double number = 0.0;
+        if (rest >> number) return number;
+    }
+    return std::nullopt;
+}
+
+/// What a control group's limit leaves (cgroups(7), version 2).
+std::optional<double> left_in_group()
+{
+    std::ifstream file("/proc/self/cgroup");
+    std::string line;
+    std::optional<double> left;
+    while (std::getline(file, line)) {
+        if (!line.starts_with("0::")) continue;
+        for (std::string group = line.substr(3);; group.resize(group.rfind('/'))) {
+            const std::string folder = "/sys/fs/cgroup" + group;
+            const auto most = number_in(folder + "/memory.max"), used = number_in(folder + "/memory.current"),
+                       cache = number_in(folder + "/memory.stat", "inactive_file ");
+            if (most && used) left = std::min(left.value_or(1e30), *most - *used + cache.value_or(0.0));
+            if (group.empty() || group.rfind('/') == group.npos) break;
+        }
+    }
+    return left;
+}
+
+}  // namespace
+
+double available_memory()
+{
+    double left = 1024.0 * number_in("/proc/meminfo", "MemAvailable:").value_or(1e27);
+    left = std::min(left, left_in_group().value_or(left));
+    rlimit limit{};
+    if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY) {
+        const double pages = number_in("/proc/self/statm").value_or(0.0);
+        left = std::min(left, static_cast<double>(limit.rlim_cur) - pages * static_cast<double>(sysconf(_SC_PAGESIZE)));
+    }
+    return std::max(0.0, left);
+}
+
+ProcessorTime processor_time()
+{
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    const auto seconds = [](const timeval& t) {
+        return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+    };
+    ProcessorTime time{seconds(usage.ru_utime) + seconds(usage.ru_stime), 0.0};
+    std::ifstream file("/proc/stat");  // proc(5): cpu, then user, nice, system, idle, iowait, irq, softirq, steal
+    std::string cpu;
+    double ticks[8] = {};
+    file >> cpu;
+    for (double& tick : ticks) file >> tick;
+    const double busy = ticks[0] + ticks[1] + ticks[2] + ticks[5] + ticks[6];
+    if (file) time.others = std::max(0.0, busy / static_cast<double>(sysconf(_SC_CLK_TCK)) - time.own);
+    return time;
 }
 
 }  // namespace rcs::service

@@ -5,6 +5,16 @@ namespace rcs::service {
 /// A software GL brings threads of its own; they are to be as few as ours. What the user set stands.
 void limit_gl_threads(int threads);
 
+/// Memory that this process may still take: what the machine, its control group and its own limit leave. [bytes]
+double available_memory();
+
+/// Processor time since some point in the past [s].
+struct ProcessorTime {
+    double own = 0.0;     ///< of this process
+    double others = 0.0;  ///< of all others on the machine
+};
+ProcessorTime processor_time();
+
 /// Since the process was started: what loading its libraries took is time that a user waits as well. [s]
 double seconds_of_process();
 

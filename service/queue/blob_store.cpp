@@ -48,6 +48,14 @@ std::vector<Found> oldest_first(const std::string& folder)
     return found;
 }
 
+void sync_folders(const std::string& folder)
+{
+    for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+        if (entry.is_directory()) sync_path(entry.path().string());
+    }
+    sync_path(folder);
+}
+
 }  // namespace
 
 void check_scene_path(const std::string& path)
@@ -138,6 +146,15 @@ BlobStore::Upload& BlobStore::upload(const v1::Blob& blob, const std::string& ow
 void BlobStore::make_room(std::int64_t now_ms)
 {
     if (uploads_.size() < static_cast<std::size_t>(limits_.max_uploads)) return;
+    for (auto upload = uploads_.begin(); upload != uploads_.end();) {
+        if (!upload->second.client.expired()) {
+            ++upload;
+            continue;
+        }
+        set_modified(upload->first, upload->second.used_ms);
+        upload = uploads_.erase(upload);
+    }
+    if (uploads_.size() < static_cast<std::size_t>(limits_.max_uploads)) return;
     const auto oldest = std::min_element(uploads_.begin(), uploads_.end(), [](const auto& a, const auto& b) {
         return a.second.used_ms < b.second.used_ms;
     });
@@ -150,7 +167,7 @@ void BlobStore::make_room(std::int64_t now_ms)
 }
 
 std::uint64_t BlobStore::put(const v1::Blob& blob, const std::string& owner, std::uint64_t offset,
-                             const std::string& data, std::int64_t now_ms)
+                             const std::string& data, std::int64_t now_ms, const std::weak_ptr<const void>& client)
 {
     check_digest(blob);
     if (blob.size() > limits_.max_file) {
@@ -164,6 +181,7 @@ std::uint64_t BlobStore::put(const v1::Blob& blob, const std::string& owner, std
                                                      std::to_string(limits_.max_store) + " bytes");
     }
     Upload& going = upload(blob, owner, now_ms);
+    going.client = client;
     const std::string part = part_path(blob, owner);
     if (going.held > blob.size()) {
         drop(part);
@@ -253,6 +271,7 @@ std::string BlobStore::scene(const std::string& key, const v1::SceneFiles& files
             throw ServiceError(v1::ERROR_CODE_UNAVAILABLE, "cannot make " + target.string() + ": " + problem.message());
         if (::link(path(file.content().sha256()).c_str(), target.c_str()) != 0) fail_file("link", target.string());
     }
+    sync_folders(making);  // a folder of this name holds all of them, whenever the power goes
     set_modified(making, now_ms);
     if (::rename(making.c_str(), folder.c_str()) != 0) fail_file("rename", making);
     return first;

@@ -37,8 +37,9 @@ public:
     std::uint64_t held(const v1::Blob& blob, const std::string& owner, std::int64_t now_ms);
     /// Appends a chunk, unless it begins elsewhere than where the upload stands. @return bytes held after it
     /// @throws ServiceError bad_argument, limit, unavailable; bad_file: the bytes have another digest, and are dropped
+    /// @param client  who is gone once nothing else holds it: then the upload waits, and others have its place
     std::uint64_t put(const v1::Blob& blob, const std::string& owner, std::uint64_t offset, const std::string& data,
-                      std::int64_t now_ms);
+                      std::int64_t now_ms, const std::weak_ptr<const void>& client);
 
     std::string path(const std::string& digest) const;  ///< of a complete one
 
@@ -64,6 +65,7 @@ private:
         std::uint64_t synced = 0;
         std::int64_t used_ms = 0;
         std::unique_ptr<Sha256> sum;
+        std::weak_ptr<const void> client;
     };
     std::string part_path(const v1::Blob& blob, const std::string& owner) const;
     Upload& upload(const v1::Blob& blob, const std::string& owner, std::int64_t now_ms);

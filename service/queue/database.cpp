@@ -5,6 +5,7 @@
 
 #include <sqlite3.h>
 
+#include "queue/schema.h"
 #include "wire/errors.h"
 
 namespace rcs::service {
@@ -35,6 +36,7 @@ Database::Database(const std::string& path)
         sqlite3_close(handle_);
         throw ServiceError(v1::ERROR_CODE_UNAVAILABLE, "cannot open " + path + ": " + why);
     }
+    add_row_sum(*this);
 }
 
 Database::~Database() { sqlite3_close(handle_); }

@@ -1,8 +1,9 @@
-// What changes the queue; submit.cpp adds to it, job_rows.cpp reads it.
+// What frames' starts and ends change; submit.cpp adds jobs, holds.cpp does what users ask for, job_rows.cpp reads.
 #include "queue/job_queue.h"
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "wire/errors.h"
 
@@ -16,81 +17,46 @@ constexpr double kLongestBackoff = 300.0;  // [s]
 
 }  // namespace
 
+Ending ending_of(v1::ErrorCode code)
+{
+    switch (code) {
+        case v1::ERROR_CODE_IO:
+        case v1::ERROR_CODE_GL_UNAVAILABLE:
+        case v1::ERROR_CODE_INTERNAL:
+        case v1::ERROR_CODE_CANCELLED:  // by nobody: a job that somebody ended tries nothing again
+            return Ending::may_pass;
+        case v1::ERROR_CODE_OUT_OF_MEMORY:
+        case v1::ERROR_CODE_MEMORY_LIMIT:
+            return Ending::over_memory;
+        case v1::ERROR_CODE_TIME_LIMIT:
+            return Ending::over_time;
+        case v1::ERROR_CODE_WORKER_DIED:
+            return Ending::died;
+        case v1::ERROR_CODE_UNAVAILABLE:
+            return Ending::no_room;
+        default:
+            return Ending::failed;
+    }
+}
+
 bool has_ended(v1::JobState state)
 {
     return state == v1::JOB_STATE_CANCELLED || state == v1::JOB_STATE_COMPLETED ||
            state == v1::JOB_STATE_COMPLETED_WITH_WARNINGS || state == v1::JOB_STATE_FAILED;
 }
 
-v1::JobState state_of(const FrameCounts& c, bool cancel, bool warned)
+v1::JobState state_of(const FrameCounts& c, const JobTraits& traits)
 {
     if (c.waiting + c.active > 0) {
-        return cancel                                  ? v1::JOB_STATE_CANCEL_REQUESTED
+        return traits.cancel                           ? v1::JOB_STATE_CANCEL_REQUESTED
+               : traits.paused                         ? v1::JOB_STATE_PAUSED
                : c.active + c.completed + c.failed > 0 ? v1::JOB_STATE_RUNNING
                                                        : v1::JOB_STATE_QUEUED;
     }
+    if (traits.stopped) return v1::JOB_STATE_FAILED;
     if (c.cancelled > 0) return v1::JOB_STATE_CANCELLED;
     if (c.failed > 0) return v1::JOB_STATE_FAILED;
-    return warned ? v1::JOB_STATE_COMPLETED_WITH_WARNINGS : v1::JOB_STATE_COMPLETED;
-}
-
-JobQueue::JobQueue(const std::string& state, const QueueOptions& options, Moment now)
-    : state_(state), marker_(prepare_queue(state, now)), database_(queue_path(state)), options_(options)
-{
-    database_.run(
-        "PRAGMA journal_mode=WAL; PRAGMA foreign_keys=ON; PRAGMA temp_store=MEMORY; PRAGMA "
-        "journal_size_limit=16777216");
-    {
-        Statement clock(database_, "SELECT value FROM meta WHERE name='clock'");
-        clock_begin_ms_ = (clock.step() ? clock.integer(0) : now.wall_ms) - now.steady_ms;
-    }
-    begin(Transaction::durable);
-    count_all();
-    // The steady clock is another one after each start of the machine.
-    database_.run("UPDATE frames SET not_before=0 WHERE state=3");
-    for (const FrameKey& key : active_frames()) recover(key, now);
-    keep_clock(now);
-    commit();
-}
-
-void JobQueue::count_all()
-{
-    Statement frames(database_, "SELECT state, count(*) FROM frames GROUP BY state");
-    while (frames.step()) {
-        tally_.frames.at(static_cast<std::size_t>(frames.integer(0))) = static_cast<std::uint64_t>(frames.integer(1));
-    }
-    Statement jobs(database_, "SELECT state, count(*) FROM jobs GROUP BY state");
-    while (jobs.step()) {
-        tally_.jobs.at(static_cast<std::size_t>(jobs.integer(0))) = static_cast<std::uint64_t>(jobs.integer(1));
-    }
-}
-
-/// A frame that ran when the server ended.
-void JobQueue::recover(FrameKey key, Moment now)
-{
-    const auto job = static_cast<std::int64_t>(key.job);
-    std::int64_t starts = 0;
-    bool cancelled = false;
-    {
-        Statement row(
-            database_,
-            "SELECT f.starts, j.state, f.folder FROM frames f JOIN jobs j ON j.id=f.job WHERE f.job=? AND f.idx=?");
-        row.bind(job).bind(std::int64_t{key.index}).step();
-        starts = row.integer(0);
-        cancelled = row.integer(1) == v1::JOB_STATE_CANCEL_REQUESTED;
-        if (!row.text(2).empty()) unfinished_folders_.push_back(row.text(2));
-    }
-    if (cancelled) {
-        set_frame(key, v1::FRAME_STATE_CANCELLED, error_message(v1::ERROR_CODE_CANCELLED, "cancelled"), 0, now);
-    } else if (starts >= options_.max_starts) {
-        set_frame(key, v1::FRAME_STATE_FAILED,
-                  error_message(v1::ERROR_CODE_WORKER_DIED, "was started " + std::to_string(starts) +
-                                                                " times, and the server ended each time before it did"),
-                  0, now);
-    } else {
-        set_frame(key, v1::FRAME_STATE_QUEUED, {}, 0, now);
-    }
-    settle(key.job, now);
+    return traits.warned ? v1::JOB_STATE_COMPLETED_WITH_WARNINGS : v1::JOB_STATE_COMPLETED;
 }
 
 void JobQueue::begin(Transaction kind)
@@ -121,11 +87,13 @@ void JobQueue::roll_back()
     transaction_ = Transaction::none;
     tally_ = committed_;
     specs_.clear();
+    changed_.clear();
     try {
         database_.run("ROLLBACK");
     } catch (const ServiceError&) {
         // SQLite has rolled back by itself, as it does on a full disk.
     }
+    load_share();
 }
 
 void JobQueue::keep_clock(Moment now)
@@ -145,8 +113,12 @@ void JobQueue::start(FrameKey key, const std::string& folder, Moment now)
         .bind(job)
         .bind(std::int64_t{key.index})
         .run();
-    Statement(database_, "UPDATE jobs SET started=? WHERE id=? AND started=0").bind(now.wall_ms).bind(job).run();
-    started_ms_[key] = now.steady_ms;
+    Statement(database_, "UPDATE jobs SET started=?, waited=?-entered WHERE id=? AND started=0")
+        .bind(now.wall_ms)
+        .bind(clock_ms(now))
+        .bind(job)
+        .run();
+    running_[key] = {now.steady_ms, share_.begin(key.job, clock_ms(now))};
     settle(key.job, now);
 }
 
@@ -157,9 +129,20 @@ void JobQueue::complete(FrameKey key, const Completed& result, Moment now)
     const std::int64_t index = key.index;
     std::string warnings;
     for (const std::string& line : result.warnings) warnings += line + "\n";
-    set_frame(key, v1::FRAME_STATE_COMPLETED, {}, 0, now);
-    Statement(database_, "UPDATE frames SET folder=?, estimate=?, stats=?, warnings=? WHERE job=? AND idx=?")
+    const double seconds = set_frame(key, v1::FRAME_STATE_COMPLETED, {}, 0, now);
+    const auto bytes = std::accumulate(result.files.begin(), result.files.end(), std::uint64_t{0},
+                                       [](std::uint64_t sum, const auto& file) { return sum + file.size(); });
+    Statement(database_, "UPDATE jobs SET seconds=seconds+?, estimate=estimate+?, bytes=bytes+? WHERE id=?")
+        .bind(seconds)
+        .bind(result.error_estimate)
+        .bind(static_cast<std::int64_t>(bytes))
+        .bind(job)
+        .run();
+    const auto asked = spec(key.job);
+    Statement(database_,
+              "UPDATE frames SET folder=?, delivery=?, estimate=?, stats=?, warnings=? WHERE job=? AND idx=?")
         .bind(result.folder)
+        .bind(std::int64_t{asked && !asked->deliver().empty()})
         .bind(result.error_estimate)
         .bind(result.stats_json)
         .bind(warnings)
@@ -181,58 +164,49 @@ void JobQueue::complete(FrameKey key, const Completed& result, Moment now)
 void JobQueue::fail(FrameKey key, Ending ending, const v1::Error& error, Moment now)
 {
     begin(Transaction::durable);
-    const auto job = static_cast<std::int64_t>(key.job);
-    const std::int64_t index = key.index;
     if (is_cancelled(key.job)) {
-        set_frame(key, v1::FRAME_STATE_CANCELLED, error_message(v1::ERROR_CODE_CANCELLED, "cancelled"), 0, now);
+        const auto why = error_message(v1::ERROR_CODE_CANCELLED, reason_of_end(key.job));
+        set_frame(key, v1::FRAME_STATE_CANCELLED, why, 0, now);
         settle(key.job, now);
         return;
     }
     if (ending == Ending::no_room) return give_back(key, now);
-    Statement(database_, "UPDATE frames SET tries=tries+1, deaths=deaths+? WHERE job=? AND idx=?")
-        .bind(std::int64_t{ending == Ending::died})
-        .bind(job)
-        .bind(index)
-        .run();
-    Statement row(database_, "SELECT tries, deaths, starts FROM frames WHERE job=? AND idx=?");
-    row.bind(job).bind(index).step();
-    const auto tries = row.integer(0);
-    const bool again = ending != Ending::failed && tries < options_.max_tries && row.integer(1) < options_.max_deaths &&
-                       row.integer(2) < options_.max_starts;
-    const double wait =
-        std::min(kLongestBackoff, options_.backoff_seconds * std::pow(4.0, static_cast<double>(tries - 1)));
-    row.step();
+    double wait = 0.0;
+    const bool again = may_try_again(key, ending, wait);
     set_frame(key, again ? v1::FRAME_STATE_SOFT_FAILED : v1::FRAME_STATE_FAILED, error,
               again ? now.steady_ms + std::llround(1e3 * wait) : 0, now);
+    if (!again) count_failure(key.job, error, now);
     settle(key.job, now);
 }
 
-std::optional<v1::JobState> JobQueue::cancel(std::uint64_t job, Moment now)
+/// Counts a try that failed. @param wait  before the next one [s]
+bool JobQueue::may_try_again(FrameKey key, Ending ending, double& wait)
 {
-    const auto before = status(job);
-    if (!before) return std::nullopt;
-    if (has_ended(before->state())) return before->state();
-    begin(Transaction::durable);
-    const auto id = static_cast<std::int64_t>(job);
-    for (const v1::FrameState waiting : {v1::FRAME_STATE_QUEUED, v1::FRAME_STATE_SOFT_FAILED}) {
-        Statement(database_,
-                  "UPDATE frames SET state=?, finished=?, error_code=?, error='cancelled' WHERE job=? AND state=?")
-            .bind(std::int64_t{v1::FRAME_STATE_CANCELLED})
-            .bind(now.wall_ms)
-            .bind(std::int64_t{v1::ERROR_CODE_CANCELLED})
-            .bind(id)
-            .bind(std::int64_t{waiting})
-            .run();
-        move_frames(job, waiting, v1::FRAME_STATE_CANCELLED, static_cast<std::uint64_t>(database_.changed()));
-    }
-    Statement(database_, "UPDATE jobs SET state=? WHERE id=?")
-        .bind(std::int64_t{v1::JOB_STATE_CANCEL_REQUESTED})
-        .bind(id)
+    const auto job = static_cast<std::int64_t>(key.job);
+    const std::int64_t index = key.index;
+    Statement(database_,
+              "UPDATE frames SET tries=tries+1, deaths=deaths+?, memory_limits=memory_limits+?, "
+              "time_limits=time_limits+? WHERE job=? AND idx=?")
+        .bind(std::int64_t{ending == Ending::died})
+        .bind(std::int64_t{ending == Ending::over_memory})
+        .bind(std::int64_t{ending == Ending::over_time})
+        .bind(job)
+        .bind(index)
         .run();
-    --tally_.jobs[before->state()];
-    ++tally_.jobs[v1::JOB_STATE_CANCEL_REQUESTED];
-    settle(job, now);
-    return status(job)->state();
+    Statement row(database_,
+                  "SELECT tries-deaths-memory_limits-time_limits, deaths, memory_limits, time_limits, starts FROM "
+                  "frames WHERE job=? AND idx=?");
+    row.bind(job).bind(index).step();
+    const RetryPolicy& policy = ending == Ending::died          ? options_.death
+                                : ending == Ending::over_memory ? options_.memory
+                                : ending == Ending::over_time   ? options_.time
+                                                                : options_.passing;
+    const auto failed_so = row.integer(&policy == &options_.death    ? 1
+                                       : &policy == &options_.memory ? 2
+                                       : &policy == &options_.time   ? 3
+                                                                     : 0);
+    wait = std::min(kLongestBackoff, policy.wait_seconds * std::pow(4.0, static_cast<double>(failed_so - 1)));
+    return ending != Ending::failed && failed_so < policy.tries && row.integer(4) < options_.max_starts;
 }
 
 void JobQueue::give_back(FrameKey key, Moment now)
@@ -246,28 +220,9 @@ void JobQueue::give_back(FrameKey key, Moment now)
     settle(key.job, now);
 }
 
-void JobQueue::remove(std::uint64_t job)
-{
-    begin(Transaction::durable);
-    const auto id = static_cast<std::int64_t>(job);
-    {
-        Statement row(database_, "SELECT state, completed, failed, cancelled FROM jobs WHERE id=?");
-        if (!row.bind(id).step()) return;
-        --tally_.jobs.at(static_cast<std::size_t>(row.integer(0)));
-        tally_.frames[v1::FRAME_STATE_COMPLETED] -= static_cast<std::uint64_t>(row.integer(1));
-        tally_.frames[v1::FRAME_STATE_FAILED] -= static_cast<std::uint64_t>(row.integer(2));
-        tally_.frames[v1::FRAME_STATE_CANCELLED] -= static_cast<std::uint64_t>(row.integer(3));
-    }
-    for (const char* sql :
-         {"DELETE FROM files WHERE job=?", "DELETE FROM job_blobs WHERE job=?", "DELETE FROM labels WHERE job=?",
-          "DELETE FROM frames WHERE job=?", "DELETE FROM jobs WHERE id=?"}) {
-        Statement(database_, sql).bind(id).run();
-    }
-    specs_.erase(job);
-}
-
-void JobQueue::set_frame(FrameKey key, v1::FrameState state, const v1::Error& error, std::int64_t not_before,
-                         Moment now)
+/// @return how long it ran, where it did [s]
+double JobQueue::set_frame(FrameKey key, v1::FrameState state, const v1::Error& error, std::int64_t not_before,
+                           Moment now)
 {
     const auto job = static_cast<std::int64_t>(key.job);
     const std::int64_t index = key.index;
@@ -278,7 +233,8 @@ void JobQueue::set_frame(FrameKey key, v1::FrameState state, const v1::Error& er
         before = static_cast<v1::FrameState>(row.integer(0));
     }
     // When it started is said such that it took as long as it did, wherever the wall's clock was set meanwhile.
-    const auto started = started_ms_.extract(key);
+    const auto ran = running_.extract(key);
+    const std::int64_t ran_ms = ran ? now.steady_ms - ran.mapped().started_ms : -1;
     const bool ends = state != v1::FRAME_STATE_QUEUED && state != v1::FRAME_STATE_ACTIVE;
     Statement(database_,
               "UPDATE frames SET state=?1, error_code=?2, error=?3, not_before=?4, folder='', finished=?5, "
@@ -288,11 +244,13 @@ void JobQueue::set_frame(FrameKey key, v1::FrameState state, const v1::Error& er
         .bind(error.message())
         .bind(not_before)
         .bind(ends ? now.wall_ms : std::int64_t{0})
-        .bind(started && ends ? now.steady_ms - started.mapped() : std::int64_t{-1})
+        .bind(ends ? ran_ms : std::int64_t{-1})
         .bind(job)
         .bind(index)
         .run();
-    move_frames(key.job, before, state, 1);
+    const double seconds = 1e-3 * static_cast<double>(std::max(std::int64_t{0}, ran_ms));
+    if (ran) share_.end(key.job, seconds, ran.mapped().charged, state == v1::FRAME_STATE_COMPLETED);
+    move_frames(key.job, before, state, 1, now);
     if (state == v1::FRAME_STATE_FAILED) {
         Statement(database_, "UPDATE jobs SET error_code=?, error=? WHERE id=? AND error_code=0")
             .bind(std::int64_t{error.code()})
@@ -300,11 +258,13 @@ void JobQueue::set_frame(FrameKey key, v1::FrameState state, const v1::Error& er
             .bind(job)
             .run();
     }
+    return seconds;
 }
 
-/// Keeps the counts of the job's row, and of all jobs.
-void JobQueue::move_frames(std::uint64_t job, v1::FrameState from, v1::FrameState to, std::uint64_t count)
+/// Keeps the counts of the job's row, of all jobs, and of those that share the workers.
+void JobQueue::move_frames(std::uint64_t job, v1::FrameState from, v1::FrameState to, std::uint64_t count, Moment now)
 {
+    if (count == 0) return;
     tally_.frames.at(from) -= count;
     tally_.frames.at(to) += count;
     const auto change = [&](v1::FrameState state) {
@@ -319,36 +279,69 @@ void JobQueue::move_frames(std::uint64_t job, v1::FrameState from, v1::FrameStat
         .bind(change(v1::FRAME_STATE_CANCELLED))
         .bind(static_cast<std::int64_t>(job))
         .run();
+    FairShare::Frames frames = share_.frames(job);
+    frames.queued += change(v1::FRAME_STATE_QUEUED);
+    frames.active += change(v1::FRAME_STATE_ACTIVE);
+    frames.retried += change(v1::FRAME_STATE_SOFT_FAILED);
+    if (frames.retried > 0) {
+        Statement first(database_, "SELECT min(not_before) FROM frames WHERE job=? AND state=3");
+        first.bind(static_cast<std::int64_t>(job)).step();
+        frames.retry_ms = first.integer(0);
+    }
+    share_.set_frames(job, frames, clock_ms(now));
 }
 
-/// Brings the job's state up to date with its counts.
-void JobQueue::settle(std::uint64_t job, Moment now)
+/// Brings the job's state up to date with its counts. @return it has just ended
+bool JobQueue::settle_one(std::uint64_t job, Moment now)
 {
     const auto id = static_cast<std::int64_t>(job);
     FrameCounts counts;
+    JobTraits traits;
     v1::JobState before{};
     {
-        Statement row(database_, "SELECT state, frames, active, completed, failed, cancelled FROM jobs WHERE id=?");
+        Statement row(database_,
+                      "SELECT state, frames, active, completed, failed, cancelled, stop<>'', paused FROM jobs WHERE "
+                      "id=?");
         row.bind(id).step();
         before = static_cast<v1::JobState>(row.integer(0));
         counts = {0, row.integer(2), row.integer(3), row.integer(4), row.integer(5)};
         counts.waiting = row.integer(1) - counts.active - counts.completed - counts.failed - counts.cancelled;
+        traits = {before == v1::JOB_STATE_CANCEL_REQUESTED, row.integer(6) != 0, row.integer(7) != 0, false};
     }
-    bool warned = false;
     if (counts.completed > 0 && counts.waiting + counts.active == 0) {
         Statement row(database_, "SELECT 1 FROM frames WHERE job=? AND warnings<>'' LIMIT 1");
-        warned = row.bind(id).step();
+        traits.warned = row.bind(id).step();
     }
-    const v1::JobState state = state_of(counts, before == v1::JOB_STATE_CANCEL_REQUESTED, warned);
-    if (state == before) return;
-    Statement(database_, "UPDATE jobs SET state=?, finished=?, ended=? WHERE id=?")
+    const v1::JobState state = state_of(counts, traits);
+    if (state == before) return false;
+    changed_.push_back(job);
+    const bool ended = has_ended(state);
+    Statement(database_, "UPDATE jobs SET state=?, finished=?, ended=?, announce=? WHERE id=?")
         .bind(std::int64_t{state})
-        .bind(has_ended(state) ? now.wall_ms : std::int64_t{0})
-        .bind(has_ended(state) ? clock_ms(now) : std::int64_t{0})
+        .bind(ended ? now.wall_ms : std::int64_t{0})
+        .bind(ended ? clock_ms(now) : std::int64_t{0})
+        .bind(std::int64_t{ended && options_.announces_ends})
         .bind(id)
         .run();
     --tally_.jobs.at(before);
     ++tally_.jobs.at(state);
+    if (ended) share_.forget(job);
+    return ended;
+}
+
+void JobQueue::settle(std::uint64_t job, Moment now)
+{
+    if (settle_one(job, now)) settle_after({job}, now);
+}
+
+/// Jobs that wait for those that have ended start, or end as well.
+void JobQueue::settle_after(std::vector<std::uint64_t> ended, Moment now)
+{
+    while (!ended.empty()) {
+        const v1::JobStatus done = *status(ended.back());
+        ended.pop_back();
+        tell_those_that_wait(done, now, ended);
+    }
 }
 
 }  // namespace rcs::service

@@ -10,7 +10,7 @@ namespace {
 
 constexpr const char* kStatusColumns =
     "id, state, priority, scene, owner, submitted, started, finished, frames, completed, failed, active, "
-    "error_code, error";
+    "error_code, error, cancelled, waited, seconds, estimate, entered, delivered, delivery_error, waits";
 constexpr std::size_t kMostBytes = kMaxMessage - (64 << 10);  // of a list's jobs: the rest of the message takes little
 constexpr std::uint32_t kFewFrames = 10;                      // whose statistics fit into a message
 constexpr std::size_t kSpecsKept = 64;
@@ -38,24 +38,26 @@ std::shared_ptr<const v1::Job> JobQueue::spec(std::uint64_t job) const
     return specs_.emplace(job, parsed).first->second;
 }
 
-std::optional<NextFrame> JobQueue::next(Moment now) const
+std::optional<NextFrame> JobQueue::next(Moment now)
 {
-    Statement row(database_,
-                  "SELECT f.job, f.idx, f.spec, j.scene_key, j.owner FROM frames f JOIN jobs j ON j.id=f.job "
-                  "WHERE f.state IN (1, 3) AND f.not_before<=? ORDER BY f.rank DESC, f.job, f.idx LIMIT 1");
-    if (!row.bind(now.steady_ms).step()) return std::nullopt;
-    NextFrame next;
-    next.key = {static_cast<std::uint64_t>(row.integer(0)), static_cast<int>(row.integer(1))};
-    if (next.frame.ParseFromString(row.text(2))) next.job = spec(next.key.job);
-    next.scene_key = row.text(3);
-    next.owner = row.text(4);
-    return next;
-}
-
-std::optional<std::int64_t> JobQueue::next_retry_ms() const
-{
-    Statement row(database_, "SELECT min(not_before) FROM frames WHERE state=3");
-    return row.step() && !row.is_null(0) ? std::optional(row.integer(0)) : std::nullopt;
+    if (paused_) return std::nullopt;
+    const auto job = share_.next(clock_ms(now), now.steady_ms);
+    if (!job) return std::nullopt;
+    // One whose pause is over, else the first that was never begun.
+    for (const char* which : {"state=3 AND not_before<=? ORDER BY not_before", "state=1 AND ?>=0 ORDER BY idx"}) {
+        Statement row(database_,
+                      (std::string("SELECT idx, spec FROM frames WHERE job=? AND ") + which + " LIMIT 1").c_str());
+        if (!row.bind(static_cast<std::int64_t>(*job)).bind(now.steady_ms).step()) continue;
+        NextFrame next;
+        next.key = {*job, static_cast<int>(row.integer(0))};
+        if (next.frame.ParseFromString(row.text(1))) next.job = spec(*job);
+        Statement of_job(database_, "SELECT scene_key, owner FROM jobs WHERE id=?");
+        of_job.bind(static_cast<std::int64_t>(*job)).step();
+        next.scene_key = of_job.text(0);
+        next.owner = of_job.text(1);
+        return next;
+    }
+    return std::nullopt;
 }
 
 v1::JobStatus JobQueue::read_status(const Statement& row) const
@@ -74,6 +76,19 @@ v1::JobStatus JobQueue::read_status(const Statement& row) const
     status.set_frames_failed(static_cast<int>(row.integer(10)));
     status.set_frames_active(static_cast<int>(row.integer(11)));
     if (row.integer(12) != 0) *status.mutable_error() = read_error(row, 12);
+    status.set_frames_cancelled(static_cast<int>(row.integer(14)));
+    status.set_waited_seconds(1e-3 * static_cast<double>(row.integer(15)));
+    status.set_busy_seconds(row.real(16));
+    if (status.frames_completed() > 0) status.set_error_estimate(row.real(17) / status.frames_completed());
+    status.set_frames_delivered(static_cast<int>(row.integer(19)));
+    status.set_delivery_error(row.text(20));
+    const int ended = status.frames_completed() + status.frames_failed() + status.frames_cancelled();
+    status.set_fraction(static_cast<double>(ended) / status.frames());
+    if (row.integer(21) > 0) {
+        Statement after(database_, "SELECT after FROM job_after WHERE job=? AND NOT done");
+        after.bind(row.integer(0));
+        while (after.step()) status.add_waits_for(static_cast<std::uint64_t>(after.integer(0)));
+    }
     Statement label(database_, "SELECT name, value FROM labels WHERE job=?");
     label.bind(row.integer(0));
     while (label.step()) (*status.mutable_labels())[label.text(0)] = label.text(1);
@@ -98,14 +113,16 @@ v1::ListReply JobQueue::list(const v1::ListRequest& request, const std::string& 
     const std::size_t limit = request.limit() != 0 ? request.limit() : kDefault;
     std::string states;
     for (const int state : request.states()) states.append(states.empty() ? "" : ",").append(std::to_string(state));
-    std::string wanted = "id<? AND (?='' OR owner=?)";
+    std::string wanted = "id<? AND (?2='' OR owner=?2) AND (?3='' OR owner=?3)";
     if (!states.empty()) wanted += " AND state IN (" + states + ")";
     for (int i = 0; i < static_cast<int>(request.labels().size()); ++i)
         wanted += " AND EXISTS (SELECT 1 FROM labels WHERE job=id AND name=? AND value=?)";
     Statement row(
         database_,
         (std::string("SELECT ") + kStatusColumns + " FROM jobs WHERE " + wanted + " ORDER BY id DESC").c_str());
-    row.bind(request.before() != 0 ? static_cast<std::int64_t>(request.before()) : INT64_MAX).bind(owner).bind(owner);
+    row.bind(request.before() != 0 ? static_cast<std::int64_t>(request.before()) : INT64_MAX)
+        .bind(owner)
+        .bind(request.owner());
     for (const auto& [name, value] : request.labels()) row.bind(name).bind(value);
     v1::ListReply reply;
     std::size_t bytes = 0;
@@ -131,9 +148,13 @@ v1::JobReply JobQueue::details(const v1::JobRequest& request) const
     if (const auto job = spec(request.job())) *reply.mutable_job() = *job;
     if (reply.job().ByteSizeLong() > kMostBytes / 2) reply.mutable_job()->mutable_scene()->clear_files();
 
+    std::string states;
+    for (const int state : request.states()) states.append(states.empty() ? "" : ",").append(std::to_string(state));
     Statement row(database_,
-                  "SELECT idx, number, state, starts, error_code, error, started, finished, estimate, stats, warnings "
-                  "FROM frames WHERE job=? ORDER BY idx LIMIT ? OFFSET ?");
+                  ("SELECT idx, number, state, starts, error_code, error, started, finished, estimate, "
+                   "stats, warnings, delivery FROM frames WHERE job=? " +
+                   (states.empty() ? "" : "AND state IN (" + states + ") ") + "ORDER BY idx LIMIT ? OFFSET ?")
+                      .c_str());
     row.bind(id).bind(std::int64_t{count}).bind(std::int64_t{request.first_frame()});
     std::size_t bytes = reply.ByteSizeLong();
     while (row.step()) {
@@ -144,6 +165,9 @@ v1::JobReply JobQueue::details(const v1::JobRequest& request) const
         if (row.integer(4) != 0) *frame.mutable_error() = read_error(row, 4);
         if (row.integer(7) != 0) frame.set_seconds(1e-3 * static_cast<double>(row.integer(7) - row.integer(6)));
         frame.set_error_estimate(row.real(8));
+        frame.set_started_ms(row.integer(6));
+        frame.set_finished_ms(row.integer(7));
+        frame.set_delivered(row.integer(11) == 2);
         if (count <= kFewFrames) frame.set_stats_json(row.text(9));
         std::istringstream warnings(row.text(10));
         for (std::string line; std::getline(warnings, line);) frame.add_warnings(line);
@@ -184,6 +208,12 @@ std::optional<std::pair<v1::OutputFile, std::string>> JobQueue::file(FrameKey ke
     return std::pair(file, row.text(2) + "/" + name);
 }
 
+std::string JobQueue::folder(FrameKey key) const
+{
+    Statement row(database_, "SELECT folder FROM frames WHERE job=? AND idx=? AND state=4");
+    return row.bind(static_cast<std::int64_t>(key.job)).bind(std::int64_t{key.index}).step() ? row.text(0) : "";
+}
+
 bool JobQueue::is_cancelled(std::uint64_t job) const
 {
     Statement row(database_, "SELECT state FROM jobs WHERE id=?");
@@ -202,14 +232,24 @@ std::vector<FrameKey> JobQueue::active_frames() const
 std::vector<JobQueue::Ended> JobQueue::ended_jobs() const
 {
     std::vector<Ended> jobs;
-    Statement row(database_,
-                  "SELECT id, ended, (SELECT coalesce(sum(size), 0) FROM files WHERE job=id) FROM jobs "
-                  "WHERE ended>0 ORDER BY ended, id");
+    Statement row(
+        database_,
+        "SELECT id, ended, bytes FROM jobs WHERE ended>0 AND NOT EXISTS (SELECT 1 FROM frames WHERE job=id AND "
+        "delivery=1) ORDER BY ended, id");
     while (row.step()) {
         jobs.push_back(
             {static_cast<std::uint64_t>(row.integer(0)), row.integer(1), static_cast<std::uint64_t>(row.integer(2))});
     }
     return jobs;
+}
+
+std::set<std::string> JobQueue::blobs_of(std::uint64_t job) const
+{
+    std::set<std::string> digests;
+    Statement row(database_, "SELECT digest FROM job_blobs WHERE job=?");
+    row.bind(static_cast<std::int64_t>(job));
+    while (row.step()) digests.insert(row.text(0));
+    return digests;
 }
 
 std::set<std::string> JobQueue::blobs_in_use() const
@@ -226,6 +266,15 @@ std::set<std::string> JobQueue::scenes_in_use() const
     Statement row(database_, "SELECT DISTINCT scene_key FROM jobs WHERE ended=0");
     while (row.step()) keys.insert(row.text(0));
     return keys;
+}
+
+std::vector<std::string> JobQueue::folders_of(std::uint64_t job) const
+{
+    std::vector<std::string> folders;
+    Statement row(database_, "SELECT folder FROM frames WHERE job=? AND state=4");
+    row.bind(static_cast<std::int64_t>(job));
+    while (row.step()) folders.push_back(row.text(0));
+    return folders;
 }
 
 std::set<std::string> JobQueue::folders_in_use() const

@@ -44,8 +44,8 @@ std::set<std::string> tables_of(const Database& database)
     return tables;
 }
 
-/// What the queue had before this version kept it.
-void fill_new_columns(Database& database)
+/// What the queue had before version 2 kept it.
+void fill_second(Database& database)
 {
     database.run(
         "UPDATE jobs SET ended=finished, "
@@ -57,6 +57,18 @@ void fill_new_columns(Database& database)
         spec.ParseFromString(row.text(1));
         for (const auto& [name, value] : spec.labels()) label.bind(row.integer(0)).bind(name).bind(value).run();
     }
+}
+
+/// What the queue had before version 3 kept it; the sums are made by the way.
+void fill_third(Database& database)
+{
+    database.run(
+        "UPDATE frames SET state=state; UPDATE files SET size=size; UPDATE job_blobs SET digest=digest;"
+        "UPDATE labels SET value=value;"
+        "UPDATE jobs SET spec_sum=row_sum(spec), entered=submitted, waited=max(0, started-submitted),"
+        "bytes=(SELECT coalesce(sum(size), 0) FROM files WHERE job=id),"
+        "(seconds, estimate)=(SELECT coalesce(sum(1e-3*(f.finished-f.started)), 0), coalesce(sum(f.estimate), 0) "
+        "FROM frames f WHERE f.job=jobs.id AND f.state=4)");
 }
 
 void write_meta(Database& database, const Marker& marker, Moment now)
@@ -73,9 +85,18 @@ void check_whole(const Database& database, const std::string& path, std::int64_t
     check.step();
     if (check.text(0) != "ok") refuse("the queue's database " + path + " is damaged (" + check.text(0) + ")");
     Database expected(":memory:");
-    for (std::int64_t i = 0; i < version; ++i) expected.run(kSchemaSteps[i]);
+    for (std::int64_t i = 0; i < version; ++i) expected.run(schema_steps().at(static_cast<std::size_t>(i)).c_str());
     if (tables_of(expected) != tables_of(database))
         refuse("the queue's database " + path + " does not have the tables of its version");
+    if (version < kSchema) return;
+    for (const SummedTable& table : summed_tables()) {
+        Statement row(
+            database,
+            (std::string("SELECT 1 FROM ") + table.name + " WHERE NOT (" + is_whole(table) + ") LIMIT 1").c_str());
+        if (row.step())
+            refuse("the queue's database " + path + " is damaged (a row of " + table.name +
+                   " is not as it was written)");
+    }
 }
 
 /// Brings an older version's tables to the newest.
@@ -84,9 +105,12 @@ Marker upgraded(Database& database, const std::string& state, Marker marker, std
     marker.numbers = static_cast<std::uint64_t>(number(database, "SELECT max(seq) FROM sqlite_sequence"));
     write_marker(state, marker);
     database.run("BEGIN IMMEDIATE");
-    for (std::int64_t i = version; i < kSchema; ++i) database.run(kSchemaSteps[i]);
-    fill_new_columns(database);
-    write_meta(database, marker, now);
+    for (std::int64_t i = version; i < kSchema; ++i) {
+        database.run(schema_steps().at(static_cast<std::size_t>(i)).c_str());
+        if (i == 1) fill_second(database);
+        if (i == 1) write_meta(database, marker, now);
+        if (i == 2) fill_third(database);
+    }
     database.run(("PRAGMA user_version=" + std::to_string(kSchema)).c_str());
     database.run("COMMIT");
     return marker;
@@ -123,7 +147,7 @@ void write_marker(const std::string& state, const Marker& marker)
 void make_tables(Database& database, const Marker& marker, Moment now)
 {
     database.run("BEGIN IMMEDIATE");
-    for (const char* step : kSchemaSteps) database.run(step);
+    for (const std::string& step : schema_steps()) database.run(step.c_str());
     write_meta(database, marker, now);
     database.run(("PRAGMA user_version=" + std::to_string(kSchema)).c_str());
     database.run("COMMIT");
@@ -152,13 +176,13 @@ Marker prepare_queue(const std::string& state, Moment now)
                                                                " of the queue, expected " + std::to_string(kSchema));
         }
         check_whole(database, path, version);
-        if (version == kSchema) {
+        if (version >= 2) {
             Statement id(database, "SELECT value FROM meta WHERE name='id'");
             if (!marker) refuse("the state folder's marker " + marker_path(state) + " is lost or damaged");
             if (!id.step() || id.text(0) != marker->id)
                 refuse("the queue's database " + path + " is that of another state folder");
-            return *marker;
         }
+        if (version == kSchema) return *marker;
         return upgraded(database, state, marker.value_or(Marker{random_id(), 0}), version, now);
     } catch (const DatabaseError& e) {
         if (!e.is_damage()) throw;

@@ -9,6 +9,7 @@
 #include "queue/database.h"
 #include "queue/job_queue.h"
 #include "queue/queue_file.h"
+#include "queue/schema.h"
 #include "wire/errors.h"
 #include "wire/files.h"
 #include "wire/sha256.h"
@@ -18,24 +19,25 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kJobColumns =
-    "id, owner, key, digest, spec, scene, scene_key, priority, state, submitted, started, finished, frames, "
-    "error_code, "
-    "error";
-constexpr int kJobColumnCount = 15;
-constexpr const char* kFrameColumns =
-    "job, idx, number, spec, state, rank, starts, tries, deaths, started, finished, error_code, error, folder, "
-    "estimate, stats, warnings";
-constexpr int kFrameColumnCount = 17;
-constexpr const char* kFileColumns = "job, idx, name, size, sha256";
-constexpr int kFileColumnCount = 5;
-
-std::string insert_into(const char* table, const char* columns, int count)
-{
-    std::string values = "?";
-    for (int i = 1; i < count; ++i) values += ", ?";
-    return std::string("INSERT OR IGNORE INTO ") + table + " (" + columns + ") VALUES (" + values + ")";
-}
+/// Columns of a table: those that each version has, and those of this one.
+struct Columns {
+    const char* table;
+    const char* all;
+    int count;
+    const char* newer = "";
+    int newer_count = 0;
+};
+constexpr Columns kJobs{"jobs",
+                        "id, owner, key, digest, spec, scene, scene_key, priority, state, submitted, started, "
+                        "finished, frames, error_code, error",
+                        15, ", paused, stop, entered, waited, seconds, estimate, bytes", 7};
+constexpr Columns kFrames{"frames",
+                          "job, idx, number, spec, state, starts, tries, deaths, started, finished, error_code, "
+                          "error, folder, estimate, stats, warnings",
+                          16, ", time_limits, memory_limits, delivery", 3};
+constexpr Columns kFiles{"files", "job, idx, name, size, sha256", 5};
+constexpr Columns kBlobs{"job_blobs", "job, digest", 2};
+constexpr Columns kAfter{"job_after", "job, after, done", 3};
 
 class Salvage {
 public:
@@ -44,8 +46,10 @@ public:
     {
         try {
             old_ = std::make_unique<Database>(old_path);
+            Statement(*old_, "SELECT sum FROM jobs");
+            is_new_ = true;
         } catch (const ServiceError&) {
-            // Nothing of it can be read.
+            // Nothing of it can be read, or an earlier version wrote it.
         }
     }
 
@@ -86,6 +90,44 @@ private:
         return any;
     }
 
+    int count(const Columns& columns) const { return columns.count + (is_new_ ? columns.newer_count : 0); }
+    std::string names(const Columns& columns) const
+    {
+        return std::string(columns.all) + (is_new_ ? columns.newer : "");
+    }
+    /// Reads rows of a table; one whose cells are not as they were written counts as lost.
+    template <typename Use>
+    bool read(const Columns& columns, const char* where, std::initializer_list<std::int64_t> values, const Use& use)
+    {
+        std::string whole = "1";
+        for (const SummedTable& table : summed_tables()) {
+            if (is_new_ && std::string_view(table.name) == columns.table) whole = is_whole(table);
+        }
+        bool any = false;
+        read("SELECT " + names(columns) + ", " + whole + " FROM " + columns.table + " WHERE " + where, values,
+             [&](const Statement& row) {
+                 if (row.integer(count(columns)) == 0) {
+                     ++done_.lost;
+                     return;
+                 }
+                 any = true;
+                 use(row);
+             });
+        return any;
+    }
+    /// Takes a row over. @return false: there is such a one already
+    bool copy(const Columns& columns, const Statement& row)
+    {
+        std::string values = "?";
+        for (int i = 1; i < count(columns); ++i) values += ", ?";
+        Statement to(made_, (std::string("INSERT OR IGNORE INTO ") + columns.table + " (" + names(columns) +
+                             ") VALUES (" + values + ")")
+                                .c_str());
+        for (int i = 0; i < count(columns); ++i) to.bind_column(row, i);
+        to.run();
+        return made_.changed() > 0;
+    }
+
     std::uint64_t largest(const char* sql)
     {
         std::uint64_t found = 0;
@@ -105,26 +147,17 @@ private:
         return found;
     }
 
-    template <typename Statement>
-    static void copy(Statement& to, const Statement& from, int columns)
-    {
-        for (int i = 0; i < columns; ++i) to.bind_column(from, i);
-        to.run();
-    }
-
     void salvage_job(std::int64_t job)
     {
         std::int64_t frames = 0;
         bool cancel = false;
-        read(std::string("SELECT ") + kJobColumns + " FROM jobs WHERE id=?", {job}, [&](const Statement& row) {
+        read(kJobs, "id=?", {job}, [&](const Statement& row) {
             v1::Job spec;
             if (!spec.ParseFromString(row.text(4)) || !v1::JobState_IsValid(static_cast<int>(row.integer(8)))) {
                 ++done_.lost;
                 return;
             }
-            Statement insert(made_, insert_into("jobs", kJobColumns, kJobColumnCount).c_str());
-            copy(insert, row, kJobColumnCount);
-            if (made_.changed() == 0) return;  // its key is another one's
+            if (!copy(kJobs, row)) return;  // its key is another one's
             Statement label(made_, "INSERT INTO labels (job, name, value) VALUES (?, ?, ?)");
             for (const auto& [name, value] : spec.labels()) label.bind(job).bind(name).bind(value).run();
             frames = row.integer(12);
@@ -132,10 +165,8 @@ private:
         });
         if (frames == 0) return;
         ++done_.jobs;
-        read("SELECT job, digest FROM job_blobs WHERE job=?", {job}, [&](const Statement& row) {
-            Statement insert(made_, "INSERT OR IGNORE INTO job_blobs (job, digest) VALUES (?, ?)");
-            copy(insert, row, 2);
-        });
+        read(kBlobs, "job=?", {job}, [&](const Statement& row) { copy(kBlobs, row); });
+        if (is_new_) read(kAfter, "job=?", {job}, [&](const Statement& row) { copy(kAfter, row); });
         for (std::int64_t index = 0; index < frames; ++index) salvage_frame(job, index);
         settle(job, cancel);
     }
@@ -143,17 +174,13 @@ private:
     void salvage_frame(std::int64_t job, std::int64_t index)
     {
         bool found = false, has_pictures = true;
-        read(std::string("SELECT ") + kFrameColumns + " FROM frames WHERE job=? AND idx=?", {job, index},
-             [&](const Statement& row) {
-                 if (!v1::Frame().ParseFromString(row.text(3)) ||
-                     !v1::FrameState_IsValid(static_cast<int>(row.integer(4))))
-                     return;
-                 Statement insert(made_, insert_into("frames", kFrameColumns, kFrameColumnCount).c_str());
-                 copy(insert, row, kFrameColumnCount);
-                 found = made_.changed() > 0;
-                 if (found && row.integer(4) == v1::FRAME_STATE_COMPLETED)
-                     has_pictures = salvage_files(job, index, row.text(13));
-             });
+        read(kFrames, "job=? AND idx=?", {job, index}, [&](const Statement& row) {
+            if (!v1::Frame().ParseFromString(row.text(3)) || !v1::FrameState_IsValid(static_cast<int>(row.integer(4))))
+                return;
+            found = copy(kFrames, row);
+            if (found && row.integer(4) == v1::FRAME_STATE_COMPLETED)
+                has_pictures = salvage_files(job, index, row.text(12));
+        });
         if (!found) {
             ++done_.lost;
             insert_lost_frame(job, index);
@@ -173,14 +200,12 @@ private:
     bool salvage_files(std::int64_t job, std::int64_t index, const std::string& folder)
     {
         bool whole = true;
-        const bool any = read(std::string("SELECT ") + kFileColumns + " FROM files WHERE job=? AND idx=?", {job, index},
-                              [&](const Statement& row) {
-                                  Statement insert(made_, insert_into("files", kFileColumns, kFileColumnCount).c_str());
-                                  copy(insert, row, kFileColumnCount);
-                                  std::error_code ignored;
-                                  const auto size = fs::file_size(state_ + "/" + folder + "/" + row.text(2), ignored);
-                                  whole = whole && !ignored && size == static_cast<std::uintmax_t>(row.integer(3));
-                              });
+        const bool any = read(kFiles, "job=? AND idx=?", {job, index}, [&](const Statement& row) {
+            copy(kFiles, row);
+            std::error_code ignored;
+            const auto size = fs::file_size(state_ + "/" + folder + "/" + row.text(2), ignored);
+            whole = whole && !ignored && size == static_cast<std::uintmax_t>(row.integer(3));
+        });
         return any && whole;
     }
 
@@ -190,8 +215,8 @@ private:
         Statement free(made_, "SELECT coalesce(max(number)+1, 0) FROM frames WHERE job=?");
         free.bind(job).step();
         Statement(made_,
-                  "INSERT INTO frames (job, idx, number, spec, state, rank, error_code, error) VALUES (?, ?, ?, ?, ?, "
-                  "0, ?, 'this frame was lost with the queue''s database; submit it again')")
+                  "INSERT INTO frames (job, idx, number, spec, state, error_code, error) VALUES (?, ?, ?, ?, ?, "
+                  "?, 'this frame was lost with the queue''s database; submit it again')")
             .bind(job)
             .bind(index)
             .bind(free.integer(0))
@@ -216,10 +241,13 @@ private:
                                                   : counts.waiting) += row.integer(1);
             warned = warned || row.integer(2) != 0;
         }
-        const v1::JobState state = state_of(counts, cancel, warned);
+        Statement traits(made_, "SELECT stop<>'', paused FROM jobs WHERE id=?");
+        traits.bind(job).step();
+        const v1::JobState state = state_of(counts, {cancel, traits.integer(0) != 0, traits.integer(1) != 0, warned});
         Statement(made_,
                   "UPDATE jobs SET state=?, active=?, completed=?, failed=?, cancelled=?, ended=?, finished=CASE WHEN "
-                  "?6=0 THEN 0 ELSE finished END WHERE id=?")
+                  "?6=0 THEN 0 ELSE finished END, waits=(SELECT count(*) FROM job_after WHERE job=id AND NOT done), "
+                  "delivered=(SELECT count(*) FROM frames WHERE job=id AND delivery=2) WHERE id=?7")
             .bind(std::int64_t{state})
             .bind(counts.active)
             .bind(counts.completed)
@@ -239,6 +267,7 @@ private:
 
     std::string state_;
     std::unique_ptr<Database> old_;
+    bool is_new_ = false;  ///< of this version: its rows have sums
     Database& made_;
     Moment now_;
     Salvaged done_;

@@ -22,11 +22,13 @@ struct AccuracyReport {
     int width = 0, height = 0;  ///< [px]
     int bounces = 0, aa = 0, threads = 0;
     std::string processor, gl_renderer;
+    std::string command;                    ///< that renders this view, but for settings and outputs
+    int final_width = 0, final_height = 0;  ///< of the picture that all this is for [px]; 0: not said
     ReferenceSummary reference;
     std::vector<Measurement> points;  ///< renders from coarse to fine, then the path tracer's
 
-    std::vector<CostPoint> renders() const { return costs_of(points, true); }
-    std::vector<CostPoint> paths() const { return costs_of(points, false); }
+    std::vector<CostPoint> renders() const { return costs_of(points, true, reference.error); }
+    std::vector<CostPoint> paths() const { return costs_of(points, false, reference.error); }
 };
 
 }  // namespace rcs::service

@@ -42,7 +42,7 @@ std::string headline(const std::vector<CostPoint>& renders, const std::vector<Co
     const std::vector<double> errors = errors_reached(renders);
     for (const double error : errors) {
         const std::optional<double> seconds = seconds_for_error(renders, error);
-        sentence.append(sentence.empty() ? "" : "; ").append(percent_text(error)).append(" costs ");
+        sentence.append(sentence.empty() ? "An error of " : "; ").append(percent_text(error)).append(" costs ");
         sentence += duration_text(seconds.value_or(0.0));
     }
     if (const std::optional<PathCost> cost = path_seconds_for_error(paths, errors.back())) {

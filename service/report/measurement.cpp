@@ -1,5 +1,7 @@
 #include "report/measurement.h"
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -39,6 +41,8 @@ Measurement measurement_from(const Json& json)
     m.label = json.at("label");
     m.paths = json.at("paths_per_pixel");
     m.seconds = json.at("seconds");
+    m.processor_seconds = json.at("processor_seconds");
+    m.others = json.at("others_share_of_machine");
     for (const Json& stage : json.at("stages")) m.stage_seconds.emplace_back(stage.at("name"), stage.at("seconds"));
     m.records = json.at("records");
     m.rays = json.at("rays");
@@ -56,20 +60,35 @@ std::string read_bytes(const std::string& path)
 
 }  // namespace
 
-CostPoint cost_of(const Measurement& m) { return {m.seconds, m.indirect.mean_relative_error}; }
+double without_noise(double measured, double noise)
+{
+    constexpr double kLeast = 0.1;
+    const double square = measured * measured - noise * noise;
+    return std::max(kLeast * measured, std::sqrt(std::max(0.0, square)));
+}
 
-std::vector<CostPoint> costs_of(const std::vector<Measurement>& measurements, bool renders)
+CostPoint cost_of(const Measurement& m, double noise)
+{
+    return {m.seconds, without_noise(m.indirect.mean_relative_error, noise)};
+}
+
+std::vector<CostPoint> costs_of(const std::vector<Measurement>& measurements, bool renders, double noise)
 {
     std::vector<CostPoint> costs;
     for (const Measurement& m : measurements) {
-        if (m.is_render() == renders) costs.push_back(cost_of(m));
+        if (m.is_render() == renders) costs.push_back(cost_of(m, noise));
     }
     return costs;
 }
 
 Json to_json(const Measurement& m)
 {
-    Json json{{"label", m.label}, {"paths_per_pixel", m.paths}, {"seconds", m.seconds}, {"stages", Json::array()}};
+    Json json{{"label", m.label},
+              {"paths_per_pixel", m.paths},
+              {"seconds", m.seconds},
+              {"processor_seconds", m.processor_seconds},
+              {"others_share_of_machine", m.others},
+              {"stages", Json::array()}};
     for (const auto& [stage, seconds] : m.stage_seconds)
         json["stages"].push_back({{"name", stage}, {"seconds", seconds}});
     json["records"] = m.records;

@@ -21,9 +21,11 @@ struct PointPictures {
 
 /// One way to make the image: what it cost and how wrong it is.
 struct Measurement {
-    std::string label;     ///< "--accuracy 0.2 --rays 128 --noise 0.02", "64 paths a pixel"
-    int paths = 0;         ///< paths a pixel; 0: a render
-    double seconds = 0.0;  ///< of the image alone: without loading, acceleration structure and files
+    std::string label;               ///< "--accuracy 0.2 --rays 128 --noise 0.02", "64 paths a pixel"
+    int paths = 0;                   ///< paths a pixel; 0: a render
+    double seconds = 0.0;            ///< of the image alone: without loading, acceleration structure and files
+    double processor_seconds = 0.0;  ///< of all threads together
+    double others = 0.0;             ///< what other processes took of the machine meanwhile, [0, 1]
     std::vector<std::pair<std::string, double>> stage_seconds;  ///< in order of execution; wall time
     std::uint64_t records = 0, rays = 0;                        ///< of a render
     std::optional<double> estimated_error;  ///< what the renderer said of its own relative error, if it did
@@ -33,10 +35,14 @@ struct Measurement {
     bool is_render() const { return paths == 0; }
 };
 
-/// What the curve is drawn of: seconds and mean relative error of the indirect light.
-CostPoint cost_of(const Measurement& measurement);
+/// An error without the reference's own, which adds in squares. Never below a tenth of what was measured: there the
+/// difference says nothing any more. @param noise  the reference's own error
+double without_noise(double measured, double noise);
+
+/// What the curve is drawn of: seconds, and mean relative error of the indirect light without the reference's own.
+CostPoint cost_of(const Measurement& measurement, double noise);
 /// Of the renders, or of the path tracer's points.
-std::vector<CostPoint> costs_of(const std::vector<Measurement>& measurements, bool renders);
+std::vector<CostPoint> costs_of(const std::vector<Measurement>& measurements, bool renders, double noise);
 
 /// Everything but the pictures.
 nlohmann::ordered_json to_json(const Measurement& measurement);

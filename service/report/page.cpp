@@ -37,7 +37,7 @@ std::string title_of(const AccuracyReport& report, std::size_t index)
 {
     const Measurement& m = report.points[index];
     return name_of(report, index) + ": " + m.label + ", " + duration_text(m.seconds) + ", error " +
-           percent_text(m.indirect.mean_relative_error);
+           percent_text(cost_of(m, report.reference.error).error);
 }
 
 std::string tabs(const AccuracyReport& report)
@@ -61,11 +61,13 @@ std::string rows(const AccuracyReport& report)
         const std::string mark = best[i] ? " <span class=\"front-mark\" title=\"on the Pareto front\">●</span>" : "";
         html += "<tr><td>" + name_of(report, i) + mark + "</td><th scope=\"row\">" + html_escape(m.label) + "</th>";
         for (const std::string& cell :
-             {duration_text(m.seconds), m.is_render() ? std::to_string(m.records) : std::string("–"),
-              percent_text(m.indirect.mean_relative_error), percent_text(m.indirect.median_relative_error),
-              percent_text(m.indirect.p95_relative_error), number_text(m.indirect.relmse, "%.2g"),
-              number_text(m.indirect.ratio_of_means, "%.4f"), percent_text(m.beauty.mean_relative_error),
-              number_text(m.beauty.relmse, "%.2g"), number_text(m.beauty.flip, "%.3f"),
+             {duration_text(m.seconds), duration_text(m.processor_seconds),
+              m.is_render() ? std::to_string(m.records) : std::string("–"),
+              percent_text(cost_of(m, report.reference.error).error), percent_text(m.indirect.mean_relative_error),
+              percent_text(m.indirect.median_relative_error), percent_text(m.indirect.p95_relative_error),
+              number_text(m.indirect.relmse, "%.2g"), number_text(m.indirect.ratio_of_means, "%.4f"),
+              percent_text(m.beauty.mean_relative_error), number_text(m.beauty.relmse, "%.2g"),
+              number_text(m.beauty.flip, "%.3f"),
               m.estimated_error ? percent_text(*m.estimated_error) : std::string("–")})
             html += "<td>" + cell + "</td>";
         html += "</tr>\n";
@@ -73,11 +75,25 @@ std::string rows(const AccuracyReport& report)
     return html;
 }
 
-Json facts(const Measurement& m)
+/// What the same settings take for the final picture: as many times the pixels, though records grow slower. [s]
+double final_seconds(const AccuracyReport& report, const Measurement& m)
+{
+    const double pixels = static_cast<double>(report.width) * report.height;
+    return m.seconds * static_cast<double>(report.final_width) * report.final_height / pixels;
+}
+
+/// What a reader copies to have this picture; "" for the path tracer's, whose options differ.
+std::string command_of(const AccuracyReport& report, const Measurement& m)
+{
+    return m.is_render() && !report.command.empty() ? report.command + " " + m.label + " -o picture.exr" : "";
+}
+
+Json facts(const AccuracyReport& report, const Measurement& m)
 {
     Json facts = Json::array();
     const auto add = [&](const char* name, const std::string& value) { facts.push_back({name, value}); };
-    add("mean relative error", percent_text(m.indirect.mean_relative_error));
+    add("mean relative error", percent_text(cost_of(m, report.reference.error).error));
+    add("... as measured, with the reference's noise", percent_text(m.indirect.mean_relative_error));
     add("median", percent_text(m.indirect.median_relative_error));
     add("95 % of the pixels within", percent_text(m.indirect.p95_relative_error));
     add("relMSE", number_text(m.indirect.relmse, "%.2g"));
@@ -85,6 +101,10 @@ Json facts(const Measurement& m)
     if (m.estimated_error) add("error it estimated", percent_text(*m.estimated_error));
     add("MRE of the whole picture", percent_text(m.beauty.mean_relative_error));
     add("FLIP of the whole picture", number_text(m.beauty.flip, "%.3f"));
+    add("processor time", duration_text(m.processor_seconds));
+    if (report.final_width > 0)
+        add(("time at " + std::to_string(report.final_width) + " × " + std::to_string(report.final_height)).c_str(),
+            "at most about " + duration_text(final_seconds(report, m)));
     if (m.is_render()) add("records", std::to_string(m.records));
     if (m.is_render()) add("rays", number_text(static_cast<double>(m.rays) * 1e-6, "%.1f million"));
     return facts;
@@ -125,7 +145,8 @@ std::string data_of(const AccuracyReport& report)
         data["points"].push_back({{"name", name_of(report, i)},
                                   {"label", m.label},
                                   {"traced", !m.is_render()},
-                                  {"facts", facts(m)},
+                                  {"command", command_of(report, m)},
+                                  {"facts", facts(report, m)},
                                   {"stages", stages(m)},
                                   {"images", images}});
     }
@@ -136,7 +157,7 @@ std::string floor_text(const AccuracyReport& report)
 {
     return "The reference has noise of its own: a perfect image would measure about " +
            percent_text(report.reference.error) +
-           " (dashed). An error near that line is noise of the reference for a good part.";
+           " (dashed). It is taken off here, in squares; below that line errors are known roughly.";
 }
 
 std::string reference_text(const AccuracyReport& report)
@@ -155,8 +176,21 @@ std::string reference_text(const AccuracyReport& report)
                 ? "; " + percent_text(reference.wanted_error) + " was wanted, but the paths allowed ran out. "
                 : ", where " + percent_text(reference.wanted_error) + " was wanted. ";
     return text +
-           "That noise is part of every error given here, for rendered and path traced images alike. The path "
+           "That noise is part of every error measured here, for rendered and path traced images alike; the column "
+           "MRE, "
+           "the curve and the headline have it taken off: √(measured² − noise²). The path "
            "tracer's points have another seed than the reference.";
+}
+
+/// Whether others used the machine while it was measured.
+std::string busy_text(const AccuracyReport& report)
+{
+    constexpr double kBusy = 0.1;
+    double most = 0.0;
+    for (const Measurement& m : report.points) most = std::max(most, m.others);
+    if (most < kBusy) return ", which did little else meanwhile";
+    return "; other programs took up to " + percent_text(most) +
+           " of the machine meanwhile, and the times are too long";
 }
 
 }  // namespace
@@ -166,7 +200,7 @@ PlotData plot_of(const AccuracyReport& report)
     PlotData data;
     for (std::size_t i = 0; i < report.points.size(); ++i) {
         const Measurement& m = report.points[i];
-        const CostPoint cost = cost_of(m);
+        const CostPoint cost = cost_of(m, report.reference.error);
         (m.is_render() ? data.renders : data.paths)
             .push_back({cost.seconds, cost.error, name_of(report, i), title_of(report, i)});
     }
@@ -184,7 +218,7 @@ std::string to_html(const AccuracyReport& report)
                                  (report.aa == 1 ? " sample" : " samples") + " a pixel, " +
                                  std::to_string(report.bounces) + (report.bounces == 1 ? " bounce" : " bounces") +
                                  " of indirect light, " + std::to_string(report.threads) + " threads";
-    const std::string machine = report.processor.empty() ? "" : " on " + report.processor;
+    const std::string machine = (report.processor.empty() ? "" : " on " + report.processor) + busy_text(report);
     return fill_page(
         sources.at("page.html"),
         {{"title", html_escape(title)},

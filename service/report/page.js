@@ -71,6 +71,8 @@ function choose(index) {
   byId("panel").setAttribute("aria-labelledby", tabs[index].id);
   byId("panel").classList.toggle("traced", point.traced);
   byId("label").textContent = `${point.name}: ${point.label}`;
+  byId("command").hidden = !point.command;
+  byId("command").querySelector("code").textContent = point.command;
   showFacts(point);
   showView();
 }

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "process/process.h"
 #include "rcs/error.h"
 #include "rcs/image_io.h"
 
@@ -13,6 +14,7 @@ namespace {
 
 constexpr const char* kKey = "rcs:key";
 constexpr const char* kSeconds = "rcs:seconds";
+constexpr const char* kProcessor = "rcs:processor_seconds";
 
 }  // namespace
 
@@ -26,8 +28,9 @@ GrowingPaths::GrowingPaths(std::string file, std::string key, const View& view, 
     try {
         samples_ = std::stoi(kept.metadata.at("rcs:samples"));
         seconds_ = std::stod(kept.metadata.at(kSeconds));
+        processor_seconds_ = std::stod(kept.metadata.at(kProcessor));
     } catch (const std::exception&) {
-        throw Error(ErrorCode::bad_file, file_ + " lacks its number of samples; remove it to trace anew");
+        throw Error(ErrorCode::bad_file, file_ + " lacks its number of samples or its times; remove it to trace anew");
     }
     image_ = std::move(kept);
 }
@@ -36,7 +39,7 @@ void GrowingPaths::clear()
 {
     image_ = {};
     samples_ = 0;
-    seconds_ = 0.0;
+    seconds_ = processor_seconds_ = 0.0;
 }
 
 void GrowingPaths::add_round(const RayScene& rays, ThreadPool& pool, const ProgressFunction& progress)
@@ -44,11 +47,14 @@ void GrowingPaths::add_round(const RayScene& rays, ThreadPool& pool, const Progr
     options_.first_sample = samples_;
     options_.samples = next_round(samples_);
     const auto begin = std::chrono::steady_clock::now();
+    const double processor = processor_time().own;
     merge_references(image_, render_reference(rays, view_, options_, pool, progress));
     seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    processor_seconds_ += processor_time().own - processor;
     samples_ += options_.samples;
     image_.metadata[kKey] = key_;
     image_.metadata[kSeconds] = std::to_string(seconds_);
+    image_.metadata[kProcessor] = std::to_string(processor_seconds_);
     ImageFileOptions file_options;
     file_options.format = PixelFormat::full_float;
     write_exr(file_, image_, file_options);

@@ -19,8 +19,9 @@ public:
     /// @param options  samples and first_sample are set by the rounds
     GrowingPaths(std::string file, std::string key, const View& view, const ReferenceOptions& options);
 
-    int samples() const { return samples_; }     ///< paths a pixel so far
-    double seconds() const { return seconds_; }  ///< that tracing them took
+    int samples() const { return samples_; }                         ///< paths a pixel so far
+    double seconds() const { return seconds_; }                      ///< that tracing them took
+    double processor_seconds() const { return processor_seconds_; }  ///< of all threads together
     const LayeredImage& image() const { return image_; }
 
     void clear();  ///< begins anew; the file stays until the next round
@@ -34,7 +35,7 @@ private:
     ReferenceOptions options_;
     LayeredImage image_;
     int samples_ = 0;
-    double seconds_ = 0.0;
+    double seconds_ = 0.0, processor_seconds_ = 0.0;
 };
 
 // Rounds double the samples until they are of the largest size.

@@ -5,7 +5,9 @@
 #include <functional>
 #include <iterator>
 #include <optional>
+#include <thread>
 
+#include "process/process.h"
 #include "rcs/error.h"
 #include "rcs/metrics.h"
 #include "rcs/tone_map.h"
@@ -85,15 +87,26 @@ std::uint64_t all_rays(const RenderStats& stats)
            stats.light_cache.rays + stats.light_cache.shadow_rays + stats.traced.rays + stats.traced.shadow_rays;
 }
 
+/// @param processor  time that others took [s]
+double others_share(double processor, double seconds)
+{
+    const double all = seconds * std::max(1u, std::thread::hardware_concurrency());
+    return all > 0.0 ? std::clamp(processor / all, 0.0, 1.0) : 0.0;
+}
+
 Measurement measure_render(const Bench& bench, const Standard& standard, const SweepPoint& point,
                            const std::string& part)
 {
     bench.session.forget_light();  // each point pays for all of it
     const auto begin = std::chrono::steady_clock::now();
+    const ProcessorTime processor = processor_time();
     RenderResult result = render(bench.session, bench.view.camera, point.options,
                                  {.log = bench.log, .progress = within(bench.progress, part)});
     Measurement measured;
     measured.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    const ProcessorTime after = processor_time();
+    measured.processor_seconds = after.own - processor.own;
+    measured.others = others_share(after.others - processor.others, measured.seconds);
     measured.label = point.label;
     measured.stage_seconds = result.stats.stage_seconds;
     measured.records = result.stats.records.records;
@@ -163,6 +176,7 @@ std::vector<Measurement> measure_paths(const Bench& bench, const Standard& stand
             kept->label = std::to_string(samples) + " paths a pixel";
             kept->paths = samples;
             kept->seconds = paths.seconds();
+            kept->processor_seconds = paths.processor_seconds();
             kept->stage_seconds = {{"path tracing", paths.seconds()}};
             judge(bench, standard, paths.image(), *kept);
             save(folder, *kept);

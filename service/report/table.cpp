@@ -50,16 +50,18 @@ std::vector<bool> on_front(const AccuracyReport& report)
 
 std::string to_csv(const AccuracyReport& report)
 {
-    std::string csv = "point,method,label,seconds,records,rays,paths_per_pixel,pareto,estimated_error" +
-                      metric_columns("indirect") + metric_columns("beauty") + "\r\n";
+    std::string csv =
+        "point,method,label,seconds,processor_seconds,others_share_of_machine,records,rays,paths_per_pixel,pareto,"
+        "estimated_error" +
+        metric_columns("indirect") + metric_columns("beauty") + "\r\n";
     const std::vector<bool> best = on_front(report);
     for (std::size_t i = 0; i < report.points.size(); ++i) {
         const Measurement& m = report.points[i];
         csv += std::to_string(i + 1) + (m.is_render() ? ",splatting," : ",path tracer,") + csv_field(m.label) + "," +
-               number(m.seconds) + "," + std::to_string(m.records) + "," + std::to_string(m.rays) + "," +
-               std::to_string(m.paths) + "," + (best[i] ? "1" : "0") + "," +
-               (m.estimated_error ? number(*m.estimated_error) : "") + metric_fields(m.indirect) +
-               metric_fields(m.beauty) + "\r\n";
+               number(m.seconds) + "," + number(m.processor_seconds) + "," + number(m.others) + "," +
+               std::to_string(m.records) + "," + std::to_string(m.rays) + "," + std::to_string(m.paths) + "," +
+               (best[i] ? "1" : "0") + "," + (m.estimated_error ? number(*m.estimated_error) : "") +
+               metric_fields(m.indirect) + metric_fields(m.beauty) + "\r\n";
     }
     return csv;
 }
@@ -68,19 +70,21 @@ std::string to_text(const AccuracyReport& report)
 {
     std::string text = headline(report.renders(), report.paths()) + "\n\n";
     char line[256];
-    std::snprintf(line, sizeof line, "%2s %10s %8s %8s %8s %10s  %s\n", "", "seconds", "MRE", "median", "p95",
-                  "records", "settings");
+    std::snprintf(line, sizeof line, "%2s %10s %10s %8s %8s %8s %8s %10s  %s\n", "", "seconds", "processor", "MRE",
+                  "measured", "median", "p95", "records", "settings");
     text += line;
     const std::vector<bool> best = on_front(report);
     for (std::size_t i = 0; i < report.points.size(); ++i) {
         const Measurement& m = report.points[i];
-        std::snprintf(line, sizeof line, "%2zu %10.3f %6.2f %% %6.2f %% %6.1f %% %10llu  ", i + 1, m.seconds,
+        std::snprintf(line, sizeof line, "%2zu %10.3f %10.3f %6.2f %% %6.2f %% %6.2f %% %6.1f %% %10llu  ", i + 1,
+                      m.seconds, m.processor_seconds, 100.0 * cost_of(m, report.reference.error).error,
                       100.0 * m.indirect.mean_relative_error, 100.0 * m.indirect.median_relative_error,
                       100.0 * m.indirect.p95_relative_error, static_cast<unsigned long long>(m.records));
         text.append(line).append(m.label).append(best[i] || !m.is_render() ? "\n" : " (beaten)\n");
     }
     std::snprintf(line, sizeof line,
-                  "\nreference %d paths a pixel in %s; by its own noise a perfect image would measure %.2f %%\n",
+                  "\nreference %d paths a pixel in %s; by its own noise a perfect image would measure %.2f %%,\n"
+                  "which is taken off from MRE in squares\n",
                   report.reference.paths, duration_text(report.reference.seconds).c_str(),
                   100.0 * report.reference.error);
     return text + line;
@@ -101,6 +105,7 @@ nlohmann::ordered_json to_json(const AccuracyReport& report)
     const std::vector<bool> best = on_front(report);
     for (std::size_t i = 0; i < report.points.size(); ++i) {
         json["points"].push_back(to_json(report.points[i]));
+        json["points"].back()["mean_relative_error"] = cost_of(report.points[i], report.reference.error).error;
         json["points"].back()["pareto"] = static_cast<bool>(best[i]);
     }
     return json;

@@ -6,6 +6,7 @@
 #include "process/printable.h"
 #include "rcs/layers.h"
 #include "rcs/scene.h"
+#include "server/deliverer.h"
 #include "server/sockets.h"
 #include "wire/errors.h"
 #include "wire/framing.h"
@@ -17,7 +18,8 @@
 namespace rcs::service {
 namespace {
 
-constexpr int kMostFrames = 10'000, kMostFiles = 10'000, kMostOutputs = 16, kMostLabels = 32, kMostPriority = 100;
+constexpr int kMostFrames = 10'000, kMostFiles = 10'000, kMostOutputs = 16, kMostLabels = 32, kMostPriority = 100,
+              kMostAfter = 16;
 constexpr std::size_t kLongestLabel = 200, kLongestName = 100, kLongestText = 1000;  // [bytes]
 
 [[noreturn]] void refuse(const std::string& what) { throw ServiceError(v1::ERROR_CODE_BAD_ARGUMENT, what); }
@@ -183,9 +185,17 @@ void check_task(const v1::Job& job)
 void check_rest(const v1::Job& job, const ServerConfig& config)
 {
     check_task(job);
-    if (std::abs(static_cast<double>(job.priority())) > kMostPriority) {
-        refuse("priority is " + std::to_string(job.priority()) + ", expected a value in [-100, 100]");
+    check_priority(job.priority());
+    check_length("deliver", job.deliver(), kLongestText);
+    if (!job.deliver().empty()) {
+        if (config.deliver_root.empty())
+            throw ServiceError(v1::ERROR_CODE_FORBIDDEN, "this server delivers nothing (--deliver-root)");
+        folder_beneath(config.deliver_root, job.deliver());
     }
+    check_count("after", job.after_size(), 0, kMostAfter);
+    if (std::set<std::uint64_t>(job.after().begin(), job.after().end()).size() !=
+        static_cast<std::size_t>(job.after_size()))
+        refuse("after has a job twice");
     check_length("idempotency_key", job.idempotency_key(), kLongestLabel);
     check_count("labels", static_cast<int>(job.labels().size()), 0, kMostLabels);
     for (const auto& [name, value] : job.labels()) {
@@ -199,6 +209,12 @@ void check_rest(const v1::Job& job, const ServerConfig& config)
 }
 
 }  // namespace
+
+void check_priority(int priority)
+{
+    if (std::abs(static_cast<double>(priority)) > kMostPriority)
+        refuse("priority is " + std::to_string(priority) + ", expected a value in [-100, 100]");
+}
 
 v1::SceneFiles single_file(const std::string& name, const v1::Blob& blob)
 {

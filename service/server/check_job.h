@@ -20,6 +20,9 @@ struct CheckedJob {
 /// @throws ServiceError, rcs::Error: the field, its value and its range
 CheckedJob check_job(const v1::Job& job, const ServerConfig& config, const BlobStore& blobs);
 
+/// @throws rcs::Error bad_argument
+void check_priority(int priority);
+
 /// A scene folder's files of one file alone.
 v1::SceneFiles single_file(const std::string& name, const v1::Blob& blob);
 

@@ -18,6 +18,16 @@ constexpr int kCoresOfAWorker = 8;
 
 [[noreturn]] void refuse(const std::string& what) { throw Error(ErrorCode::bad_argument, what); }
 
+/// @throws rcs::Error not_found
+std::string true_folder(const char* option, const std::string& folder)
+{
+    std::error_code problem;
+    const auto found = std::filesystem::canonical(folder, problem);
+    if (problem || !std::filesystem::is_directory(found))
+        throw Error(ErrorCode::not_found, std::string(option) + " " + folder + " is no folder");
+    return found.string();
+}
+
 double machine_memory_mb()
 {
     return 1e-6 * static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGESIZE));
@@ -28,7 +38,7 @@ double machine_memory_mb()
 std::string default_state()
 {
     for (const auto& [variable, within] :
-         {std::pair("XDG_STATE_HOME", "/rcsplat"), {"HOME", "/.local/state/rcsplat"}}) {
+         {std::pair("STATE_DIRECTORY", ""), {"XDG_STATE_HOME", "/rcsplat"}, {"HOME", "/.local/state/rcsplat"}}) {
         const char* folder = std::getenv(variable);
         if (folder != nullptr && *folder == '/') return std::string(folder) + within;
     }
@@ -45,6 +55,7 @@ std::string ServerConfig::adopt_reloadable(const ServerConfig& fresh)
         mine = before;
     };
     keep(socket, old.socket, "--socket"), keep(group, old.group, "--group"), keep(state, old.state, "--state");
+    keep(deliver_root, old.deliver_root, "--deliver-root");
     keep(listen, old.listen, "--listen"), keep(http, old.http, "--http");
     keep(workers, old.workers, "--workers"), keep(threads, old.threads, "--threads");
     return left_out;
@@ -61,13 +72,11 @@ void complete(ServerConfig& c)
     if (c.workers == 0) c.workers = std::max(1, cores / kCoresOfAWorker);
     if (c.threads == 0) c.threads = std::max(1, cores / c.workers);
     if (c.memory_limit_mb == 0.0) c.memory_limit_mb = 0.8 * machine_memory_mb() / c.workers;
-    for (std::string& root : c.roots) {
-        std::error_code problem;
-        const auto found = std::filesystem::canonical(root, problem);
-        if (problem || !std::filesystem::is_directory(found))
-            throw Error(ErrorCode::not_found, "--root " + root + " is no folder");
-        root = found.string();
-    }
+    for (std::string& root : c.roots) root = true_folder("--root", root);
+    if (!c.deliver_root.empty()) c.deliver_root = true_folder("--deliver-root", c.deliver_root);
+    if (!c.on_completion.empty() && (c.on_completion.front() != '/' || ::access(c.on_completion.c_str(), X_OK) != 0))
+        throw Error(ErrorCode::not_found, "--on-completion " + c.on_completion + " is no program by its full path");
+    c.queue.announces_ends = !c.on_completion.empty();
     if (!c.group.empty() && ::getgrnam(c.group.c_str()) == nullptr)
         throw Error(ErrorCode::not_found, "--group " + c.group + " is no group");
     if (c.tls_certificate.empty() != c.tls_key.empty()) refuse("--tls-certificate and --tls-key need each other");

@@ -34,6 +34,9 @@ struct ServerConfig {
     int max_connections = 256;
     double message_seconds = 30.0;  ///< from the first byte of a message to its last, and for what is sent to be taken
     int max_pixels_millions = 64;   ///< of a frame
+    std::string deliver_root;       ///< beneath which jobs may have pictures copied; "": nowhere
+    std::string on_completion;      ///< program for jobs that have ended; "": none
+    double on_completion_seconds = 60.0;  ///< that it may take
     bool log_debug = false;
     bool recover = false;  ///< salvage the queue where its database is lost or damaged
     QueueOptions queue;
@@ -46,7 +49,8 @@ struct ServerConfig {
 /// Fills in what follows from the machine, and checks what can be. @throws rcs::Error bad_argument, not_found
 void complete(ServerConfig& config);
 
-/// $XDG_STATE_HOME/rcsplat, else ~/.local/state/rcsplat; "" where neither variable holds an absolute path.
+/// $STATE_DIRECTORY, which systemd says, else $XDG_STATE_HOME/rcsplat, else ~/.local/state/rcsplat; "" where none of
+/// the variables holds an absolute path.
 std::string default_state();
 
 }  // namespace rcs::service

@@ -26,7 +26,11 @@ bool same_secret(const std::string& a, const std::string& b)
 }  // namespace
 
 Connection::Connection(Stream stream, const std::string& owner, bool sees_all, std::int64_t now)
-    : stream_(std::move(stream)), caller_{owner, sees_all}, local_(!owner.empty()), since_ms_(now), heard_ms_(now)
+    : stream_(std::move(stream)),
+      caller_{owner, sees_all, presence_},
+      local_(!owner.empty()),
+      since_ms_(now),
+      heard_ms_(now)
 {
     out_ = greeting();
     unsent_since_ms_ = now;
@@ -115,9 +119,9 @@ void Connection::greet(const v1::HelloRequest& hello, const std::string& token)
     if (caller_.owner.empty()) {
         const std::string name = stream_.peer_name();
         if (!name.empty()) {
-            caller_ = {"certificate:" + utf8_text(name), false};
+            caller_ = {"certificate:" + utf8_text(name), false, presence_};
         } else if (same_secret(hello.token(), token)) {
-            caller_ = {"token", false};
+            caller_ = {"token", false, presence_};
         } else {
             throw ServiceError(v1::ERROR_CODE_UNAUTHENTICATED,
                                hello.token().empty() ? "this server wants a token" : "the token is wrong");

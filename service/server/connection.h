@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -61,6 +62,7 @@ private:
     bool may_read() const { return out_.size() - sent_ < kMostWaiting; }
 
     Stream stream_;
+    const std::shared_ptr<const void> presence_ = std::make_shared<char>();  ///< what callers are known to last by
     Caller caller_;
     FrameReader reader_;
     std::string out_;

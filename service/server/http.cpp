@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 
+#include <fcntl.h>
 #include <poll.h>
 
 #include "wire/address.h"
@@ -28,9 +29,22 @@ const char* reason(int status)
             return "Method Not Allowed";
         case 431:
             return "Request Header Fields Too Large";
+        case 503:
+            return "Service Unavailable";
         default:
             return "Internal Server Error";
     }
+}
+
+/// Up to its length.
+std::string head_of(const HttpAnswer& answer)
+{
+    return "HTTP/1.1 " + std::to_string(answer.status) + " " + reason(answer.status) +
+           "\r\nContent-Type: " + answer.type +
+           "\r\nConnection: close\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n"
+           "Content-Security-Policy: default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
+           "img-src 'self'; "
+           "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'\r\n";
 }
 
 /// @return "" also where there are two
@@ -86,14 +100,18 @@ std::optional<std::string> HttpConnection::receive()
 
 void HttpConnection::answer(const HttpAnswer& answer)
 {
-    out_ = "HTTP/1.1 " + std::to_string(answer.status) + " " + reason(answer.status) +
-           "\r\nContent-Type: " + answer.type + "\r\nContent-Length: " + std::to_string(answer.body.size()) +
-           "\r\nConnection: close\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n"
-           "Content-Security-Policy: default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
-           "img-src 'self'; "
-           "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'\r\n\r\n";
+    out_ = head_of(answer) + "Content-Length: " + std::to_string(answer.body.size()) + "\r\n\r\n";
     if (!head_only_) out_ += answer.body;
     answered_ = true;
+}
+
+void HttpConnection::answer(const HttpAnswer& answer, FileSender& sender)
+{
+    if (answer.file.empty() || head_only_) return this->answer(answer);
+    Fd browser(::fcntl(stream_.fd(), F_DUPFD_CLOEXEC, 0));
+    if (!browser || !sender.send(std::move(browser), answer.file, head_of(answer)))
+        return this->answer({503, "text/plain", "too many pictures are asked for\n"});
+    answered_ = closed_ = true;  // here; the other end is the sender's
 }
 
 void HttpConnection::flush()

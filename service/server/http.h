@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "server/file_sender.h"
 #include "wire/stream.h"
 
 namespace rcs::service {
@@ -11,7 +12,8 @@ namespace rcs::service {
 struct HttpAnswer {
     int status = 200;
     std::string type = "text/plain; charset=utf-8";
-    std::string body;
+    std::string body = {};
+    std::string file = {};  ///< its bytes are sent instead, by a FileSender
 };
 
 /// A browser that asks for one thing and is answered: as much of HTTP/1.1 (RFC 9112) as a read-only page takes.
@@ -23,7 +25,7 @@ public:
     /// answered
     ///         here. Only names of this machine are taken as Host, so that no page from elsewhere can read this one.
     std::optional<std::string> receive();
-    void answer(const HttpAnswer& answer);
+    void answer(const HttpAnswer& answer, FileSender& sender);
     void flush();
 
     int fd() const { return stream_.fd(); }
@@ -32,6 +34,8 @@ public:
     bool done(std::int64_t now) const;
 
 private:
+    void answer(const HttpAnswer& answer);
+
     Stream stream_;
     std::int64_t begin_ms_;
     std::string in_, out_;

@@ -62,8 +62,8 @@ Listeners::Listeners(const ServerConfig& config, const ServerLog& log) : unix_(c
 void Listeners::read_secrets(const ServerConfig& config)
 {
     if (config.listen.empty()) return;
-    token_ =
-        read_token(config.token_file.empty() ? config.state + "/token" : config.token_file, config.token_file.empty());
+    const std::string own_token = config.state + "/token";
+    token_ = read_token(config.token_file.empty() ? own_token : config.token_file, config.token_file.empty());
     tls_.reset();
     if (!config.tls_certificate.empty())
         tls_ = TlsContext::server(config.tls_certificate, config.tls_key, config.client_ca);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <ctime>
 
 #include <unistd.h>
 
@@ -49,24 +48,12 @@ std::string quoted(const std::string& value)
     return plain ? value : text + "\"";
 }
 
-std::string time_text()
-{
-    const std::int64_t ms = read_clocks().wall_ms;
-    const std::time_t seconds = ms / 1000;
-    std::tm utc{};
-    gmtime_r(&seconds, &utc);
-    char text[48];
-    const std::size_t length = std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%S", &utc);
-    std::snprintf(text + length, sizeof text - length, ".%03dZ", static_cast<int>(ms % 1000));
-    return text;
-}
-
 }  // namespace
 
 void ServerLog::write(Level level, std::string_view event, const std::vector<LogField>& fields) const
 {
     if (level == Level::debug && !debug_) return;
-    std::string line = std::string("time=") + time_text() + " level=" + name_of(level) + " event=";
+    std::string line = "time=" + utc_text(read_clocks().wall_ms) + " level=" + name_of(level) + " event=";
     line += event;
     for (const LogField& field : fields) line.append(" ").append(field.name).append("=").append(quoted(field.value));
     line += '\n';

@@ -1,6 +1,7 @@
 #include "server/page.h"
 
 #include <cstdlib>
+#include <cstring>
 #include <sstream>
 #include <vector>
 
@@ -13,8 +14,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kJobs = 50, kFrames = 24;              // that the page shows; of each job
-constexpr std::uint64_t kLargestPicture = 16 << 20;  // as a thumbnail [bytes]
+constexpr int kJobs = 50, kFrames = 250;  // in an answer
 const Caller kViewer{"page", true};
 
 /// "JOB_STATE_FAILED" as "failed".
@@ -25,24 +25,18 @@ std::string short_state(std::string name)
     return name;
 }
 
-bool shows(const v1::OutputFile& file) { return !file.name().ends_with(".exr") && file.size() <= kLargestPicture; }
-
 Json frame_json(const v1::FrameStatus& frame, std::uint64_t job)
 {
-    Json json = {{"number", frame.number()},
-                 {"state", short_state(v1::FrameState_Name(frame.state()))},
-                 {"attempts", frame.attempts()},
-                 {"seconds", frame.seconds()},
-                 {"error_estimate", frame.error_estimate()},
-                 {"reason", frame.error().message()},
-                 {"warnings", Json::array()},
-                 {"picture", ""}};
+    Json json = {{"number", frame.number()}, {"state", short_state(v1::FrameState_Name(frame.state()))}};
+    if (frame.attempts() > 1) json["attempts"] = frame.attempts();
+    if (frame.seconds() > 0.0) json["seconds"] = frame.seconds();
+    if (frame.error_estimate() > 0.0) json["error"] = frame.error_estimate();
+    if (frame.has_error()) json["reason"] = frame.error().message();
     for (const std::string& warning : frame.warnings()) json["warnings"].push_back(warning);
-    for (const v1::OutputFile& file : frame.files()) {
-        if (!shows(file)) continue;
-        json["picture"] = "/picture/" + std::to_string(job) + "/" + std::to_string(frame.number()) + "/" + file.name();
-        break;
-    }
+    const std::string place = std::to_string(job) + "/" + std::to_string(frame.number());
+    if (frame.files_size() > 0) json["thumbnail"] = "/thumbnail/" + place;
+    for (const v1::OutputFile& file : frame.files())
+        json["files"].push_back({{"name", file.name()}, {"path", "/picture/" + place + "/" + file.name()}});
     return json;
 }
 
@@ -61,40 +55,60 @@ Json progress_json(const v1::Progress& progress, std::uint64_t job)
     return json;
 }
 
-Json status_json(const Service& service)
+Json job_json(const v1::JobStatus& status)
+{
+    Json job = {{"job", status.job()},
+                {"state", short_state(v1::JobState_Name(status.state()))},
+                {"scene", status.scene()},
+                {"owner", status.owner()},
+                {"priority", status.priority()},
+                {"submitted", status.submitted_ms()},
+                {"started", status.started_ms()},
+                {"finished", status.finished_ms()},
+                {"frames", status.frames()},
+                {"completed", status.frames_completed()},
+                {"failed", status.frames_failed()},
+                {"reason", status.error().message()},
+                {"labels", Json::object()},
+                {"running", Json::array()}};
+    for (const auto& [name, value] : status.labels()) job["labels"][name] = value;
+    for (const v1::Progress& progress : status.running())
+        job["running"].push_back(progress_json(progress, status.job()));
+    return job;
+}
+
+/// @param before  only jobs with smaller numbers; 0: all
+Json status_json(const Service& service, std::uint64_t before)
 {
     const v1::HealthReply health = service.health();
-    Json json = {
-        {"serving", health.serving()}, {"message", health.message()},       {"workers", health.workers()},
-        {"busy", health.busy()},       {"waiting", health.queued_frames()}, {"uptime", health.uptime_seconds()},
-        {"jobs", Json::array()}};
+    Json json = {{"serving", health.serving()},
+                 {"message", health.message()},
+                 {"workers", health.workers()},
+                 {"busy", health.busy()},
+                 {"waiting", health.queued_frames()},
+                 {"uptime", health.uptime_seconds()},
+                 {"seal", health.seal()},
+                 {"jobs", Json::array()}};
     v1::ListRequest list;
     list.set_limit(kJobs);
+    list.set_before(before);
     const v1::ListReply jobs = service.queue().list(list, "");
-    for (const v1::JobStatus& listed : jobs.jobs()) {
-        const v1::JobStatus status = service.status(listed.job(), kViewer);
-        Json job = {{"job", status.job()},
-                    {"state", short_state(v1::JobState_Name(status.state()))},
-                    {"scene", status.scene()},
-                    {"owner", status.owner()},
-                    {"priority", status.priority()},
-                    {"submitted", status.submitted_ms()},
-                    {"finished", status.finished_ms()},
-                    {"frames", status.frames()},
-                    {"completed", status.frames_completed()},
-                    {"failed", status.frames_failed()},
-                    {"reason", status.error().message()},
-                    {"running", Json::array()},
-                    {"shown", Json::array()}};
-        for (const v1::Progress& progress : status.running())
-            job["running"].push_back(progress_json(progress, status.job()));
-        v1::JobRequest request;
-        request.set_job(status.job());
-        request.set_frames(kFrames);
-        const v1::JobReply details = service.queue().details(request);
-        for (const v1::FrameStatus& frame : details.frames()) job["shown"].push_back(frame_json(frame, status.job()));
-        json["jobs"].push_back(job);
-    }
+    for (const v1::JobStatus& listed : jobs.jobs())
+        json["jobs"].push_back(job_json(service.status(listed.job(), kViewer)));
+    json["more"] = jobs.more();
+    return json;
+}
+
+Json frames_json(const Service& service, std::uint64_t job, std::uint32_t first)
+{
+    service.status(job, kViewer);  // it is there
+    v1::JobRequest request;
+    request.set_job(job);
+    request.set_first_frame(first);
+    request.set_frames(kFrames);
+    Json json = {{"frames", Json::array()}};
+    const v1::JobReply reply = service.queue().details(request);
+    for (const v1::FrameStatus& frame : reply.frames()) json["frames"].push_back(frame_json(frame, job));
     return json;
 }
 
@@ -106,21 +120,27 @@ std::vector<std::string> parts_of(const std::string& path)
     return parts;
 }
 
+std::string media_type(const std::string& name)
+{
+    if (name.ends_with(".png")) return "image/png";
+    return name.ends_with(".exr") ? "image/x-exr" : "image/jpeg";
+}
+
+/// @param name  of a picture; "": the small one that the frame's worker made
 HttpAnswer picture(const Service& service, std::uint64_t job, int frame, const std::string& name)
 {
-    v1::FetchRequest request;
-    request.set_job(job);
-    request.set_frame(frame);
-    request.set_name(name);
-    v1::FetchReply part = service.fetch(request, kViewer);
-    if (!shows(part.file())) throw ServiceError(v1::ERROR_CODE_NOT_FOUND, "no picture to show");
-    std::string bytes = part.data();
-    while (bytes.size() < part.file().size() && !part.data().empty()) {
-        request.set_offset(bytes.size());
-        part = service.fetch(request, kViewer);
-        bytes += part.data();
-    }
-    return {200, name.ends_with(".png") ? "image/png" : "image/jpeg", bytes};
+    const std::string path = service.picture_path(job, frame, name);
+    return {200, media_type(path), "", path};
+}
+
+/// The page is one file.
+std::string page()
+{
+    const auto& sources = status_page_sources();
+    std::string page = sources.at("page.html");
+    for (const auto& [mark, name] : {std::pair("/*page.css*/", "page.css"), {"/*page.js*/", "page.js"}})
+        page.replace(page.find(mark), std::strlen(mark), sources.at(name));
+    return page;
 }
 
 }  // namespace
@@ -130,10 +150,15 @@ HttpAnswer page_answer(const Service& service, const std::string& path)
     try {
         const auto parts = parts_of(path);
         const auto number = [&](std::size_t i) { return std::strtoll(parts[i].c_str(), nullptr, 10); };
-        if (path == "/") return {200, "text/html; charset=utf-8", status_page_sources().at("page.html")};
-        if (path == "/status.json") {
-            return {200, "application/json", status_json(service).dump(-1, ' ', false, Json::error_handler_t::replace)};
-        }
+        if (path == "/") return {200, "text/html; charset=utf-8", page()};
+        const auto json = [](const Json& value) -> HttpAnswer {
+            return {200, "application/json", value.dump(-1, ' ', false, Json::error_handler_t::replace)};
+        };
+        if (parts.size() >= 2 && parts[1] == "status.json")
+            return json(status_json(service, parts.size() == 3 ? static_cast<std::uint64_t>(number(2)) : 0));
+        if (parts.size() == 4 && parts[1] == "frames")
+            return json(
+                frames_json(service, static_cast<std::uint64_t>(number(2)), static_cast<std::uint32_t>(number(3))));
         if (path == "/metrics") return {200, "text/plain; version=0.0.4", service.stats(true).prometheus()};
         if (parts.size() == 4 && parts[1] == "preview") {
             v1::PreviewRequest request;
@@ -141,9 +166,10 @@ HttpAnswer page_answer(const Service& service, const std::string& path)
             request.set_frame(static_cast<int>(number(3)));
             return {200, "image/jpeg", service.preview(request, kViewer).jpeg()};
         }
-        if (parts.size() == 5 && parts[1] == "picture") {
+        if (parts.size() == 4 && parts[1] == "thumbnail")
+            return picture(service, static_cast<std::uint64_t>(number(2)), static_cast<int>(number(3)), "");
+        if (parts.size() == 5 && parts[1] == "picture")
             return picture(service, static_cast<std::uint64_t>(number(2)), static_cast<int>(number(3)), parts[4]);
-        }
         return {404, "text/plain", "there is nothing here\n"};
     } catch (const ServiceError& e) {
         return {e.code() == v1::ERROR_CODE_NOT_FOUND ? 404 : 500, "text/plain", std::string(e.what()) + "\n"};

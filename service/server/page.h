@@ -11,8 +11,8 @@ namespace rcs::service {
 /// Files of service/server/page by name.
 const std::map<std::string, std::string>& status_page_sources();
 
-/// What the status page shows, by path: "/", "/status.json", "/preview/JOB/FRAME", "/picture/JOB/FRAME/NAME",
-/// "/metrics".
+/// What the status page shows, by path: "/", "/status.json" and "/status.json/BEFORE" (jobs), "/frames/JOB/FIRST",
+/// "/preview/JOB/FRAME", "/thumbnail/JOB/FRAME", "/picture/JOB/FRAME/NAME", "/metrics".
 HttpAnswer page_answer(const Service& service, const std::string& path);
 
 }  // namespace rcs::service

@@ -1,21 +1,15 @@
-// What Service answers clients.
+// What Service answers clients about files, pictures and itself; job_requests.cpp about jobs.
 #include <algorithm>
 #include <cstdio>
 
 #include "rcs/error.h"
-#include "server/check_job.h"
 #include "server/service.h"
 #include "server/sockets.h"
 #include "wire/errors.h"
 #include "wire/framing.h"
+#include "wire/outputs.h"
 
 namespace rcs::service {
-namespace {
-
-constexpr double kMega = 1e6;
-
-}  // namespace
-
 v1::Response Service::answer(const v1::Request& request, const Caller& caller)
 {
     ++counters_.requests;
@@ -68,6 +62,18 @@ v1::Response Service::reply_to(const v1::Request& request, const Caller& caller)
         case v1::Request::kPreview:
             *response.mutable_preview() = preview(request.preview(), caller);
             break;
+        case v1::Request::kRetry:
+            *response.mutable_retry() = retry(request.retry(), caller);
+            break;
+        case v1::Request::kPause:
+            *response.mutable_pause() = pause(request.pause(), caller);
+            break;
+        case v1::Request::kPriority:
+            *response.mutable_priority() = set_priority(request.priority(), caller);
+            break;
+        case v1::Request::kLogs:
+            *response.mutable_logs() = logs(request.logs(), caller);
+            break;
         case v1::Request::kHello:
         case v1::Request::kWatch:
         case v1::Request::CALL_NOT_SET:
@@ -76,18 +82,9 @@ v1::Response Service::reply_to(const v1::Request& request, const Caller& caller)
     return response;
 }
 
-void Service::check_may_see(std::uint64_t job, const Caller& caller) const
-{
-    const std::string owner = queue_.owner(job);
-    if (owner.empty()) throw ServiceError(v1::ERROR_CODE_NOT_FOUND, "there is no job " + std::to_string(job));
-    if (!caller.sees_all && owner != caller.owner) {
-        throw ServiceError(v1::ERROR_CODE_FORBIDDEN, "job " + std::to_string(job) + " belongs to somebody else");
-    }
-}
-
 void Service::check_space() const
 {
-    const double free = static_cast<double>(free_space(config_.state)) / kMega;
+    const double free = free_mb();
     if (free < config_.min_free_mb) {
         char text[160];
         std::snprintf(text, sizeof text,
@@ -111,50 +108,8 @@ v1::BlobPutReply Service::put(const v1::BlobPutRequest& request, const Caller& c
     if (stopping_) throw ServiceError(v1::ERROR_CODE_UNAVAILABLE, "the server is stopping");
     check_space();
     v1::BlobPutReply reply;
-    reply.set_held(blobs_.put(request.blob(), caller.owner, request.offset(), request.data(), queue_clock_ms()));
-    return reply;
-}
-
-v1::SubmitReply Service::submit(const v1::SubmitRequest& request, const Caller& caller)
-{
-    if (stopping_) throw ServiceError(v1::ERROR_CODE_UNAVAILABLE, "the server is stopping");
-    check_space();
-    const CheckedJob checked = check_job(request.job(), config_, blobs_);
-    const auto submitted = queue_.submit(checked.job, caller.owner, checked.scene_key, checked.blobs, read_clocks());
-    ++(submitted.existed ? counters_.jobs_repeated : counters_.jobs_submitted);
-    log_.info("job_submitted", {{"job", submitted.job},
-                                {"owner", caller.owner},
-                                {"scene", checked.job.scene().label()},
-                                {"frames", std::max(1, checked.job.frames_size())},
-                                {"existed", submitted.existed}});
-    v1::SubmitReply reply;
-    reply.set_job(submitted.job);
-    reply.set_existed(submitted.existed);
-    return reply;
-}
-
-v1::CancelReply Service::cancel(const v1::CancelRequest& request, const Caller& caller)
-{
-    check_may_see(request.job(), caller);
-    v1::CancelReply reply;
-    reply.set_had_ended(has_ended(queue_.status(request.job())->state()));
-    reply.set_state(*queue_.cancel(request.job(), read_clocks()));
-    if (!reply.had_ended()) log_.info("job_cancelled", {{"job", request.job()}, {"by", caller.owner}});
-    return reply;
-}
-
-v1::ListReply Service::list(const v1::ListRequest& request, const Caller& caller) const
-{
-    if (request.limit() > 1000) throw ServiceError(v1::ERROR_CODE_BAD_ARGUMENT, "limit is above 1000");
-    return queue_.list(request, caller.sees_all ? "" : caller.owner);
-}
-
-v1::JobReply Service::details(const v1::JobRequest& request, const Caller& caller) const
-{
-    if (request.frames() > 500) throw ServiceError(v1::ERROR_CODE_BAD_ARGUMENT, "frames is above 500");
-    check_may_see(request.job(), caller);
-    v1::JobReply reply = queue_.details(request);
-    *reply.mutable_status() = status(request.job(), caller);
+    reply.set_held(blobs_.put(request.blob(), caller.owner, request.offset(), request.data(), queue_clock_ms(),
+                              caller.connection));
     return reply;
 }
 
@@ -179,6 +134,18 @@ v1::FetchReply Service::fetch(const v1::FetchRequest& request, const Caller& cal
     return reply;
 }
 
+std::string Service::picture_path(std::uint64_t job, int frame, const std::string& name) const
+{
+    const auto index = queue_.index_of(job, frame);
+    if (index && name.empty()) {
+        const std::string folder = queue_.folder({job, *index});
+        if (!folder.empty()) return path_of(folder) + "/" + kThumbnail;
+    } else if (index) {
+        if (const auto found = queue_.file({job, *index}, name)) return path_of(found->second);
+    }
+    throw ServiceError(v1::ERROR_CODE_NOT_FOUND, "there is no such picture");
+}
+
 v1::PreviewReply Service::preview(const v1::PreviewRequest& request, const Caller& caller) const
 {
     check_may_see(request.job(), caller);
@@ -194,22 +161,13 @@ v1::PreviewReply Service::preview(const v1::PreviewRequest& request, const Calle
     return reply;
 }
 
-v1::JobStatus Service::status(std::uint64_t job, const Caller& caller) const
-{
-    check_may_see(job, caller);
-    v1::JobStatus status = *queue_.status(job);
-    for (const Worker& worker : workers_.workers()) {
-        if (worker.frame && worker.frame->key.job == job) *status.add_running() = worker.frame->progress;
-    }
-    return status;
-}
-
 v1::HealthReply Service::health() const
 {
     v1::HealthReply reply;
     for (const Worker& worker : workers_.workers()) {
         reply.set_workers(reply.workers() + (worker.ready ? 1 : 0));
         reply.set_busy(reply.busy() + (worker.frame ? 1 : 0));
+        if (!worker.seal.empty()) reply.set_seal(worker.seal);
     }
     reply.set_queued_frames(queue_.count(v1::FRAME_STATE_QUEUED) + queue_.count(v1::FRAME_STATE_SOFT_FAILED));
     reply.set_uptime_seconds(1e-3 * static_cast<double>(steady_ms() - started_ms_));
@@ -219,12 +177,16 @@ v1::HealthReply Service::health() const
     } catch (const ServiceError& e) {
         why = e.what();
     }
-    if (const std::string paused = pause(); !paused.empty()) why = paused;
+    if (const std::string paused = reason_to_wait(); !paused.empty()) why = paused;
     if (!not_scheduled_.empty()) why = not_scheduled_;
     if (!unsaved_.empty()) why = "pictures wait for the database to take them";
     if (why.empty() && reply.workers() == 0) why = "no worker is ready";
     reply.set_serving(why.empty());
+    reply.set_paused(queue_.is_paused());
+    if (why.empty() && queue_.is_paused()) why = "the queue is paused: jobs are taken, no frame is started";
     reply.set_message(why);
+    const auto eta = queue_.is_paused() ? std::nullopt : queue_.share().eta_seconds(config_.workers);
+    if (eta) reply.set_eta_seconds(*eta);
     return reply;
 }
 

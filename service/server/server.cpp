@@ -22,6 +22,16 @@
 namespace rcs::service {
 namespace {
 
+/// Whether its answer says that something was put down.
+bool changes_jobs(const v1::Request& request)
+{
+    return request.has_submit() || request.has_cancel() || request.has_retry() || request.has_pause() ||
+           request.has_priority();
+}
+
+/// Who came from another machine, maybe, and has not said yet who he is.
+bool is_stranger(const Connection& connection) { return !connection.known() && !connection.is_local(); }
+
 class Server {
 public:
     Server(const ServerConfig& config, const std::function<ServerConfig()>& reload);
@@ -37,6 +47,7 @@ private:
     void turn();
     void wait();
     void read_signals();
+    void serve_strangers(const std::vector<Connection*>& strangers);
     void read_requests(Connection& connection);
     void answer(Connection& connection, const v1::Request& request);
     void undo_turn(const std::string& why);
@@ -50,6 +61,7 @@ private:
     Fd signals_;
     Service service_;
     Guests guests_;
+    FileSender files_;
     std::vector<Answer> answers_;  ///< of this turn; sent once it is committed
     std::vector<FrameEnd> ends_;
     std::vector<std::uint64_t> changed_,
@@ -103,7 +115,6 @@ void Server::turn()
         service_.workers().serve(worker, (events & (POLLIN | POLLHUP)) != 0, (events & POLLOUT) != 0, ends_, changed_);
     }
     try {
-        for (const FrameEnd& end : ends_) ended_.push_back(end.frame.key.job);
         service_.take(std::exchange(ends_, {}));
     } catch (const ServiceError& e) {
         undo_turn(e.what());
@@ -112,20 +123,39 @@ void Server::turn()
         const short events = next < polled_.size() && polled_[next].fd == browser.fd() ? polled_[next].revents : 0;
         ++next;
         if (events == 0) continue;
-        if (const auto path = browser.receive()) browser.answer(page_answer(service_, *path));
+        if (const auto path = browser.receive()) browser.answer(page_answer(service_, *path), files_);
         browser.flush();
     }
+    std::vector<Connection*> strangers;
     for (Connection& connection : guests_.connections()) {
         const short events = next < polled_.size() && polled_[next].fd == connection.fd() ? polled_[next].revents : 0;
         ++next;
+        if (is_stranger(connection)) {
+            if (events != 0 || connection.has_pending()) strangers.push_back(&connection);
+            continue;
+        }
         if ((events & (POLLIN | POLLHUP | POLLERR)) != 0 || connection.has_pending()) read_requests(connection);
     }
     finish_turn();
+    serve_strangers(strangers);
     guests_.let_in(polled_);
     service_.schedule();
     if (now >= next_tend_ms_) next_tend_ms_ = service_.tend();
     tell_watchers();
     guests_.drop(steady_ms());
+}
+
+/// They get a small part of a turn: greetings, those of TLS above all, cost time, and others are here already.
+void Server::serve_strangers(const std::vector<Connection*>& strangers)
+{
+    constexpr std::int64_t kTheirs = 2;  // [ms]
+    const std::int64_t until = steady_ms() + kTheirs;
+    for (Connection* stranger : strangers) {
+        if (steady_ms() >= until) break;  // the rest still has something to say in the next turn
+        read_requests(*stranger);
+        stranger->flush(steady_ms());
+    }
+    finish_turn();
 }
 
 void Server::wait()
@@ -237,12 +267,11 @@ void Server::answer(Connection& connection, const v1::Request& request)
         return;
     }
     try {
-        answers_.push_back(
-            {&connection, service_.answer(request, connection.caller()), request.has_submit() || request.has_cancel()});
-        if (request.has_cancel()) {
-            ended_.push_back(request.cancel().job());
-            next_tend_ms_ = 0;
-        }
+        answers_.push_back({&connection, service_.answer(request, connection.caller()), changes_jobs(request)});
+        if (request.has_cancel()) ended_.push_back(request.cancel().job());
+        if (request.has_retry()) changed_.push_back(request.retry().job());
+        if (request.has_pause()) changed_.push_back(request.pause().job());
+        if (changes_jobs(request)) next_tend_ms_ = 0;
     } catch (const ServiceError& e) {
         undo_turn(e.what());
         v1::Response response;
@@ -267,7 +296,7 @@ void Server::undo_turn(const std::string& why)
 void Server::finish_turn()
 {
     try {
-        service_.commit();
+        for (const std::uint64_t job : service_.commit()) ended_.push_back(job);
     } catch (const ServiceError& e) {
         undo_turn(e.what());
     }
@@ -306,7 +335,7 @@ void Server::tell_watchers()
             }
             connection.send(response);
         }
-        connection.flush(now);
+        if (!is_stranger(connection)) connection.flush(now);
     }
 }
 

@@ -31,7 +31,7 @@ std::string prepared_state(const std::string& folder)
     std::error_code problem;
     fs::create_directories(fs::path(folder).parent_path(), problem);
     make_private_folder(folder);
-    make_private_folder(folder + "/results");
+    for (const char* within : {kResults, "shaders"}) make_private_folder(folder + "/" + within);
     return folder;
 }
 
@@ -66,6 +66,17 @@ std::string whole_state(const ServerConfig& config, const ServerLog& log)
     return config.state;
 }
 
+/// Also to another disk.
+std::error_code move(const fs::path& from, const fs::path& to)
+{
+    std::error_code problem, ignored;
+    fs::rename(from, to, problem);
+    if (problem != std::errc::cross_device_link) return problem;
+    fs::copy(from, to, fs::copy_options::recursive, problem);
+    fs::remove_all(problem ? to : from, ignored);
+    return problem;
+}
+
 }  // namespace
 
 Service::Service(const ServerConfig& config, const ServerLog& log)
@@ -74,16 +85,20 @@ Service::Service(const ServerConfig& config, const ServerLog& log)
       lock_(locked(config.state)),
       queue_(whole_state(config, log), config.queue, read_clocks()),
       blobs_(config.state, config.blobs),
+      logs_(config.state),
       workers_(config, log),
+      completion_command_(config, log),
       started_ms_(steady_ms())
 {
     tidy_results();
+    if (!config.deliver_root.empty()) deliverer_.emplace(config.deliver_root);
 }
 
 void Service::adopt_config()
 {
     queue_.set_options(config_.queue);
     blobs_.set_limits(config_.blobs);
+    workers_.adopt_config();
 }
 
 /// What frames left that ran when an earlier server ended is removed. Pictures that the queue does not know are
@@ -95,11 +110,18 @@ void Service::tidy_results()
     const std::set<std::string> used = queue_.folders_in_use();
     const std::string aside = path_of("aside");
     make_private_folder(aside);
-    for (const auto& entry : fs::directory_iterator(path_of("results"), ignored)) {
+    for (const auto& entry : fs::directory_iterator(path_of(kResults), ignored)) {
         const std::string name = entry.path().filename().string();
-        if (used.contains("results/" + name)) continue;
+        if (used.contains(kResults + ("/" + name))) continue;
+        if (name.starts_with(kWorkerHome)) {
+            fs::remove_all(entry.path(), ignored);
+            continue;
+        }
         const std::string to = aside + "/" + name;
-        fs::rename(entry.path(), to, ignored);
+        if (const std::error_code problem = move(entry.path(), to)) {
+            log_.write(Level::warning, "not_moved_aside", {{"folder", name}, {"why", problem.message()}});
+            continue;
+        }
         set_modified(to, queue_clock_ms());
         log_.write(Level::warning, "moved_aside", {{"folder", to}, {"why", "the queue knows no frame of it"}});
     }
@@ -110,6 +132,9 @@ void Service::take(std::vector<FrameEnd> ends)
     of_this_turn_ = std::move(unsaved_);
     unsaved_.clear();
     for (FrameEnd& end : ends) of_this_turn_.push_back(std::move(end));
+    if (std::any_of(of_this_turn_.begin(), of_this_turn_.end(),
+                    [](const FrameEnd& end) { return end.done.has_value(); }))
+        sync_path(path_of(kResults));  // where their pictures have come
     for (const FrameEnd& end : of_this_turn_) put_down(end);
 }
 
@@ -130,11 +155,17 @@ void Service::put_down(const FrameEnd& end)
     }
 }
 
-void Service::commit()
+std::vector<std::uint64_t> Service::commit()
 {
     queue_.commit();
-    for (const FrameEnd& end : of_this_turn_) {
+    std::vector<std::uint64_t> ended = queue_.take_changed();
+    for (FrameEnd& end : of_this_turn_) {
+        ended.push_back(end.frame.key.job);
         const double seconds = 1e-3 * static_cast<double>(steady_ms() - end.frame.started_ms);
+        char took[60];
+        std::snprintf(took, sizeof took, " after %.2f s", seconds);
+        end.frame.log.add((end.done ? "completed" : "ended: " + end.error.message()) + took);
+        logs_.append(end.frame.key, end.frame.log.text());
         if (end.done) {
             ++counters_.frames_completed;
             counters_.frame_seconds += seconds;
@@ -142,7 +173,7 @@ void Service::commit()
                       {{"job", end.frame.key.job}, {"frame", end.frame.progress.frame()}, {"seconds", seconds}});
         } else {
             std::error_code ignored;
-            fs::remove_all(path_of(end.frame.folder), ignored);
+            fs::remove_all(end.frame.making, ignored);
             ++(end.ending == Ending::failed ? counters_.frames_failed : counters_.frames_retried);
             log_.write(
                 Level::warning, "frame_ended",
@@ -150,6 +181,7 @@ void Service::commit()
         }
     }
     of_this_turn_.clear();
+    return ended;
 }
 
 void Service::roll_back()
@@ -159,7 +191,7 @@ void Service::roll_back()
     of_this_turn_.clear();
 }
 
-internal::Task Service::task_of(const NextFrame& next)
+internal::Task Service::task_of(const NextFrame& next, const std::string& home)
 {
     if (!next.job) throw ServiceError(v1::ERROR_CODE_INTERNAL, "what the queue holds of the job is damaged");
     const v1::Job& job = *next.job;
@@ -184,10 +216,9 @@ internal::Task Service::task_of(const NextFrame& next)
         const auto file = single_file("config.ocio", job.tone_map().ocio_config());
         task.set_ocio_file(blobs_.scene(BlobStore::scene_key(file), file, clock));
     }
-    const std::string folder =
-        "results/" + std::to_string(next.key.job) + "." + std::to_string(next.key.index) + "." + random_id();
-    make_private_folder(path_of(folder));
-    task.set_folder(folder);
+    task.set_folder(home + "/" + std::to_string(next.key.job) + "." + std::to_string(next.key.index) + "." +
+                    random_id());
+    make_private_folder(task.folder());
     return task;
 }
 
@@ -200,10 +231,9 @@ bool Service::start_one(Moment now)
     internal::Task task;
     std::string bytes;
     try {
-        task = task_of(*next);
+        task = task_of(*next, worker->home);
         internal::ToWorker message;
         *message.mutable_task() = task;
-        message.mutable_task()->set_folder(path_of(task.folder()));
         bytes = service::frame(message);
     } catch (const ServiceError& e) {
         if (e.code() == v1::ERROR_CODE_UNAVAILABLE) throw;
@@ -213,16 +243,18 @@ bool Service::start_one(Moment now)
         log_.write(Level::warning, "frame_not_started", {{"job", next->key.job}, {"why", e.what()}});
         return true;
     }
-    queue_.start(next->key, task.folder(), now);
-    queue_.commit();
     RunningFrame frame;
+    frame.making = task.folder();
+    frame.folder = kResults + ("/" + fs::path(frame.making).filename().string());
+    queue_.start(next->key, frame.folder, now);
+    queue_.commit();
     frame.key = next->key;
     frame.task = task.id();
-    frame.folder = task.folder();
     frame.started_ms = now.steady_ms;
     const double limit = next->job->time_limit_seconds() > 0.0 ? next->job->time_limit_seconds() : config_.time_limit;
     frame.deadline_ms = now.steady_ms + static_cast<std::int64_t>(1e3 * limit);
     frame.progress.set_frame(next->frame.number());
+    frame.log.add("started, worker " + std::to_string(worker->pid));
     worker->scene_key = next->scene_key;
     worker->frame = std::move(frame);
     workers_.send(*worker, bytes);
@@ -246,10 +278,15 @@ void Service::schedule()
     }
 }
 
-std::string Service::pause() const
+double Service::free_mb() const
+{
+    return static_cast<double>(std::min(free_space(config_.state), free_space(path_of(kResults)))) / kMega;
+}
+
+std::string Service::reason_to_wait() const
 {
     if (workers_.any_waits_for_space()) return "a finished picture waits for room on the server's disk";
-    const double free = static_cast<double>(free_space(config_.state)) / kMega, least = 0.5 * config_.min_free_mb;
+    const double free = free_mb(), least = 0.5 * config_.min_free_mb;
     if (free >= least) return {};
     char text[160];
     std::snprintf(text, sizeof text, "the server's disk is full: %.0f MB are free, frames wait until %.0f MB are", free,
@@ -260,7 +297,7 @@ std::string Service::pause() const
 /// Says in the log when frames begin to wait for room, and when they no longer do.
 void Service::watch_space()
 {
-    std::string why = pause();
+    std::string why = reason_to_wait();
     if (why.empty() && !pause_.empty()) log_.info("resumed", {{"why", "there is room on the disk again"}});
     if (!why.empty() && pause_.empty()) log_.write(Level::warning, "paused", {{"why", why}});
     pause_ = std::move(why);
@@ -271,7 +308,9 @@ std::int64_t Service::tend()
     const Moment moment = read_clocks();
     const std::int64_t now = moment.steady_ms;
     watch_space();
-    if (!stopping_ || !is_idle()) workers_.tend(now, [&](std::uint64_t job) { return queue_.is_cancelled(job); });
+    deliver(now);
+    announce(now);
+    if (!stopping_ || frames_run()) workers_.tend(now, [&](std::uint64_t job) { return queue_.is_cancelled(job); });
     if (now >= next_expiry_ms_) {
         next_expiry_ms_ = now + kExpiryPeriod;
         expire(moment);
@@ -303,41 +342,44 @@ void Service::expire_jobs(std::int64_t oldest_ms)
     auto jobs = queue_.ended_jobs();
     std::uint64_t bytes = 0;
     for (const auto& job : jobs) bytes += job.bytes;
-    std::set<std::string> before = queue_.folders_in_use();
-    bool any = false;
+    std::vector<std::string> folders;
+    std::vector<std::uint64_t> removed;
     for (const auto& job : jobs) {
         if (job.ended_ms >= oldest_ms && static_cast<double>(bytes) <= config_.keep_gb * kGiga) break;
+        for (std::string& folder : queue_.folders_of(job.job)) folders.push_back(std::move(folder));
         queue_.remove(job.job);
         bytes -= std::min(bytes, job.bytes);
-        ++counters_.jobs_expired;
-        any = true;
+        removed.push_back(job.job);
     }
     queue_.commit();
-    if (!any) return;
-    for (const std::string& kept : queue_.folders_in_use()) before.erase(kept);
+    if (removed.empty()) return;
+    counters_.jobs_expired += removed.size();
     std::error_code ignored;
-    for (const std::string& folder : before) fs::remove_all(path_of(folder), ignored);
-    log_.info("expired", {{"folders", before.size()}});
+    for (const std::string& folder : folders) fs::remove_all(path_of(folder), ignored);
+    for (const std::uint64_t job : removed) logs_.remove(job);
+    log_.info("expired", {{"jobs", removed.size()}, {"folders", folders.size()}});
 }
 
-bool Service::is_idle() const
+bool Service::is_idle() const { return !frames_run() && completion_command_.is_idle(); }
+
+bool Service::frames_run() const
 {
     const auto& all = workers_.workers();
-    return unsaved_.empty() &&
-           std::none_of(all.begin(), all.end(), [](const Worker& w) { return w.frame.has_value(); });
+    return !unsaved_.empty() ||
+           std::any_of(all.begin(), all.end(), [](const Worker& w) { return w.frame.has_value(); });
 }
 
 void Service::end()
 {
-    for (const RunningFrame& frame : workers_.stop()) {
+    for (RunningFrame& frame : workers_.stop()) {
+        frame.log.add("given back to the queue: the server stops");
+        logs_.append(frame.key, frame.log.text());
         try {
             queue_.give_back(frame.key, read_clocks());
             queue_.commit();
         } catch (const ServiceError& e) {
             queue_.roll_back();  // the next server finds it running, and does the same
         }
-        std::error_code ignored;
-        fs::remove_all(path_of(frame.folder), ignored);
     }
 }
 

@@ -2,6 +2,9 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
+#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -9,7 +12,10 @@
 #include "queue/blob_store.h"
 #include "queue/job_queue.h"
 #include "rcs/v1/service.pb.h"
+#include "server/completion_command.h"
 #include "server/config.h"
+#include "server/deliverer.h"
+#include "server/frame_logs.h"
 #include "server/log.h"
 #include "server/workers.h"
 
@@ -17,8 +23,9 @@ namespace rcs::service {
 
 /// On whose behalf a request comes.
 struct Caller {
-    std::string owner;      ///< "uid:1000", "token", "certificate:NAME"
-    bool sees_all = false;  ///< the server's own user; others see their own jobs alone
+    std::string owner;                          ///< "uid:1000", "token", "certificate:NAME"
+    bool sees_all = false;                      ///< the server's own user; others see their own jobs alone
+    std::weak_ptr<const void> connection = {};  ///< while it lasts
 };
 
 /// Since the server's start.
@@ -41,8 +48,9 @@ public:
 
     /// Puts down how frames ended; they are kept until commit() worked.
     void take(std::vector<FrameEnd> ends);
-    /// Makes the changes of this turn last. @throws ServiceError unavailable: they are undone
-    void commit();
+    /// Makes the changes of this turn last. @return jobs of which a frame has ended, now or in a turn that was undone
+    /// @throws ServiceError unavailable: they are undone
+    std::vector<std::uint64_t> commit();
     void roll_back();
 
     /// Gives frames to idle workers.
@@ -51,11 +59,13 @@ public:
     std::int64_t tend();
     /// No new jobs or frames from now on.
     void stop() { stopping_ = true; }
-    bool is_idle() const;  ///< no frame runs, and no end waits to be put down
+    bool is_idle() const;  ///< no frame runs, no end waits to be put down, no job is being announced
     /// Ends the workers; what ran goes back to the queue.
     void end();
 
     v1::HealthReply health() const;
+    /// Where a picture lies. @param name  "": the small one that its worker made   @throws ServiceError not_found
+    std::string picture_path(std::uint64_t job, int frame, const std::string& name) const;
     v1::StatsReply stats(bool prometheus) const;
     WorkerPool& workers() { return workers_; }
     const JobQueue& queue() const { return queue_; }
@@ -70,16 +80,26 @@ private:
     v1::BlobStatusReply held(const v1::BlobStatusRequest& request, const Caller& caller);
     v1::BlobPutReply put(const v1::BlobPutRequest& request, const Caller& caller);
     v1::CancelReply cancel(const v1::CancelRequest& request, const Caller& caller);
+    v1::RetryReply retry(const v1::RetryRequest& request, const Caller& caller);
+    v1::PauseReply pause(const v1::PauseRequest& request, const Caller& caller);
+    v1::PriorityReply set_priority(const v1::PriorityRequest& request, const Caller& caller);
+    v1::LogsReply logs(const v1::LogsRequest& request, const Caller& caller) const;
     v1::ListReply list(const v1::ListRequest& request, const Caller& caller) const;
     v1::JobReply details(const v1::JobRequest& request, const Caller& caller) const;
     v1::SubmitReply submit(const v1::SubmitRequest& request, const Caller& caller);
     void check_may_see(std::uint64_t job, const Caller& caller) const;
+    double free_mb() const;  ///< on the fuller of the disks of queue and pictures
+    void add_outlook(v1::JobStatus& status) const;
     void check_space() const;
     void watch_space();
-    /// Why no frames are started now; "": they are.
-    std::string pause() const;
+    bool frames_run() const;  ///< or have ended and wait to be put down
+    /// Why no frames are started now, for want of room; "": they are.
+    std::string reason_to_wait() const;
+    void deliver(std::int64_t now);
+    void give_to_deliverer(const JobQueue::Undelivered& frame);
+    void announce(std::int64_t now);
     void put_down(const FrameEnd& end);
-    internal::Task task_of(const NextFrame& next);
+    internal::Task task_of(const NextFrame& next, const std::string& home);
     bool start_one(Moment now);
     void expire(Moment now);
     void expire_jobs(std::int64_t oldest_ms);
@@ -92,7 +112,12 @@ private:
     Fd lock_;  ///< on the state folder: one server alone
     JobQueue queue_;
     BlobStore blobs_;
+    FrameLogs logs_;
     WorkerPool workers_;
+    std::optional<Deliverer> deliverer_;
+    std::set<FrameKey> being_delivered_;
+    std::int64_t deliver_after_ms_ = 0, delivery_pause_ms_ = 0;
+    CompletionCommand completion_command_;
     Counters counters_;
     std::vector<FrameEnd> unsaved_;       ///< put down in the next turn
     std::vector<FrameEnd> of_this_turn_;  ///< put down, not yet committed

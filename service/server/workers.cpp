@@ -5,6 +5,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 
 #include <fcntl.h>
 #include <sys/prctl.h>
@@ -15,6 +16,7 @@
 
 #include "process/clock.h"
 #include "wire/errors.h"
+#include "wire/sha256.h"
 
 namespace rcs::service {
 namespace {
@@ -34,7 +36,7 @@ std::uint64_t resident_memory(pid_t pid)
 }
 
 /// What happens between fork and exec: only what is safe there.
-[[noreturn]] void become_worker(int socket, const char* threads, pid_t server)
+[[noreturn]] void become_worker(int socket, char* const* words, pid_t server)
 {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (::getppid() != server) ::_exit(1);
@@ -54,11 +56,11 @@ std::uint64_t resident_memory(pid_t pid)
         ::close(score);
     }
     ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
-    ::execl("/proc/self/exe", "rcsplat", "worker", "--fd", "3", "--threads", threads, static_cast<char*>(nullptr));
+    ::execv("/proc/self/exe", words);
     ::_exit(127);
 }
 
-bool is_idle(const Worker& worker) { return worker.ready && !worker.frame && !worker.killed_for; }
+bool is_idle(const Worker& worker) { return worker.ready && !worker.frame && !worker.killed_for && !worker.outdated; }
 
 std::string how_it_ended(int status)
 {
@@ -66,6 +68,13 @@ std::string how_it_ended(int status)
         return std::string("was ended by signal ") + std::to_string(WTERMSIG(status)) + " (" +
                ::strsignal(WTERMSIG(status)) + ")";
     return "ended with code " + std::to_string(WEXITSTATUS(status));
+}
+
+/// What it left: frames that it did not finish.
+void leave_home(const Worker& worker)
+{
+    std::error_code ignored;
+    std::filesystem::remove_all(worker.home, ignored);
 }
 
 }  // namespace
@@ -80,13 +89,24 @@ void WorkerPool::spawn(std::int64_t now)
     if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair) != 0) fail_file("make", "a socket pair");
     Fd ours(pair[0]), theirs(pair[1]);
     ::fcntl(ours.get(), F_SETFL, O_NONBLOCK);
-    const std::string threads = std::to_string(config_.threads);
+    Worker worker;
+    worker.home = config_.state + "/" + kResults + "/" + kWorkerHome + random_id();
+    make_private_folder(worker.home);
+    std::vector<std::string> words{"rcsplat",   "worker",
+                                   "--fd",      std::to_string(kSocketInWorker),
+                                   "--threads", std::to_string(config_.threads),
+                                   "--state",   config_.state,
+                                   "--home",    worker.home};
+    for (const std::string& root : config_.roots) words.insert(words.end(), {"--root", root});
+    std::vector<char*> argv;
+    for (std::string& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
     const pid_t server = ::getpid();
     const pid_t pid = ::fork();
     if (pid < 0) fail_file("start", "a worker");
-    if (pid == 0) become_worker(theirs.get(), threads.c_str(), server);
-    Worker worker;
+    if (pid == 0) become_worker(theirs.get(), argv.data(), server);
     worker.pid = pid;
+    worker.roots = config_.roots;
     worker.socket = std::move(ours);
     worker.since_ms = now;
     workers_.push_back(std::move(worker));
@@ -99,6 +119,11 @@ void WorkerPool::kill(Worker& worker, v1::ErrorCode code, const std::string& why
     worker.killed_for = error_message(code, why);
     ::kill(worker.pid, SIGKILL);
     log_.write(Level::warning, "worker_killed", {{"pid", worker.pid}, {"why", why}});
+}
+
+void WorkerPool::adopt_config()
+{
+    for (Worker& worker : workers_) worker.outdated = worker.roots != config_.roots;
 }
 
 void WorkerPool::tend(std::int64_t now, const std::function<bool(std::uint64_t)>& is_cancelled)
@@ -140,6 +165,8 @@ void WorkerPool::tend_worker(Worker& worker, std::int64_t now)
                       config_.memory_limit_mb);
         kill(worker, v1::ERROR_CODE_MEMORY_LIMIT, text);
     }
+    if (worker.outdated && !worker.frame)
+        kill(worker, v1::ERROR_CODE_INTERNAL, "its roots are not the server's any more");
     const auto patience = static_cast<std::int64_t>(1e3 * config_.worker_start);
     if (!worker.ready && now >= worker.since_ms + patience) {
         std::snprintf(text, sizeof text, "was not ready after %.4g s", config_.worker_start);
@@ -147,6 +174,11 @@ void WorkerPool::tend_worker(Worker& worker, std::int64_t now)
     }
     if (worker.frame && !worker.frame->begun && now >= worker.frame->started_ms + patience) {
         std::snprintf(text, sizeof text, "its worker did not begin within %.4g s", config_.worker_start);
+        kill(worker, v1::ERROR_CODE_WORKER_DIED, text);
+    }
+    if (worker.frame && worker.frame->waits_since_ms != 0 && now >= worker.frame->heard_ms + patience) {
+        std::snprintf(text, sizeof text, "its worker said nothing for %.4g s while the picture waited for room",
+                      config_.worker_start);
         kill(worker, v1::ERROR_CODE_WORKER_DIED, text);
     }
 }
@@ -231,23 +263,27 @@ void WorkerPool::handle(Worker& worker, internal::FromWorker& message, std::vect
         worker.ready = true;
         failed_starts_ = 0;
         trouble_.clear();
-        log_.info("worker_ready", {{"pid", worker.pid}, {"gl", message.ready().gl_renderer()}});
+        worker.seal = message.ready().seal();
+        log_.write(message.ready().sealed() ? Level::info : Level::warning, "worker_ready",
+                   {{"pid", worker.pid}, {"gl", message.ready().gl_renderer()}, {"kept_from", worker.seal}});
         return;
     }
     if (!worker.frame || message.task() != worker.frame->task) return;
     RunningFrame& frame = *worker.frame;
     frame.begun = true;
+    frame.heard_ms = steady_ms();
     switch (message.message_case()) {
         case internal::FromWorker::kWaitsForSpace: {
-            const std::int64_t now = steady_ms();
-            if (!message.waits_for_space()) frame.deadline_ms += now - frame.waits_since_ms;
-            frame.waits_since_ms = message.waits_for_space() ? now : 0;
+            if (message.waits_for_space() == (frame.waits_since_ms != 0)) break;
+            if (!message.waits_for_space()) frame.deadline_ms += frame.heard_ms - frame.waits_since_ms;
+            frame.waits_since_ms = message.waits_for_space() ? frame.heard_ms : 0;
             log_.write(Level::warning, message.waits_for_space() ? "picture_waits_for_space" : "picture_found_space",
                        {{"job", frame.key.job}, {"frame", frame.progress.frame()}});
             break;
         }
         case internal::FromWorker::kProgress: {
             const std::uint32_t previews = frame.progress.preview_number();
+            if (message.progress().stage() != frame.progress.stage()) frame.log.add(message.progress().stage());
             frame.progress = message.progress();
             frame.progress.set_preview_number(previews);
             changed.push_back(frame.key.job);
@@ -261,20 +297,15 @@ void WorkerPool::handle(Worker& worker, internal::FromWorker& message, std::vect
         case internal::FromWorker::kWarning: {
             constexpr std::size_t kMostWarnings = 100;
             if (frame.warnings.size() < kMostWarnings) frame.warnings.push_back(message.warning());
+            frame.log.add("warning: " + message.warning());
             break;
         }
+        case internal::FromWorker::kLog:
+            frame.log.add(message.log());
+            break;
         case internal::FromWorker::kDone:
         case internal::FromWorker::kFailed: {
-            FrameEnd end{std::move(frame), std::nullopt, Ending::failed, message.failed()};
-            if (message.has_done()) end.done = message.done();
-            const v1::ErrorCode code = message.failed().code();
-            if (code == v1::ERROR_CODE_IO || code == v1::ERROR_CODE_OUT_OF_MEMORY ||
-                code == v1::ERROR_CODE_GL_UNAVAILABLE || code == v1::ERROR_CODE_INTERNAL ||
-                code == v1::ERROR_CODE_CANCELLED) {
-                end.ending = Ending::may_pass;
-            }
-            if (code == v1::ERROR_CODE_UNAVAILABLE) end.ending = Ending::no_room;
-            ends.push_back(std::move(end));
+            ends.push_back(end_of(std::move(frame), message));
             worker.frame.reset();
             worker.used_ms = steady_ms();
             break;
@@ -282,6 +313,20 @@ void WorkerPool::handle(Worker& worker, internal::FromWorker& message, std::vect
         default:
             break;
     }
+}
+
+/// What a worker says of a frame's end. Pictures go to where no worker writes.
+FrameEnd WorkerPool::end_of(RunningFrame frame, internal::FromWorker& message) const
+{
+    FrameEnd end{std::move(frame), std::nullopt, Ending::failed, message.failed()};
+    const std::string kept = config_.state + "/" + end.frame.folder;
+    if (message.has_done() && ::rename(end.frame.making.c_str(), kept.c_str()) == 0) {
+        end.done = message.done();
+    } else if (message.has_done()) {
+        end.error = error_message(v1::ERROR_CODE_IO, std::string("its pictures are lost: ") + std::strerror(errno));
+    }
+    end.ending = ending_of(end.error.code());
+    return end;
 }
 
 void WorkerPool::reap(std::vector<FrameEnd>& ends)
@@ -302,8 +347,7 @@ void WorkerPool::reap(std::vector<FrameEnd>& ends)
             FrameEnd end{std::move(*worker->frame), std::nullopt, Ending::died, {}};
             end.error = worker->killed_for ? *worker->killed_for
                                            : error_message(v1::ERROR_CODE_WORKER_DIED, "its worker " + how);
-            if (worker->killed_for && worker->killed_for->code() != v1::ERROR_CODE_WORKER_DIED)
-                end.ending = Ending::failed;
+            if (worker->killed_for) end.ending = ending_of(worker->killed_for->code());
             ends.push_back(std::move(end));
         }
         ++restarts_;
@@ -313,6 +357,7 @@ void WorkerPool::reap(std::vector<FrameEnd>& ends)
             trouble_ = "workers do not start: the last one " +
                        (worker->killed_for ? worker->killed_for->message() : how) + "; the log says more";
         }
+        leave_home(*worker);
         worker = workers_.erase(worker);
     }
 }
@@ -324,6 +369,7 @@ std::vector<RunningFrame> WorkerPool::stop()
         ::kill(worker.pid, SIGKILL);
         ::waitpid(worker.pid, nullptr, 0);
         if (worker.frame) frames.push_back(std::move(*worker.frame));
+        leave_home(worker);
     }
     workers_.clear();
     return frames;

@@ -12,6 +12,7 @@
 #include "queue/job_queue.h"
 #include "rcs/internal/worker.pb.h"
 #include "server/config.h"
+#include "server/frame_logs.h"
 #include "server/log.h"
 #include "wire/files.h"
 #include "wire/framing.h"
@@ -27,10 +28,13 @@ struct RunningFrame {
     std::int64_t deadline_ms = 0;
     std::int64_t cancelled_ms = 0;    ///< when its worker was asked to stop; 0: was not
     std::int64_t waits_since_ms = 0;  ///< when its picture was done and found no room on the disk; 0: it does not wait
+    std::int64_t heard_ms = 0;        ///< when its worker last said anything, once it has begun
     bool begun = false;               ///< its worker has said so
     v1::Progress progress;
     std::string preview;  ///< JPEG
     std::vector<std::string> warnings;
+    std::string making;  ///< where its worker writes; `folder` is where its pictures are kept
+    FrameLog log;
 };
 
 /// How a frame ended, as its worker or its worker's end says it.
@@ -41,6 +45,9 @@ struct FrameEnd {
     v1::Error error;
 };
 
+inline constexpr const char* kResults = "results";      ///< folder of pictures in the state folder
+inline constexpr const char* kWorkerHome = ".worker-";  ///< in that folder: those of workers begin with it
+
 /// A worker process, and the socket to it.
 struct Worker {
     pid_t pid = 0;
@@ -48,9 +55,13 @@ struct Worker {
     FrameReader reader;
     std::string out;  ///< not yet written
     bool ready = false;
-    bool ended = false;         ///< its number may be another process's by now
-    std::int64_t since_ms = 0;  ///< started
-    std::string scene_key;      ///< of the scene that it keeps
+    bool ended = false;              ///< its number may be another process's by now
+    std::int64_t since_ms = 0;       ///< started
+    std::string home;                ///< folder that it alone may write to, and its frames' folders in it
+    std::string seal;                ///< from what it is kept
+    std::vector<std::string> roots;  ///< beneath which it may read
+    bool outdated = false;           ///< the roots are others now: it goes once it is idle
+    std::string scene_key;           ///< of the scene that it keeps
     std::int64_t used_ms = 0;
     std::uint64_t memory = 0;  ///< resident [bytes]
     std::optional<RunningFrame> frame;
@@ -68,6 +79,8 @@ public:
     WorkerPool(const WorkerPool&) = delete;
     WorkerPool& operator=(const WorkerPool&) = delete;
 
+    /// The configuration has changed.
+    void adopt_config();
     /// Starts what is missing, kills what is past its limits, asks cancelled frames to stop.
     void tend(std::int64_t now, const std::function<bool(std::uint64_t job)>& is_cancelled);
     /// When the first of those that hang is to be killed, if they do. [ms]
@@ -97,6 +110,7 @@ private:
     void spawn(std::int64_t now);
     void handle(Worker& worker, internal::FromWorker& message, std::vector<FrameEnd>& ends,
                 std::vector<std::uint64_t>& changed);
+    FrameEnd end_of(RunningFrame frame, internal::FromWorker& message) const;
     void kill(Worker& worker, v1::ErrorCode code, const std::string& why);
     void tend_worker(Worker& worker, std::int64_t now);
     void tend_frame(Worker& worker, std::int64_t now, bool is_cancelled);

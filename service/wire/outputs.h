@@ -7,6 +7,9 @@
 /// What is made of a picture: between the library's words and the wire's.
 namespace rcs::service {
 
+/// In the folder of a frame's pictures: a small one of them, for whoever looks at the queue. Nothing depends on it.
+inline constexpr const char* kThumbnail = ".thumbnail.jpg";
+
 /// Without `ocio_config`, which is a file.
 v1::ToneMap to_message(const ToneMapOptions& options);
 ToneMapOptions from_message(const v1::ToneMap& message);

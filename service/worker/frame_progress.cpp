@@ -11,9 +11,9 @@ struct Share {
     double begin, end;  ///< of a pass; stages before and after rendering: of the frame
 };
 // From renders of Sponza and the built-in scenes; only the bar depends on them.
-constexpr Share kShares[] = {{"gbuffer", 0.0, 0.05}, {"bounces", 0.05, 0.15}, {"lamps", 0.15, 0.17},
-                             {"direct", 0.17, 0.3},  {"glossy", 0.3, 0.4},    {"records", 0.4, 0.85},
-                             {"splat", 0.85, 0.95},  {"error", 0.95, 0.97},   {"compose", 0.97, 1.0}};
+constexpr Share kShares[] = {{"gbuffer", 0.0, 0.05}, {"bounces", 0.05, 0.15},  {"lamps", 0.15, 0.17},
+                             {"direct", 0.17, 0.3},  {"glossy", 0.3, 0.4},     {"records", 0.4, 0.85},
+                             {"splat", 0.85, 0.95},  {"estimate", 0.95, 0.97}, {"compose", 0.97, 1.0}};
 constexpr double kLoaded = 0.1, kRendered = 0.97;  // of the frame
 constexpr double kFirstPass = 0.6;                 // of rendering, if there are more: it places the records
 constexpr double kKnown = 0.15;                    // below, what is left is anybody's guess

@@ -16,7 +16,6 @@
 
 #include "output/output_files.h"
 #include "output/plan_json.h"
-#include "output/small_copy.h"
 #include "output/stats_json.h"
 #include "process/process.h"
 #include "rcs/rcs.h"
@@ -29,6 +28,8 @@
 #include "wire/sha256.h"
 #include "worker/frame_progress.h"
 #include "worker/server_link.h"
+#include "worker/small_picture.h"
+#include "worker/worker_seal.h"
 
 namespace rcs::service {
 namespace {
@@ -36,7 +37,6 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-constexpr int kPreviewSide = 320;  ///< [px]
 constexpr auto kBetweenPreviews = std::chrono::milliseconds(500);
 constexpr auto kBetweenLooks = std::chrono::milliseconds(250);  ///< for room on the disk
 
@@ -68,7 +68,7 @@ std::string key_of(const internal::Task& task)
 
 SceneChoice scene_choice(const internal::Task& task)
 {
-    SceneChoice choice{task.scene_file(), {}, from_message(task.job().environment(), task.environment_file())};
+    SceneChoice choice{task.scene_file(), {}, from_message(task.job().environment(), task.environment_file()), {}};
     if (task.frame().has_time()) choice.time = task.frame().time();
     return choice;
 }
@@ -105,7 +105,8 @@ std::string in_the_users_words(std::string text, const internal::Task& task)
 
 class FrameRenderer {
 public:
-    FrameRenderer(ServerLink& link, int threads) : link_(link), session_({.threads = threads})
+    FrameRenderer(ServerLink& link, const Seal& seal, int threads)
+        : link_(link), seal_(seal), session_({.threads = threads})
     {
         limit_gl_threads(session_.pool().size());
     }
@@ -131,6 +132,7 @@ private:
     void send(internal::FromWorker& message);
 
     ServerLink& link_;
+    Seal seal_;
     Session session_;                     // what stays warm from frame to frame
     std::string scene_key_, scene_file_;  // of what it shows
     std::unique_ptr<ToneMapper> preview_mapper_;
@@ -151,6 +153,8 @@ void FrameRenderer::prepare()
     preview_mapper_ = std::make_unique<ToneMapper>(ToneMapOptions{});
     internal::FromWorker message;
     message.mutable_ready()->set_gl_renderer(utf8_text(session_.gl().renderer()));
+    message.mutable_ready()->set_seal(describe(seal_));
+    message.mutable_ready()->set_sealed(seal_.is_whole());
     message.mutable_ready()->set_started_after_ms(1e3 * seconds_since(begin));
     send(message);
 }
@@ -184,14 +188,14 @@ v1::Error FrameRenderer::failure(v1::ErrorCode code, const char* what, const int
                 : error_message(code, text);
 }
 
-/// To the server; what is less than a warning is dropped.
+/// To the server; what is less than a warning is for the frame's log.
 LogFunction FrameRenderer::warnings()
 {
     return [this](LogLevel level, std::string_view line) {
-        if (level < LogLevel::warning) return;
         internal::FromWorker message;
         constexpr std::size_t kLongest = 4000;  // [bytes]
-        message.set_warning(utf8_text(std::string(line.substr(0, kLongest))));
+        const std::string text = utf8_text(std::string(line.substr(0, kLongest)));
+        level < LogLevel::warning ? message.set_log(text) : message.set_warning(text);
         send(message);
     };
 }
@@ -225,16 +229,8 @@ void FrameRenderer::show_scene(const internal::Task& task, const EffectChoice& e
 void FrameRenderer::send_preview(const Image& beauty)
 {
     const std::string file = folder_ + "/.preview.jpg";
-    ImageFileOptions preview_options;
-    preview_options.jpeg_quality = 80;
     previewed_ = Clock::now();
-    try {
-        write_display_image(file, preview_mapper_->apply(small_copy(beauty, kPreviewSide), session_.pool()),
-                            preview_options);
-    } catch (const Error& e) {
-        if (e.code() != ErrorCode::io) throw;
-        return;  // for want of space; the frame goes on without
-    }
+    if (!write_small_picture(file, beauty, *preview_mapper_, session_.pool())) return;
     internal::FromWorker message;
     message.mutable_preview()->set_jpeg(read_part(file, 0, 512 << 10));
     ::unlink(file.c_str());
@@ -260,13 +256,15 @@ std::vector<v1::OutputFile> FrameRenderer::settle(const internal::Task& task)
     return files;
 }
 
-/// Returns when the disk has room again, or the frame was cancelled.
+/// Returns when the disk has room again, or the frame was cancelled. Says at each look that it is alive.
 void FrameRenderer::wait_for_room(std::uint64_t bytes)
 {
     internal::FromWorker message;
     message.set_waits_for_space(true);
-    send(message);
-    while (!link_.cancelled() && !has_room(folder_, bytes)) std::this_thread::sleep_for(kBetweenLooks);
+    do {
+        send(message);
+        std::this_thread::sleep_for(kBetweenLooks);
+    } while (!link_.cancelled() && !has_room(folder_, bytes));
     message.set_waits_for_space(false);
     send(message);
 }
@@ -276,6 +274,7 @@ std::vector<v1::OutputFile> FrameRenderer::write_pictures(const internal::Task& 
                                                           const OutputFiles& outputs, const ProgressFunction& progress,
                                                           RunReport& report)
 {
+    write_small_picture(folder_ + "/" + kThumbnail, image.layers.at("beauty"), *outputs.tone_mapper(), session_.pool());
     const std::uint64_t bytes = most_bytes(image, task.job().outputs_size());
     for (;;) {
         try {
@@ -357,7 +356,7 @@ internal::Done FrameRenderer::render_frame(const internal::Task& task)
 
     internal::Done done;
     RunReport report = begin_report(job, options);
-    make_pictures(task, options, OutputFiles(files, tone_map, warnings()), report, done);
+    make_pictures(task, options, OutputFiles(files, tone_map, warnings(), true), report, done);
     report.seconds = seconds_since(begin);
     report.written.clear();
     for (const v1::Output& output : job.outputs()) report.written.push_back(output.name());
@@ -368,12 +367,14 @@ internal::Done FrameRenderer::render_frame(const internal::Task& task)
 
 }  // namespace
 
-void run_worker(int fd, int threads)
+void run_worker(const WorkerArguments& arguments)
 {
     ::unsetenv("OCIO");  // the job says which configuration, or none
+    ::setenv("TMPDIR", arguments.home.c_str(), 1);
     ::umask(0077);
-    ServerLink link(fd);
-    FrameRenderer renderer(link, threads);
+    const Seal seal = seal_worker(arguments);
+    ServerLink link(arguments.fd);
+    FrameRenderer renderer(link, seal, arguments.threads);
     renderer.prepare();
     for (;;) renderer.run(link.next_task());
 }

@@ -1,10 +1,20 @@
 #pragma once
 
+#include <string>
+#include <vector>
+
 namespace rcs::service {
 
-/// Renders frames that the server sends over the socket `fd`, until the server goes away. Only here scenes are decoded.
-/// The scene of the last frame stays, with its rays and the GL context, for the next frame of the same scene.
-/// @param threads  of rendering
-void run_worker(int fd, int threads);
+struct WorkerArguments {
+    int fd = -1;                     ///< socket to the server
+    int threads = 0;                 ///< of rendering
+    std::string state, home;         ///< the server's folder; this worker's within, where its pictures are made
+    std::vector<std::string> roots;  ///< beneath which scenes may lie
+};
+
+/// Seals itself (seal/seal.h), then renders frames that the server sends, until the server goes away. Only here scenes
+/// are decoded. The scene of the last frame stays, with its rays and the GL context, for the next frame of the same
+/// scene.
+void run_worker(const WorkerArguments& arguments);
 
 }  // namespace rcs::service

@@ -24,9 +24,8 @@ using test::triangle_glb;
 using test::write_bytes;
 
 const std::vector<std::pair<std::string, std::string>> kBadValues{
-    {"--layers", "nope"},         {"--environment", "sky"}, {"--environment", "1,2"},
-    {"--environment", "1,2,-3"},  {"--log-level", "all"},   {"--pixel-format", "32"},
-    {"--environment", "1,2,3,4"}, {"--time", "soon"},       {"--time", "nan"},
+    {"--environment", "sky"}, {"--environment", "1,2"},     {"--environment", "1,2,-3"}, {"--log-level", "all"},
+    {"--pixel-format", "32"}, {"--environment", "1,2,3,4"}, {"--time", "soon"},          {"--time", "nan"},
 };
 
 struct BadNumber {
@@ -157,7 +156,7 @@ TEST(CommandLine, OptionsThatDoNotGoTogetherAreNamed)
     expect_error(more({"--layers", "motion", "--motion-time", "-1"}), kBadUsage, "is relative to --time", folder);
     expect_error({"plan", "demo:cornell", "--without", "all"}, kBadUsage, "--without", folder);
     expect_error({"paint", "demo:cornell"}, kBadUsage, "paint", folder);
-    expect_error({}, kBadUsage, "subcommand", folder);
+    expect_error({}, kBadUsage, "a command is missing", folder);
     expect_error({"reference", "demo:cornell", "-o", folder / "a.exr", "--spp", "8"}, kBadUsage, "--spp", folder);
     expect_error({"reference", "demo:cornell", "-o", folder / "a.exr", "--stride", "0"}, kBadUsage, "--stride", folder);
     expect_error({"compare", folder / "a.exr", folder / "b.exr"}, kFailure, "a.exr", folder);

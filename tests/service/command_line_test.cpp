@@ -310,7 +310,7 @@ TEST(CommandLine, OnlyReadingPicturesTakesTheModuleThatReadsThem)
     const Outcome read = rcsplat({"compare", folder / "a.exr", folder / "a.exr"});
     EXPECT_EQ(read.code, kFailure);
     EXPECT_NE(read.err.find("cannot read image files: "), std::string::npos) << read.err;
-    EXPECT_NE(read.err.find("librcs-images-"), std::string::npos) << read.err;
+    EXPECT_NE(read.err.find("/images-"), std::string::npos) << read.err;
     setenv("LD_LIBRARY_PATH", restored.c_str(), 1);
     EXPECT_EQ(rcsplat({"compare", folder / "a.exr", folder / "a.exr"}).code, 0);
 }

@@ -77,6 +77,10 @@ TEST_F(Night, ADamagedDatabaseIsNamedAndItsPicturesAreKept)
 
 TEST_F(Night, AJumpingClockFailsExpiresAndDisconnectsNothing)
 {
+    // The address sanitizer, where the program is built with it, else refuses to come after what is loaded before all.
+    const char* sanitizer = std::getenv("ASAN_OPTIONS");
+    const std::string before = sanitizer ? sanitizer : "";
+    ::setenv("ASAN_OPTIONS", (before + ":verify_asan_link_order=0").c_str(), 1);
     const std::string shift = folder_ / "shift";
     write_bytes(shift, "0");
     ::setenv("LD_PRELOAD", RCS_BIN_DIR "/libshifted_clock.so", 1);
@@ -104,6 +108,7 @@ TEST_F(Night, AJumpingClockFailsExpiresAndDisconnectsNothing)
     }
     ::unsetenv("LD_PRELOAD");
     ::unsetenv("SHIFTED_CLOCK");
+    ::setenv("ASAN_OPTIONS", before.c_str(), 1);
     EXPECT_EQ(server.log().find("timed_out"), std::string::npos) << server.log();
     EXPECT_EQ(server.log().find("event=expired"), std::string::npos) << server.log();
     EXPECT_EQ(server.log().find("took longer"), std::string::npos) << server.log();
@@ -167,6 +172,43 @@ TEST_F(Night, AFinishedPictureWaitsForRoomOnAFullDisk)
     EXPECT_EQ(client.watch(next).state(), v1::JOB_STATE_COMPLETED);
     EXPECT_EQ(client.details(number).frames(0).attempts(), 1) << "it was rendered once";
     client.fetch(number, 0, "a.exr", folder_ / "a.exr");
+}
+
+TEST_F(Night, AWorkerThatHangsWhileItsPictureWaitsForRoomIsReplaced)
+{
+    if (std::system("unshare -rm mount -t tmpfs none /mnt >/dev/null 2>&1") != 0)
+        GTEST_SKIP() << "this user may not mount in a namespace";
+    fs::create_directory(folder_ / "state");
+    const std::string mount = "mount -t tmpfs -o size=24m none " + folder_ / "state" + R"( && exec "$0" "$@")";
+    TestServer server(folder_.path(), {"--min-free", "2", "--worker-start", "3"},
+                      {"unshare", "-rm", "sh", "-c", mount});
+    Client client(server.socket());
+    v1::Job job = small_job(200);
+    job.mutable_options()->mutable_settings()->set_rays(1024);
+    const auto number = client.submit(job).job();
+    wait_until_rendering(client, number);
+    const std::string filler = "/proc/" + std::to_string(server.pid()) + "/root" + server.state() + "/filler";
+    write_bytes(filler, std::string(32 << 20, 'x'));
+    wait_until([&] { return server.log().find("event=picture_waits_for_space") != std::string::npos; });
+    ::kill(server.worker(), SIGSTOP);
+    fs::remove(filler);
+    EXPECT_EQ(client.watch(number).state(), v1::JOB_STATE_COMPLETED);
+    EXPECT_EQ(client.details(number).frames(0).attempts(), 2);
+}
+
+TEST_F(Night, PicturesMayLieOnADiskOfTheirOwn)
+{
+    if (std::system("unshare -rm mount -t tmpfs none /mnt >/dev/null 2>&1") != 0)
+        GTEST_SKIP() << "this user may not mount in a namespace";
+    const std::string results = folder_ / "state" + "/results";
+    fs::create_directories(results);
+    const std::string mount = "mount -t tmpfs -o size=4m none " + results + " && mkdir " + results +
+                              "/1.0.unknown && echo x >" + results + R"(/1.0.unknown/a.png && exec "$0" "$@")";
+    TestServer server(folder_.path(), {"--min-free", "8", "--recover"}, {"unshare", "-rm", "sh", "-c", mount});
+    EXPECT_EQ(bytes_of(server.state() + "/aside/1.0.unknown/a.png"), "x\n") << server.log();
+    Client client(server.socket());
+    EXPECT_EQ(code_of([&] { client.submit(small_job()); }), v1::ERROR_CODE_UNAVAILABLE) << "it has 4 MB";
+    EXPECT_NE(health_of(client).message().find("4 MB are free"), std::string::npos) << health_of(client).message();
 }
 
 TEST_F(Night, WhatNoWorkerCouldBeToldIsRefused)

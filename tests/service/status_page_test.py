@@ -59,20 +59,24 @@ def main() -> int:
             def jobs() -> list:
                 return json.loads(fetch(page + "/status.json"))["jobs"]
 
-            submit("demo:cornell", "--size", "64x64", "-o", "a.png")
+            submit("demo:cornell", "--size", "64x64", "--frames", "1-3", "-o", "a.####.exr", "--label", "shot=s1")
             submit("demo:cornell", "--camera", "<b>nowhere</b>", "--size", "16x16", "-o", "a.png")
             submit("demo:atrium", "--size", "1200x1200", "--aa", "32", "-o", "a.png")
             wait_for(lambda: len(jobs()) == 3 and jobs()[0]["running"] and "preview" in jobs()[0]["running"][0])
             by_number = {job["job"]: job for job in jobs()}
             assert by_number[1]["state"] == "completed", by_number[1]
             assert by_number[2]["state"] == "failed" and "nowhere" in by_number[2]["reason"], by_number[2]
-            picture = fetch(page + by_number[1]["shown"][0]["picture"])
-            assert picture.startswith(b"\x89PNG"), picture[:8]
+            done = json.loads(fetch(page + "/frames/1/0"))["frames"]
+            assert len(done) == 3 and done[0]["seconds"] > 0 and by_number[1]["labels"] == {"shot": "s1"}, done
+            assert fetch(page + done[0]["files"][0]["path"]).startswith(b"\x76\x2f\x31\x01"), "the EXR itself"
+            assert fetch(page + done[0]["thumbnail"]).startswith(b"\xff\xd8\xff"), "and a picture of it"
+            assert json.loads(fetch(page + "/status.json/3"))["jobs"][0]["job"] == 2
             assert fetch(page + by_number[3]["running"][0]["preview"]).startswith(b"\xff\xd8\xff")
             assert b"rcsplat_jobs_submitted_total 3\n" in fetch(page + "/metrics")
             assert status_of(page + "/etc/passwd") == 404
             assert status_of(page + "/picture/1/0/..%2f..%2fqueue.db") == 404
             assert status_of(page + "/picture/x/y/z") == 404
+            assert status_of(page + "/thumbnail/3/0") == 404, "not done yet"
             assert status_of(page, "evil.example") == 403, "another site's name"
             assert re.findall(r"https?://", fetch(page + "/").decode()) == [], "the page refers to the network"
             if browser is None:
@@ -81,9 +85,12 @@ def main() -> int:
             dom = subprocess.run(
                 [browser, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder}/browser",
                  "--virtual-time-budget=3000",
-                 "--dump-dom", page], capture_output=True, text=True, timeout=120).stdout
+                 "--dump-dom", page + "#job-1"], capture_output=True, text=True, timeout=120).stdout
             assert "serving; 1 of 1 workers busy" in dom, dom
-            assert 'id="job-1"' in dom and f'src="{by_number[1]["shown"][0]["picture"]}"' in dom, dom
+            places = [dom.index(f'id="job-{number}"') for number in (2, 3, 1)]
+            assert places == sorted(places), "failures first, then what runs"
+            assert 'aria-label="error over the frames 1 to 3: ' in dom and dom.count('src="/thumbnail/1/') == 3, dom
+            assert 'shot: s1' in dom and 'class="reason"' in dom and '<details id="job-2" open' in dom, dom
             assert "&lt;b&gt;nowhere&lt;/b&gt;" in dom and "<b>nowhere</b>" not in dom, "names are text"
             assert 'class="preview"' in dom and "<progress" in dom, dom
             print("status page: all held")

@@ -342,7 +342,7 @@ TEST_F(Queue, AnOlderVersionsTablesAreBroughtUpToDate)
     (*spec.mutable_labels())["shot"] = "s1";
     {
         Database database(folder_ / "queue.db");
-        database.run(kSchemaSteps[0]);
+        database.run(schema_steps()[0].c_str());
         database.run("PRAGMA user_version=1");
         Statement job(database,
                       "INSERT INTO jobs (id, owner, digest, spec, scene, scene_key, priority, state, submitted, "

@@ -109,7 +109,7 @@ TEST_F(Salvage, ADatabaseOfElsewhereIsRefused)
 
 TEST_F(Salvage, OtherTablesAreRefused)
 {
-    Database(folder_ / "queue.db").run("DROP INDEX frames_waiting");
+    Database(folder_ / "queue.db").run("DROP INDEX frames_by_state");
     EXPECT_NE(refusal().find("tables of its version"), std::string::npos) << refusal();
 }
 
@@ -140,10 +140,41 @@ TEST_F(Salvage, EveryDamagedPageIsFoundAndTheRestIsKept)
     EXPECT_EQ(most, 20u) << "where an index alone was damaged";
 }
 
+TEST_F(Salvage, AFlippedBitOfACellIsFound)
+{
+    const std::string triggers = [&] {
+        Database database(folder_ / "queue.db");
+        Statement row(database,
+                      "SELECT sql FROM sqlite_master WHERE type='trigger' AND name LIKE '%_changed' AND "
+                      "tbl_name IN ('jobs', 'frames', 'files', 'job_blobs')");
+        std::string text;
+        while (row.step()) text += row.text(0) + ";";
+        return text;
+    }();
+    for (const char* cell :
+         {"UPDATE jobs SET priority=priority+4 WHERE id=7", "UPDATE jobs SET owner='uid:3' WHERE id=8",
+          "UPDATE jobs SET spec=zeroblob(9) WHERE id=9", "UPDATE frames SET state=5 WHERE job=10 AND idx=1",
+          "UPDATE frames SET estimate=1e-300 WHERE job=11 AND idx=1", "UPDATE files SET size=6 WHERE job=12",
+          "UPDATE job_blobs SET digest='blub' WHERE job=13"}) {
+        EXPECT_EQ(refusal(), "");
+        {
+            Database database(folder_ / "queue.db");
+            database.run(
+                "BEGIN; DROP TRIGGER jobs_changed; DROP TRIGGER frames_changed; DROP TRIGGER files_changed;"
+                "DROP TRIGGER job_blobs_changed");
+            database.run(cell);
+            database.run(triggers.c_str());
+            database.run("COMMIT");
+        }
+        EXPECT_NE(refusal().find("is not as it was written"), std::string::npos) << cell << ": " << refusal();
+        salvage_queue(folder_.path(), kNow);
+    }
+}
+
 TEST_F(Salvage, AFrameWithoutItsPictureIsRenderedAgain)
 {
     fs::remove(folder_ / "results/3.0.x/a.png");
-    Database(folder_ / "queue.db").run("DROP INDEX frames_waiting");
+    Database(folder_ / "queue.db").run("DROP INDEX frames_by_state");
     const Salvaged done = salvage_queue(folder_.path(), kNow);
     EXPECT_EQ(done.jobs, 20u);
     EXPECT_EQ(done.frames, 60u);

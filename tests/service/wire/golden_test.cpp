@@ -88,6 +88,72 @@ v1::Response fetch_response()
     return response;
 }
 
+v1::Request retry_request()
+{
+    v1::Request request;
+    request.set_id(45);
+    request.mutable_retry()->set_job(9);
+    for (const int frame : {-3, 7, 300}) request.mutable_retry()->add_frames(frame);
+    return request;
+}
+
+v1::Request pause_request()
+{
+    v1::Request request;
+    request.set_id(46);
+    request.mutable_pause()->set_job(9);
+    request.mutable_pause()->set_resume(true);
+    return request;
+}
+
+v1::Request priority_request()
+{
+    v1::Request request;
+    request.set_id(47);
+    request.mutable_priority()->set_job(9);
+    request.mutable_priority()->set_priority(-5);
+    return request;
+}
+
+v1::Request held_job_request()
+{
+    v1::Request request;
+    request.set_id(48);
+    v1::Job& job = *request.mutable_submit()->mutable_job();
+    job.add_after(3);
+    job.add_after(300);
+    job.set_stop_after(4);
+    job.set_deliver("/shots/a");
+    return request;
+}
+
+v1::Response logs_response()
+{
+    v1::Response response;
+    response.set_id(49);
+    response.mutable_logs()->set_text("so\n");
+    return response;
+}
+
+v1::Response list_response()
+{
+    v1::Response response;
+    response.set_id(50);
+    v1::JobStatus& status = *response.mutable_list()->add_jobs();
+    status.set_job(9);
+    status.set_state(v1::JOB_STATE_PAUSED);
+    status.set_frames_cancelled(2);
+    status.set_waited_seconds(1.5);
+    status.set_busy_seconds(2.5);
+    status.set_eta_seconds(3.5);
+    status.set_fraction(0.25);
+    status.set_error_estimate(0.125);
+    status.add_waits_for(8);
+    status.set_frames_delivered(1);
+    status.set_delivery_error("full");
+    return response;
+}
+
 struct Golden {
     const char* name;
     std::string bytes;
@@ -107,6 +173,14 @@ const Golden kGolden[] = {
     {"fetch", frame(fetch_response()),
      "36082c42320a03504e47122b0a05612e706e6710031a202222222222222222222222222222222222222222222222222222222222"
      "222222"},
+    {"retry", frame(retry_request()), "15082d72110809120dfdffffffffffffffff0107ac02"},
+    {"pause", frame(pause_request()), "08082e7a0408091001"},
+    {"priority", frame(priority_request()), "12082f82010d080910fbffffffffffffffff01"},
+    {"held job", frame(held_job_request()), "1708302a130a115a0303ac0260046a082f73686f74732f61"},
+    {"logs", frame(logs_response()), "0a08319201050a03736f0a"},
+    {"list", frame(list_response()),
+     "4d083252490a47080910088001028901000000000000f83f9101000000000000044099010000000000000c40a10100000000"
+     "0000d03fa901000000000000c03fb2010108b80101c2010466756c6c"},
 };
 
 TEST(WireVersion2, MessagesAreWrittenAsTheseBytes)

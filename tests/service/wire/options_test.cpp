@@ -113,6 +113,10 @@ TEST(WireOptions, EveryFieldThereAndBackIsTheSame)
     RenderOptions aimed;
     aimed.quality = TargetError{0.03};
     EXPECT_EQ(target_error(from_message(to_message(aimed))), 0.03);
+    EXPECT_TRUE(aims_at_picture(from_message(to_message(aimed))));
+    aimed.quality = TargetIndirectError{0.04};
+    EXPECT_EQ(target_error(from_message(to_message(aimed))), 0.04);
+    EXPECT_FALSE(aims_at_picture(from_message(to_message(aimed))));
     aimed.quality = Budget{12.5};
     EXPECT_EQ(budget_seconds(from_message(to_message(aimed))), 12.5);
 }
