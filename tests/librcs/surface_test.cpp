@@ -145,6 +145,35 @@ TEST_P(Surface, OfAPacketsHitIsThatOfTheSameTriangleWhereverTheMeshIsKept)
     EXPECT_EQ(hits, 200 * RayPacket::kWidth);
 }
 
+TEST_P(Surface, IsMetByFewerRaysThanAPacketHasLanesWhateverTheOthersHold)
+{
+    const Scene scene = ellipsoid(GetParam());
+    ThreadPool pool(1);
+    const RayScene rays = build_ray_scene(scene, pool);
+    const Ray ray{glm::vec3(kCentre + glm::dvec3(0.0, 0.0, 6.0)), glm::vec3(0.0f, 0.0f, -1.0f)};
+    const std::optional<Hit> expected = intersect(rays, ray);
+    ASSERT_TRUE(expected);
+    for (const float held : {std::numeric_limits<float>::quiet_NaN(), -1.98071e28f,
+                             std::numeric_limits<float>::infinity(), 1.8e-39f}) {
+        for (const std::uint32_t active : {0x00ffu, 0xff00u, 0x0001u, 0x8421u}) {
+            HitPacket packet;
+            reset(packet.ray);
+            for (std::size_t lane = 0; lane < RayPacket::kWidth; ++lane) {
+                const Ray other{glm::vec3(held), glm::vec3(held), 0.0f, held};
+                set_lane(packet.ray, lane, (active >> lane & 1u) != 0u ? ray : other);
+            }
+            RayPacket shadow = packet.ray;
+            intersect(rays, active, packet);
+            occluded(rays, active, shadow);
+            for (std::size_t lane = 0; lane < RayPacket::kWidth; ++lane) {
+                if ((active >> lane & 1u) == 0u) continue;
+                EXPECT_NEAR(packet.ray.t_max[lane], expected->t, 1e-4f * expected->t) << held << " beside " << lane;
+                EXPECT_LT(shadow.t_max[lane], 0.0f) << held << " beside " << lane;
+            }
+        }
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(Meshes, Surface,
                          testing::Values(Case{"baked", false, false, true}, Case{"mirrored", true, false, true},
                                          Case{"instanced", false, true, true},

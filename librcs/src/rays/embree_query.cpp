@@ -122,6 +122,16 @@ struct alignas(64) LaneMask {
     }
 };
 
+/// Lanes without a ray get one that is over at once: with 8 lanes at a time Embree 3.13 asserts that those are valid
+/// too where none of the 8 is alive, and what they held may be anything.
+void end_idle_lanes(std::uint32_t active, RayPacket& packet)
+{
+    constexpr std::uint32_t kAll = (1u << RayPacket::kWidth) - 1u;
+    if (active == kAll) return;
+    for (std::size_t i = 0; i < RayPacket::kWidth; ++i)
+        if ((active >> i & 1u) == 0u) set_lane(packet, i, {glm::vec3(0.0f), glm::vec3(0.0f, 0.0f, 1.0f), 0.0f, 0.0f});
+}
+
 RTCRayHit to_embree_hit(const Ray& ray)
 {
     RTCRayHit hit{};
@@ -138,6 +148,7 @@ void trace(const RayScene& rays, std::uint32_t active, HitPacket& packet, Passag
         packet.geometry[i] = RayPacket::kMiss;
         packet.instance_id[i] = RayPacket::kMiss;
     }
+    end_idle_lanes(active, packet.ray);
     Query query(passage);
     RCS_RTC_INTERSECT(rtcIntersect16, &query.context, reinterpret_cast<RTCRayHit16*>(&packet), valid.lane,
                       rays.impl().embree->top);
@@ -146,6 +157,7 @@ void trace(const RayScene& rays, std::uint32_t active, HitPacket& packet, Passag
 void trace(const RayScene& rays, std::uint32_t active, RayPacket& packet, Passage* passage)
 {
     const LaneMask valid(active);
+    end_idle_lanes(active, packet);
     Query query(passage);
     RCS_RTC_OCCLUDED(rtcOccluded16, &query.context, reinterpret_cast<RTCRay16*>(&packet), valid.lane,
                      rays.impl().embree->top);
