@@ -19,7 +19,7 @@ using Json = nlohmann::ordered_json;
 constexpr std::size_t kMostPictures = 240;
 
 /// What all frames that were rendered took on average [s]; 0 without any.
-double mean_of(const BatchReport& report, double FrameFigures::* value)
+double mean_of(const BatchReport& report, double FrameFigures::*value)
 {
     double sum = 0.0;
     std::size_t count = 0;
@@ -150,12 +150,17 @@ std::string warnings(const BatchReport& report)
 std::string cost(const BatchReport& report)
 {
     const auto frames = static_cast<double>(report.frames.size());
-    return "From " + report.began + " to " + report.ended + ": " + duration_text(report.seconds) + ", " +
-           duration_text(report.cpu_seconds) + " of processor time with " + std::to_string(report.threads) +
-           " threads, at most " + text_of(static_cast<double>(report.peak_memory) / 1e6, "%.0f MB") +
-           " of memory. A frame took " + duration_text(mean_of(report, &FrameFigures::seconds)) +
-           " on average. Next night: all " + std::to_string(report.frames.size()) + " frames anew would take about " +
-           duration_text(frames * mean_of(report, &FrameFigures::seconds)) + ".";
+    const std::string processor = duration_text(report.cpu_seconds) + " of processor time";
+    const std::string machine = "From " + report.began + " to " + report.ended + ": " + duration_text(report.seconds) +
+                                ", " + processor + " with " + std::to_string(report.threads) + " threads, at most " +
+                                text_of(static_cast<double>(report.peak_memory) / 1e6, "%.0f MB") + " of memory.";
+    const std::string tasks = "Until " + report.ended + ", in tasks: frames took " + duration_text(report.seconds) +
+                              " one after the other, " + processor + ".";
+    return (report.threads > 0 ? machine : tasks) + " A frame took " +
+           duration_text(mean_of(report, &FrameFigures::seconds)) + " on average. Next night: all " +
+           std::to_string(report.frames.size()) + " frames anew would take about " +
+           duration_text(frames * mean_of(report, &FrameFigures::seconds)) +
+           (report.threads > 0 ? "." : " of one machine's time.");
 }
 
 /// Frames as the page's script takes them.
@@ -200,6 +205,17 @@ std::size_t BatchReport::count(FrameEnd end) const
 {
     return static_cast<std::size_t>(
         std::count_if(frames.begin(), frames.end(), [&](const FrameResult& frame) { return frame.end == end; }));
+}
+
+void add_up(BatchReport& report)
+{
+    report.threads = 0;
+    report.seconds = report.cpu_seconds = 0.0;
+    for (const FrameResult& frame : report.frames) {
+        if (!is_there(frame)) continue;
+        report.seconds += frame.figures.seconds;
+        report.cpu_seconds += frame.figures.cpu_seconds;
+    }
 }
 
 std::string headline(const BatchReport& report)

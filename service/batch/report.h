@@ -27,15 +27,18 @@ struct BatchReport {
     std::string scene, command;  ///< as it was called
     double fps = 24.0;
     int width = 0, height = 0;  ///< [px]
-    int threads = 0;
-    std::string began, ended;  ///< local time
+    int threads = 0;            ///< 0: of several machines
+    std::string began, ended;   ///< local time
     double seconds = 0.0, cpu_seconds = 0.0;
-    std::uint64_t peak_memory = 0;  ///< [bytes]
+    std::uint64_t peak_memory = 0;  ///< [bytes]; 0: not known
     bool independent = false;
     std::vector<FrameResult> frames;
 
     std::size_t count(FrameEnd end) const;
 };
+
+/// Takes what the whole cost from its frames, which several machines have made.
+void add_up(BatchReport& report);
 
 /// Of so many frames every how many-th shows its picture in the page.
 std::size_t picture_step(std::size_t frames);

@@ -70,6 +70,13 @@ SessionOptions session_options(const BatchArguments& arguments, const RenderOpti
             .log = std::move(log)};
 }
 
+RenderOptions batch_options(const BatchArguments& arguments)
+{
+    RenderOptions options = final_options(arguments.render);
+    if (arguments.deadline_ms) options.quality = TargetError{};
+    return options;
+}
+
 void prepare_folder(const fs::path& folder)
 {
     std::error_code failed;
@@ -121,15 +128,18 @@ FrameMaker::FrameMaker(const BatchArguments& arguments, ProgressBar& bar, std::f
     : arguments_(arguments),
       bar_(bar),
       on_request_(std::move(on_request)),
-      options_(final_options(arguments.render)),
+      options_(batch_options(arguments)),
       files_(prepared_outputs(arguments, parse_frames(arguments.frames))),
       outputs_(files_, parse_tone_map(arguments.render.output), log(), true),
       scene_(arguments.render.scene),
-      session_(session_options(arguments, options_, scene_.is_animated(), bar.log()))
+      session_(session_options(arguments, options_, scene_.is_animated(), bar.log())),
+      shared_records_(arguments.records_file, arguments.task.kind),
+      quality_(options_.quality)
 {
     prepare_folder(fs::path(record_path(files_.front().path)).parent_path());
     settings_.emplace_back("version", kVersion);
-    for (const auto& [name, text] : list_options(options_)) settings_.emplace_back(name, text);
+    for (const auto& [name, text] : list_options(options_))
+        settings_.emplace_back(name, arguments.deadline_ms && name == "target-error" ? "what a deadline leaves" : text);
     settings_.emplace_back("effects", arguments.render.effects);
     settings_.emplace_back("records of other frames",
                            session_options(arguments, options_, false, {}).keep_records ? "used" : "none");
@@ -147,7 +157,8 @@ FrameRecord FrameMaker::wanted(int number) const
     wanted.depends = {{"scene", ""}, {"camera", ""}};
     wanted.depends.insert(wanted.depends.end(), settings_.begin(), settings_.end());
     const std::string exposure = arguments_.render.output.exposure;
-    wanted.depends.emplace_back("exposure", held_exposure_ ? "held at " + number_text(*held_exposure_) : exposure);
+    const bool held = held_exposure_ && number != exposure_frame_;
+    wanted.depends.emplace_back("exposure", held ? "held at " + number_text(*held_exposure_) : exposure);
     const std::vector<std::string> paths = paths_of(number);
     const fs::path folder = fs::path(paths.front()).parent_path();
     for (std::size_t i = 0; i < files_.size(); ++i)
@@ -161,6 +172,7 @@ void FrameMaker::render(FrameRecord& wanted)
     const RunningMark mark(running_path(path));
     std::error_code ignored;
     fs::remove(path, ignored);  // it says nothing of the files that come now
+    fs::remove(failed_path(path), ignored);
     for (int tries = 1;; ++tries) {
         try {
             wanted.figures = {};
@@ -228,13 +240,41 @@ void FrameMaker::hold_exposure(const FrameFigures& figures)
     outputs_.tone_mapper()->hold_exposure(held_exposure_);
 }
 
+Forecast FrameMaker::forecast(int number)
+{
+    FrameRecord frame = wanted(number);
+    identify(frame);
+    session_.gl();  // what is made once is no frame's time
+    session_.rays(options_.effects);
+    const Camera camera = choose_camera(session_.scene(), scene_.camera_at(time_of(number)));
+    RenderOptions options = options_;
+    options.quality = TargetError{};
+    return rcs::forecast(session_, camera, options, {.log = bar_.log(), .progress = progress()}).forecast;
+}
+
+void FrameMaker::take_exposure(const std::vector<int>& all)
+{
+    for (const int number : all) {
+        if (!finds_exposure()) return;
+        const auto record = read_frame_record(record_path(paths_of(number).front()));
+        if (!record) continue;
+        FrameRecord is = wanted(number);
+        for (std::size_t i = 0; i < 2; ++i) is.depends[i].second = record->depends[i].second;  // its source is the same
+        if (record->source != is.source || record->depends != is.depends) continue;
+        exposure_frame_ = number;
+        hold_exposure(record->figures);
+    }
+}
+
 RenderResult FrameMaker::render_picture(FrameRecord& wanted)
 {
     identify(wanted);
+    shared_records_.begin(session_, options_, scene_.is_animated(), bar_.log());
     wanted.figures.records_reused = session_.records().size();
     RenderArguments arguments = arguments_.render;
     arguments.scene.time = time_of(wanted.number);
     RenderOptions options = options_;
+    options.quality = quality_;
     options.motion = motion_from(arguments, session_.scene());
     const Camera camera = choose_camera(session_.scene(), scene_.camera_at(time_of(wanted.number)));
     RenderResult result = rcs::render(session_, camera, options, {.log = log(), .progress = progress()});
@@ -249,6 +289,8 @@ void FrameMaker::try_frame(FrameRecord& wanted)
     const double cpu = cpu_seconds();
     warnings_.clear();
     const RenderResult result = render_picture(wanted);
+    forecast_ = result.stats.forecast;
+    const double rendered = seconds_since(frame_began_);
     RunReport written;
     outputs_.write(result.image, session_.pool(), progress(), written,
                    [&](const std::string& pattern) { return path_of_frame(pattern, wanted.number); });
@@ -270,6 +312,7 @@ void FrameMaker::try_frame(FrameRecord& wanted)
     figures.warnings = warnings_;
     figures.seconds = seconds_since(frame_began_);
     figures.cpu_seconds = cpu_seconds() - cpu;
+    seconds_around_ = figures.seconds - rendered;
 }
 
 /// How much differs from the frame before: where the camera stands, or the layer `motion` says what moved.

@@ -10,10 +10,12 @@
 #include "batch/flicker.h"
 #include "batch/frame_record.h"
 #include "batch/frames.h"
+#include "cli/batch_records.h"
 #include "cli/batch_run.h"
 #include "cli/batch_scene.h"
 #include "cli/progress_bar.h"
 #include "output/output_files.h"
+#include "rcs/render.h"
 
 namespace rcs::service {
 
@@ -21,6 +23,8 @@ double cpu_seconds();  ///< of this process, all threads
 
 /// The mark of a frame that is being made. @param path  of its record
 inline std::string running_path(const std::string& path) { return path + ".running"; }
+/// Where a task says for others why a frame failed.
+inline std::string failed_path(const std::string& path) { return path + ".failed"; }
 /// Where a frame's small picture is made.
 inline std::string thumbnail_path(const std::string& path) { return path + ".jpg"; }
 /// What such a mark says; 0 without one.
@@ -51,6 +55,19 @@ public:
     }
     /// Takes it from a frame that is done.
     void hold_exposure(const FrameFigures& figures);
+    /// Takes it from the one of all frames that another task has found it with.
+    void take_exposure(const std::vector<int>& all);
+    /// What which error costs in a frame. @throws rcs::Error
+    Forecast forecast(int number);
+    /// Of the last frame that was aimed at something.
+    const Forecast& last_forecast() const { return forecast_; }
+    /// What that took besides being rendered [s].
+    double seconds_around() const { return seconds_around_; }
+    /// In place of what the arguments say.
+    void aim(Quality quality) { quality_ = quality; }
+    void warn(const std::string& line) { bar_.log()(LogLevel::warning, line); }
+    /// For other tasks, if there is a file for it. @throws rcs::Error io
+    void save_records() const { shared_records_.save(session_, options_); }
 
 private:
     void try_frame(FrameRecord& wanted);
@@ -75,6 +92,11 @@ private:
     Dependencies settings_;  // what all frames depend on
     const std::thread::id main_ = std::this_thread::get_id();
     std::optional<float> held_exposure_;
+    std::optional<int> exposure_frame_;  // it was taken from
+    SharedRecords shared_records_;
+    Quality quality_;
+    Forecast forecast_;
+    double seconds_around_ = 0.0;
     struct Before {
         std::string camera;
         FlickerFrame frame;

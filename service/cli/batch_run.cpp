@@ -4,6 +4,8 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <optional>
 #include <set>
 
@@ -14,6 +16,7 @@
 #include "batch/frames.h"
 #include "batch/report.h"
 #include "cli/batch_frame.h"
+#include "cli/batch_pace.h"
 #include "cli/progress_bar.h"
 #include "output/stats_json.h"
 #include "process/clock.h"
@@ -55,6 +58,16 @@ void remove_leftovers(const std::set<std::string>& paths, const std::set<std::st
     }
 }
 
+/// What other tasks have left of a frame that is not done.
+void tell_failure(const std::string& record, FrameResult& result)
+{
+    std::ifstream note(failed_path(record));
+    result.error.assign(std::istreambuf_iterator<char>(note), {});
+    const int starts = starts_without_end(running_path(record));
+    if (starts > 0) result.error = "begun " + std::to_string(starts) + " times by tasks that have not ended it";
+    if (!result.error.empty()) result.end = FrameEnd::failed;
+}
+
 class Batch {
 public:
     explicit Batch(const BatchArguments& arguments);
@@ -62,10 +75,15 @@ public:
 
 private:
     FrameResult make(int number);
+    std::string why_by_files(const std::optional<FrameRecord>& record, FrameRecord& wanted) const;
     std::string why_render(const std::optional<FrameRecord>& record, FrameRecord& wanted);
     void clean_up() const;
     std::vector<int> order() const;
+    std::set<int> waiting() const;
+    void begin_task();
     void tell(const FrameResult& result) const;
+    bool renders() const { return !arguments_.plan_only && arguments_.task.kind != TaskKind::report; }
+    bool reports() const { return arguments_.task.kind == TaskKind::all || arguments_.task.kind == TaskKind::report; }
     void write_report();
     void end();
 
@@ -74,6 +92,7 @@ private:
     const double cpu_began_ = cpu_seconds();
     ProgressBar bar_;
     FrameMaker maker_;
+    BatchPace pace_;
     BatchReport report_;
     std::string report_folder_;
     bool rendered_before_ = false;  // some frame of this run is not as it was
@@ -82,12 +101,14 @@ private:
 Batch::Batch(const BatchArguments& arguments)
     : arguments_(arguments),
       bar_(parse_log_level(arguments.render.report.log_level), arguments.render.report.quiet),
-      maker_(arguments, bar_, [this] { write_report(); })
+      maker_(arguments, bar_, [this] { write_report(); }),
+      pace_(arguments, maker_)
 {
-    for (const int number : parse_frames(arguments.frames)) report_.frames.emplace_back().number = number;
+    for (const int number : frames_of(arguments.task, parse_frames(arguments.frames)))
+        report_.frames.emplace_back().number = number;
     const fs::path first = fs::path(arguments.render.output.files.front()).parent_path();
     report_folder_ = arguments.report_folder.empty() ? first.string() : arguments.report_folder;
-    if (!report_folder_.empty()) fs::create_directories(report_folder_);
+    if (!report_folder_.empty() && reports()) fs::create_directories(report_folder_);
     report_.scene = fs::path(arguments.render.scene.scene).filename().string();
     report_.command = arguments.command_line;
     report_.fps = arguments.fps;
@@ -111,8 +132,8 @@ std::vector<int> Batch::order() const
     return first;
 }
 
-/// @return "" if the frame is done
-std::string Batch::why_render(const std::optional<FrameRecord>& record, FrameRecord& wanted)
+/// What the files say: scene and camera are taken for what they were. @return "" if the frame seems done
+std::string Batch::why_by_files(const std::optional<FrameRecord>& record, FrameRecord& wanted) const
 {
     if (arguments_.overwrite) return "it was asked for anew";
     if (!record) return "it was never rendered";
@@ -124,13 +145,35 @@ std::string Batch::why_render(const std::optional<FrameRecord>& record, FrameRec
     as_before("scene");
     as_before("camera");
     // One that was held before holds on; in a dry run the frames that would say which are not rendered.
-    if (maker_.finds_exposure() || (arguments_.plan_only && rendered_before_)) as_before("exposure");
+    if (maker_.finds_exposure() || (!renders() && rendered_before_)) as_before("exposure");
     if (const std::string why = difference(record->depends, wanted.depends); !why.empty()) return why;
     const std::string folder = fs::path(maker_.paths_of(wanted.number).front()).parent_path().string();
-    if (const std::string why = missing_file(*record, wanted.files, folder); !why.empty()) return why;
+    return missing_file(*record, wanted.files, folder);
+}
+
+/// @return "" if the frame is done
+std::string Batch::why_render(const std::optional<FrameRecord>& record, FrameRecord& wanted)
+{
+    if (const std::string why = why_by_files(record, wanted); !why.empty()) return why;
     if (record->source == wanted.source) return {};
     maker_.identify(wanted);
     return difference(record->depends, wanted.depends);
+}
+
+/// Frames that are to be rendered, as far as that can be told before.
+std::set<int> Batch::waiting() const
+{
+    std::set<int> numbers;
+    for (const FrameResult& frame : report_.frames) {
+        try {
+            const auto record = read_frame_record(record_path(maker_.paths_of(frame.number).front()));
+            FrameRecord wanted = maker_.wanted(frame.number);
+            const bool done = why_by_files(record, wanted).empty() && record->source == wanted.source;
+            if (!done) numbers.insert(frame.number);
+        } catch (const Error&) {  // it will fail, and takes no time
+        }
+    }
+    return numbers;
 }
 
 FrameResult Batch::make(int number)
@@ -146,24 +189,28 @@ FrameResult Batch::make(int number)
         result.why = why_render(record, wanted);
         if (result.why.empty()) {
             std::error_code ignored;
-            if (!arguments_.plan_only) fs::remove(running_path(path), ignored);  // it died once all was written
-            if (record->source != wanted.source && !arguments_.plan_only) {
+            if (renders()) fs::remove(running_path(path), ignored);  // it died once all was written
+            if (record->source != wanted.source && renders()) {
                 record->source = wanted.source;
                 write_frame_record(path, *record);
             }
             result.end = FrameEnd::kept;
             result.figures = record->figures;
             maker_.hold_exposure(result.figures);
-        } else if (!arguments_.plan_only) {
+        } else if (renders()) {
             maker_.render(wanted);
             result.end = FrameEnd::rendered;
             result.figures = wanted.figures;
             maker_.hold_exposure(result.figures);
+            if (arguments_.task.kind == TaskKind::overture) maker_.save_records();
+        } else if (arguments_.task.kind == TaskKind::report) {
+            tell_failure(path, result);
         }
     } catch (const Error& e) {
         if (e.code() == ErrorCode::cancelled && interrupt_signal() != 0) throw;
         result.end = FrameEnd::failed;
         result.error = e.what();
+        if (renders() && !reports()) write_text_file(failed_path(record_path(result.files.front())), result.error);
     }
     return result;
 }
@@ -190,10 +237,15 @@ void Batch::tell(const FrameResult& result) const
 
 void Batch::write_report()
 {
+    if (!reports()) return;
     report_.ended = local_text(read_clocks().wall_ms);
-    report_.seconds = seconds_since(began_);
-    report_.cpu_seconds = cpu_seconds() - cpu_began_;
-    report_.peak_memory = peak_memory();
+    if (arguments_.task.kind == TaskKind::report) {
+        add_up(report_);
+    } else {
+        report_.seconds = seconds_since(began_);
+        report_.cpu_seconds = cpu_seconds() - cpu_began_;
+        report_.peak_memory = peak_memory();
+    }
     const fs::path folder(report_folder_);
     write_text_file((folder / "report.json").string(),
                     to_json(report_).dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
@@ -213,21 +265,40 @@ void Batch::clean_up() const
         names.insert({record, running_path(record), thumbnail_path(record)});
         scratch.insert(thumbnail_path(record));
     }
+    if (arguments_.task.kind == TaskKind::report) return;  // others may be at work
     for (const char* report : {"report.json", "report.html"})
-        names.insert((fs::path(report_folder_) / report).string());
+        if (reports()) names.insert((fs::path(report_folder_) / report).string());
     remove_leftovers(names, scratch);
+}
+
+/// What a task needs that does not have all frames. @throws rcs::Error not_found
+void Batch::begin_task()
+{
+    if (arguments_.task.kind != TaskKind::part && arguments_.task.kind != TaskKind::report) return;
+    const std::vector<int> all = parse_frames(arguments_.frames);
+    maker_.take_exposure(all);
+    if (arguments_.task.kind == TaskKind::part && maker_.finds_exposure() &&
+        report_.frames.front().number != all.front())
+        throw Error(ErrorCode::not_found,
+                    "the exposure of all frames, which the first one finds, is not known: run "
+                    "--task overture/" +
+                        std::to_string(arguments_.task.parts) + " before, or give --exposure");
 }
 
 void Batch::run()
 {
     clean_up();
+    begin_task();
+    if (arguments_.deadline_ms && renders()) pace_.begin(waiting());
     for (const int number : order()) {
         if (interrupt_signal() != 0) break;
         if (take_report_request()) write_report();
         const auto slot = std::find_if(report_.frames.begin(), report_.frames.end(),
                                        [&](const FrameResult& frame) { return frame.number == number; });
         try {
+            pace_.aim(number);
             *slot = make(number);
+            pace_.learn(*slot);
             const auto index = static_cast<std::size_t>(slot - report_.frames.begin());
             if (index % picture_step(report_.frames.size()) != 0) slot->figures.thumbnail.clear();  // memory
         } catch (const Error& e) {
@@ -240,6 +311,7 @@ void Batch::run()
     }
     bar_.finish();
     if (arguments_.plan_only) return;
+    if (arguments_.task.kind == TaskKind::all) maker_.save_records();
     write_report();
     end();
 }
@@ -248,13 +320,18 @@ void Batch::end()
 {
     const std::string head = headline(report_);
     const std::string page = (fs::path(report_folder_) / "report.html").string();
-    if (!arguments_.render.report.quiet) std::printf("%s\nreport   %s\n", head.c_str(), page.c_str());
+    if (!arguments_.render.report.quiet) {
+        std::printf("%s\n", head.c_str());
+        if (reports()) std::printf("report   %s\n", page.c_str());
+    }
     if (interrupt_signal() != 0)
         throw Ended(kSignalBase + interrupt_signal(), "interrupted: " + head + "; the same command goes on");
-    if (report_.count(FrameEnd::failed) > 0) throw Ended(kFailed, head + "; " + page + " says why");
+    const std::string teller = reports() ? page : "the output above";
+    if (report_.count(FrameEnd::failed) + report_.count(FrameEnd::left) > 0)
+        throw Ended(kFailed, head + "; " + teller + " says why");
     const bool warned = std::any_of(report_.frames.begin(), report_.frames.end(),
                                     [](const FrameResult& frame) { return !frame.figures.warnings.empty(); });
-    if (warned) throw Ended(kWarned, head + ", with warnings, which " + page + " lists");
+    if (warned) throw Ended(kWarned, head + ", with warnings, which " + teller + " lists");
 }
 
 }  // namespace

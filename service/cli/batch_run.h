@@ -1,7 +1,12 @@
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
+#include <vector>
 
+#include "batch/farm.h"
+#include "batch/tasks.h"
 #include "cli/render_arguments.h"
 
 namespace rcs::service {
@@ -18,10 +23,24 @@ struct BatchArguments {
     double time_limit = 0.0;    ///< of a frame [s]; 0: none
     std::string report_folder;  ///< empty: that of the first output
     std::string command_line;   ///< for the report
+
+    std::optional<std::int64_t> deadline_ms;  ///< by steady_ms(); frames are as good as they can be until then
+
+    Task task;
+    std::string records_file;  ///< of records that tasks share; empty: none
+    Engine engine = Engine::local;
+    int chunk = 8;                   ///< frames of a part, at most
+    std::string job_folder;          ///< of an engine; empty: `job` beside the report
+    bool submits = true;             ///< else the folder is written alone
+    std::vector<std::string> words;  ///< of the command line after "batch"
 };
 
-/// Renders the frames that are not done yet, in this process, and writes the report.
+/// Renders the frames of a task that are not done yet, in this process, and writes the report where the task has one.
 /// @throws Ended, unless all frames are there and nothing was warned of; rcs::Error before any work
 void run_batch(const BatchArguments& arguments);
+
+/// Writes the folder of a job that does the same in tasks, and starts it.
+/// @throws Ended with what it ended in; rcs::Error before any work
+void run_farm(const BatchArguments& arguments);
 
 }  // namespace rcs::service

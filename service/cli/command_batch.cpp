@@ -3,11 +3,72 @@
 #include <CLI/CLI.hpp>
 
 #include "batch/frames.h"
+#include "batch/pace.h"
 #include "cli/batch_run.h"
 #include "cli/commands.h"
 #include "cli/describe.h"
+#include "cli/number.h"
+#include "cli/parse.h"
+#include "process/clock.h"
+#include "rcs/option_table.h"
 
 namespace rcs::service {
+
+namespace {
+
+void add_task_arguments(CLI::App& command, BatchArguments& arguments)
+{
+    command.option_defaults()->group(option_group::kFarm);
+    command
+        .add_option_function<std::string>(
+            "--task", [&](const std::string& text) { arguments.task = parse_task(text); },
+            "Do a part of the batch: K/N renders the K-th of N parts of the frames, overture/N before them the first "
+            "frames of parts, whose records and exposure the others begin with, report tells after them what is there")
+        ->type_name("K/N|overture/N|report")
+        ->check(checked_by(parse_task), "");
+    command
+        .add_option("--records", arguments.records_file,
+                    "Begin with the records in this file, if there is one; an overture and a batch in one task save "
+                    "theirs there")
+        ->type_name("FILE");
+    command
+        .add_option_function<std::string>(
+            "--engine", [&](const std::string& text) { arguments.engine = parse_engine(text); },
+            "Write a folder with the batch in tasks, and start it: here, one after the other, as jobs of Slurm, or as "
+            "a template of Open Job Description")
+        ->type_name("local|slurm|openjd")
+        ->check(checked_by(parse_engine), "");
+    add_number(command, "--chunk", arguments.chunk, {1, 10'000}, "Most frames of a task");
+    command.add_option("--job-folder", arguments.job_folder, "Folder of these tasks; default: job, beside the report")
+        ->type_name("FOLDER");
+    command.add_flag("!--no-submit", arguments.submits, "Write that folder alone, and say how it is started");
+    for (const char* farm : {"--chunk", "--job-folder", "--no-submit"}) command.get_option(farm)->needs("--engine");
+    for (const char* other : {"--task", "--records", "--dry-run", "--explain"})
+        command.get_option("--engine")->excludes(other);
+    for (const char* other : {"--target-error", "--budget", "--independent-frames"})
+        command.get_option("--records")->excludes(other);
+}
+
+void add_deadline(CLI::App& command, BatchArguments& arguments)
+{
+    const auto seconds = [](const std::string& text) { return seconds_until(text, read_clocks().wall_ms); };
+    CLI::Option* deadline =
+        command
+            .add_option_function<std::string>(
+                "--deadline",
+                [&arguments, seconds](const std::string& text) {
+                    arguments.deadline_ms = steady_ms() + static_cast<std::int64_t>(1e3 * seconds(text));
+                },
+                "Make frames as good as they can all be by then, and say beforehand how good that is: a time such as "
+                "06:00 or 2026-11-24T06:00, or +1h30m from now")
+            ->type_name("TIME")
+            ->check(checked_by(seconds), "");
+    for (const OptionInfo& option : option_table())
+        if (quality_of(option) != kAnyQuality) deadline->excludes(std::string(option.name));
+    for (const char* other : {"--task", "--records", "--engine"}) deadline->excludes(other);
+}
+
+}  // namespace
 
 void add_batch_command(CLI::App& app, Action& action, const std::vector<std::string>& words)
 {
@@ -37,13 +98,20 @@ void add_batch_command(CLI::App& app, Action& action, const std::vector<std::str
                     "Folder for report.html and report.json; default: that of the first output")
         ->type_name("FOLDER");
     command.get_option("--output")->required();
+    add_task_arguments(command, *arguments);
+    command.option_defaults()->group(option_group::kFrames);
+    add_deadline(command, *arguments);
     command.footer(
         "Frames that are done, and depend on nothing that has changed, are left as they are: the same command goes on\n"
         "where it was stopped. SIGTERM ends in order, SIGUSR1 writes the report so far.\n"
         "Example: rcsplat batch demo:atrium --camera walk --frames 1-48 -o frames/atrium.####.png");
     for (const std::string& word : words) arguments->command_line += " " + word;
     arguments->command_line.insert(0, "rcsplat batch");
-    command.callback([arguments, &action] { action = [arguments] { run_batch(*arguments); }; });
+    arguments->words = words;
+    command.callback([arguments, &command, &action] {
+        const bool farm = command.get_option("--engine")->count() > 0;
+        action = [arguments, farm] { farm ? run_farm(*arguments) : run_batch(*arguments); };
+    });
 }
 
 }  // namespace rcs::service

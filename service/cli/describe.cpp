@@ -55,8 +55,9 @@ CommandText describe(const CLI::App& app, const std::string& name)
 const std::vector<std::string>& option_groups()
 {
     using namespace option_group;
-    static const std::vector<std::string> groups = {kView,    kQuality, kOutput,  kFrames, kServe,  kServer,  kCamera,
-                                                    kRecords, kDirect,  kEffects, kFiles,  kLimits, kMachine, kOther};
+    static const std::vector<std::string> groups = {kView,    kQuality, kOutput, kFrames,  kFarm,
+                                                    kServe,   kServer,  kCamera, kRecords, kDirect,
+                                                    kEffects, kFiles,   kLimits, kMachine, kOther};
     return groups;
 }
 
@@ -65,7 +66,7 @@ bool is_for_experts(const std::string& group)
     using namespace option_group;
     const auto is = [&](const char* name) { return group == name; };
     return is(kCamera) || is(kRecords) || is(kDirect) || is(kEffects) || is(kFiles) || is(kLimits) || is(kServer) ||
-           is(kMachine);
+           is(kMachine) || is(kFarm);
 }
 
 }  // namespace rcs::service

@@ -37,6 +37,7 @@ inline constexpr const char* kView = "What is seen";
 inline constexpr const char* kQuality = "Quality: settings, a target error or a budget";
 inline constexpr const char* kOutput = "Output";
 inline constexpr const char* kFrames = "Frames";
+inline constexpr const char* kFarm = "Tasks on several machines";
 inline constexpr const char* kServe = "The service";
 inline constexpr const char* kOther = "Other";
 // Of --help-all alone, unless all of a command's options fit on a screen.
