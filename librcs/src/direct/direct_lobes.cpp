@@ -7,6 +7,7 @@
 #include "direct/direct_point.h"
 #include "lamps/polygon.h"
 #include "util/counters.h"
+#include "util/fraction.h"
 
 namespace rcs {
 namespace {
@@ -112,7 +113,7 @@ void DirectLight::add_lobe_rays(const SurfacePoint& point, const Lobes& lobes, s
     for (int i = 0; i < lobes.samples; ++i) {
         // The rank-1 lattice in three dimensions (Roberts 2018).
         const auto at = [i](float offset, double step) {
-            return static_cast<float>(std::fmod(i * step + static_cast<double>(offset), 1.0));
+            return static_cast<float>(fraction(i * step + static_cast<double>(offset)));
         };
         const float choice = at(shift.x, 0.8191725133961645);
         BsdfSample& s = samples[i];

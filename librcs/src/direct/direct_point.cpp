@@ -9,6 +9,7 @@
 #include "rays/ray_scene_impl.h"
 #include "util/color.h"
 #include "util/counters.h"
+#include "util/fraction.h"
 
 namespace rcs {
 namespace {
@@ -27,8 +28,8 @@ constexpr std::uint64_t kBitOfPeaks = 1ull << 63;
 /// Point n of the rank-1 lattice of the plastic number (Roberts 2018), shifted.
 glm::vec2 lattice(int n, float shift1, float shift2)
 {
-    return {static_cast<float>(std::fmod(n * 0.7548776662466927 + static_cast<double>(shift1), 1.0)),
-            static_cast<float>(std::fmod(n * 0.5698402909980532 + static_cast<double>(shift2), 1.0))};
+    return {static_cast<float>(fraction(n * 0.7548776662466927 + static_cast<double>(shift1))),
+            static_cast<float>(fraction(n * 0.5698402909980532 + static_cast<double>(shift2)))};
 }
 
 }  // namespace
@@ -279,8 +280,10 @@ void DirectLight::add_triangles(const SurfacePoint& point, const Lobes& lobes, R
     if (!(total > 0.0f)) return;
 
     // Bright lamps first; the dim rest shares one sample, picked in proportion to what it would send.
-    std::stable_sort(w.lamps.begin(), w.lamps.end(),
-                     [](const LampView& a, const LampView& b) { return a.importance > b.importance; });
+    // Not std::stable_sort(), which allocates.
+    std::sort(w.lamps.begin(), w.lamps.end(), [](const LampView& a, const LampView& b) {
+        return a.importance > b.importance || (a.importance == b.importance && a.number < b.number);
+    });
     if (options_.lamp_picks > 0)
         pick_lamps(total, random, w.lamps);
     else

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "util/color.h"
+#include "util/fraction.h"
 #include "util/multiversion.h"
 
 namespace rcs {
@@ -53,8 +54,8 @@ HemisphereGrid make_hemisphere_grid(int rays)
     g.azimuths = std::max(4, static_cast<int>(std::lround(static_cast<double>(rays) / g.rings)));
     g.cells = g.rings * g.azimuths;
     for (int c = 0; c < g.cells; ++c) {
-        g.lattice_theta.push_back(static_cast<float>(std::fmod(kLatticeTheta * c, 1.0)));
-        g.lattice_phi.push_back(static_cast<float>(std::fmod(kLatticePhi * c, 1.0)));
+        g.lattice_theta.push_back(static_cast<float>(fraction(kLatticeTheta * c)));
+        g.lattice_phi.push_back(static_cast<float>(fraction(kLatticePhi * c)));
     }
     // Integral of tan(theta) over sin^2(theta) from 0 to s.
     const auto tangent_integral = [](double s) { return std::asin(std::sqrt(s)) - std::sqrt(s * (1.0 - s)); };
