@@ -111,7 +111,9 @@ void add_pause_command(CLI::App& app, Action& action, bool resume)
     CLI::App& command =
         resume ? *app.add_subcommand("resume", "Lets a job that is paused go on, or the whole queue")
                : *app.add_subcommand("pause", "Starts no more frames of a job, or of any; those that run end");
-    command.add_option("job", arguments->job, "Its number, as submit printed it")->type_name("JOB");
+    command.add_option("job", arguments->job, "Its number, as submit printed it")
+        ->type_name("JOB")
+        ->check(job_number_error, "");
     command.add_flag("--queue", arguments->queue, "The whole queue; for the user that runs the server");
     add_server_arguments(command, arguments->server);
     command.footer(resume ? "Example: rcsplat resume 12" : "Example: rcsplat pause 12");

@@ -222,7 +222,9 @@ void add_job_commands(CLI::App& app, Action& action)
     const auto list = std::make_shared<ListArguments>();
     CLI::App& list_command =
         *app.add_subcommand("list", "Lists the jobs of a server, the newest first, or the frames of one");
-    list_command.add_option("job", list->job, "Only this job, with its frames")->type_name("JOB");
+    list_command.add_option("job", list->job, "Only this job, with its frames")
+        ->type_name("JOB")
+        ->check(job_number_error, "");
     add_number(list_command, "--limit", list->limit, {1, 1000}, "At most so many");
     list_command.add_option("--label", list->labels, "Only jobs that have it; may be given several times")
         ->type_name("NAME=VALUE")

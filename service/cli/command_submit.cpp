@@ -13,6 +13,7 @@
 #include "cli/commands.h"
 #include "cli/delivery.h"
 #include "cli/describe.h"
+#include "cli/job_command.h"
 #include "cli/job_run.h"
 #include "cli/render_arguments.h"
 #include "cli/server_arguments.h"
@@ -155,6 +156,7 @@ void add_submit_command(CLI::App& app, Action& action)
                     "Job that has to be completed before this one starts; if it fails, so does this one; may be given "
                     "several times")
         ->type_name("JOB")
+        ->check(job_number_error, "")
         ->allow_extra_args(false);
     command
         .add_option("--deliver", arguments->deliver,

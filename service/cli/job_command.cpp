@@ -1,18 +1,13 @@
 #include "cli/job_command.h"
 
-#include <string>
-
 namespace rcs::service {
-namespace {
 
-std::string check_job_number(const std::string& text)
+std::string job_number_error(const std::string& text)
 {
     const bool is_number = text.find_first_not_of("0123456789") == text.npos && text.size() <= 18 &&
                            text.find_first_not_of('0') != text.npos;
     return is_number ? std::string() : text + " is no number of a job, expected a whole number >= 1";
 }
-
-}  // namespace
 
 CLI::App& add_job_command(CLI::App& app, const char* name, const char* help, JobArguments& arguments)
 {
@@ -20,7 +15,7 @@ CLI::App& add_job_command(CLI::App& app, const char* name, const char* help, Job
     command.add_option("job", arguments.job, "Its number, as submit printed it")
         ->required()
         ->type_name("JOB")
-        ->check(check_job_number, "");
+        ->check(job_number_error, "");
     add_server_arguments(command, arguments.server);
     return command;
 }

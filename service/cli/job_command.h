@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include <CLI/CLI.hpp>
 
@@ -14,6 +15,9 @@ struct JobArguments {
     std::uint64_t job = 0;
     bool json = false;
 };
+
+/// What is wrong with a job's number; "": nothing.
+std::string job_number_error(const std::string& text);
 
 /// Adds a command with the argument JOB and the options of a server.
 CLI::App& add_job_command(CLI::App& app, const char* name, const char* help, JobArguments& arguments);

@@ -11,10 +11,10 @@
 namespace rcs::service {
 namespace {
 
-/// "--min-free" as a refusal names it: "min_free".
+/// "--min-free" as a refusal names it: "min_free". A positional "priority" stays what it is.
 std::string field_of(const std::string& name)
 {
-    std::string field = name.substr(2);
+    std::string field = name.substr(std::min(name.find_first_not_of('-'), name.size()));
     std::replace(field.begin(), field.end(), '-', '_');
     return field;
 }
