@@ -9,6 +9,7 @@
 #include <CLI/CLI.hpp>
 
 #include "cli/advice.h"
+#include "cli/batch_description.h"
 #include "cli/commands.h"
 #include "cli/help.h"
 #include "cli/outputs.h"
@@ -56,7 +57,8 @@ int run(int argc, char** argv)
     app.footer("rcsplat COMMAND --help lists a command's options.");
     rcs::service::Action action;
     rcs::service::add_render_command(app, action);
-    const std::vector<std::string> words{argv + std::min(argc, 2), argv + argc};
+    const std::vector<std::string> all_words = rcs::service::with_description({argv + std::min(argc, 1), argv + argc});
+    const std::vector<std::string> words{all_words.begin() + (all_words.empty() ? 0 : 1), all_words.end()};
     rcs::service::add_batch_command(app, action, words);
     rcs::service::add_plan_command(app, action);
     rcs::service::add_reference_command(app, action);
@@ -70,10 +72,9 @@ int run(int argc, char** argv)
     rcs::service::add_worker_command(app, action);
     rcs::service::add_doctor_command(app, action);
     rcs::service::add_shell_commands(app, action);
-    const std::vector<std::string> all_words{argv + std::min(argc, 1), argv + argc};
     try {
         rcs::service::refuse_short_assignments(all_words);
-        app.parse(argc, argv);
+        app.parse(std::vector<std::string>(all_words.rbegin(), all_words.rend()));  // backwards, as CLI11 wants them
     } catch (const CLI::ParseError& e) {
         if (e.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
             return app.exit(e);  // --help and --version

@@ -98,6 +98,12 @@ void add_batch_command(CLI::App& app, Action& action, const std::vector<std::str
                     "Folder for report.html and report.json; default: that of the first output")
         ->type_name("FOLDER");
     command.get_option("--output")->required();
+    // It has become words when the command line is parsed.
+    command
+        .add_option("--config", arguments->description,
+                    "File with these options, one a line, as in: frames = \"1-240\", and scene = \"NAME\"; those of "
+                    "the command line come first")
+        ->type_name("FILE");
     add_task_arguments(command, *arguments);
     command.option_defaults()->group(option_group::kFrames);
     add_deadline(command, *arguments);

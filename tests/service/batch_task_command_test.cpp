@@ -160,6 +160,29 @@ TEST(BatchTasks, RefuseWhatCannotBe)
                      test::kBadUsage, other, folder);
 }
 
+TEST(BatchDescription, StandsForTheWordsItHas)
+{
+    const TemporaryFolder folder;
+    test::write_bytes(folder / "night.toml",
+                      "scene = \"demo:furnace\"\nframes = \"1-3\"\nsize = \"16x16\"\naa = 1\n"
+                      "dry-run = true  # only \"that\"\nexplain = false\noutput = [\"" +
+                          (folder / "f.##.png") + "\", \"" + (folder / "f.##.exr") + "\"]\n");
+    const Outcome outcome = rcsplat({"batch", "--frames", "7", "--config", folder / "night.toml"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("frame 7: to be rendered"), std::string::npos) << outcome.out;
+    EXPECT_EQ(outcome.out.find("frame 1:"), std::string::npos) << "the command line comes first: " << outcome.out;
+    const auto refused = [&](const std::string& text, int code, const std::string& words) {
+        test::write_bytes(folder / "bad.toml", text);
+        const Outcome bad = rcsplat({"batch", "--config", folder / "bad.toml"});
+        EXPECT_EQ(bad.code, code) << bad.out;
+        EXPECT_NE(bad.err.find(words), std::string::npos) << bad.err;
+    };
+    refused("scene = \"demo:furnace\"\nframes = 1\noutput = \"f.png\"\nscenes = 1\n", test::kBadUsage, "--scenes");
+    refused("[batch]\nscene = \"demo:furnace\"\n", test::kBadUsage, "bad.toml, line 1: expected an option, as in");
+    refused("# a\nscene = 'x'\n", test::kBadUsage, "bad.toml, line 2: scene is no \"text\", number");
+    EXPECT_EQ(rcsplat({"batch", "--config", folder / "none.toml"}).code, 66);
+}
+
 TEST(BatchDeadline, IsMetAndSaidBefore)
 {
     const TemporaryFolder folder;

@@ -3,6 +3,7 @@
 unit_test.py CMAKE BUILD: installs to a folder of its own, does as systemd would. Exit code 77: skipped.
 """
 
+import fcntl
 import grp
 import os
 import pathlib
@@ -59,6 +60,28 @@ def run_command(command, work):
         assert server.wait(60) == 0
 
 
+def run_night(prefix, work):
+    """Runs a batch as the nightly unit says; while it does, another one is told to come again."""
+    units = prefix / "lib/systemd/system"
+    unit = (units / "rcsplat-nightly@.service").read_text()
+    assert "OnCalendar=" in (units / "rcsplat-nightly@.timer").read_text()
+    command = shlex.split(setting(unit, "ExecStart")[0].replace("%i", "film"))
+    description = pathlib.Path(command[command.index("--config") + 1])
+    description.parent.mkdir(parents=True)
+    description.write_text(f'scene = "demo:furnace"\nframes = "1-3"\nsize = "16x16"\naa = 1\n'
+                           f'output = ["{work}/f.##.png", "{work}/f.##.exr"]\nindependent-frames = true\n')
+    with open(description) as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        assert subprocess.run(command, timeout=300).returncode == 75, "a night that has not ended"
+    assert not (work / "f.01.png").exists()
+    assert subprocess.run(command, timeout=300).returncode == 0
+    assert (work / "f.03.png").exists() and (work / "f.03.exr").exists() and (work / "report.html").exists()
+    assert "demo:furnace" in (work / "report.json").read_text()
+    description.write_text(description.read_text() + "scenes = 1\n")
+    refused = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    assert refused.returncode == 2 and "--scenes" in refused.stderr, refused.stderr
+
+
 def main():
     cmake, build = sys.argv[1:]
     with tempfile.TemporaryDirectory() as folder:
@@ -77,6 +100,7 @@ def main():
         assert config.read_text().endswith("# mine\n"), "an installation keeps the configuration that is there"
         group_that_exists(config)
         run_command(command, work)
+        run_night(prefix, work)
         if shutil.which("systemd-analyze") is None:
             print("skipped: systemd-analyze verify (there is no systemd-analyze)")
             return
