@@ -43,6 +43,8 @@ ImageFileSpec spec_of(const OIIO::ImageInput& input)
     spec.depth = from.depth;
     spec.channels = from.nchannels;
     spec.type = type_of(from.format);
+    const ImageWindow window{from.x - from.full_x, from.y - from.full_y, from.full_width, from.full_height};
+    if (window != ImageWindow{0, 0, from.width, from.height}) spec.window = window;
     spec.type_name = from.format.c_str();
     spec.format = input.format_name();
     spec.channel_names = from.channelnames;

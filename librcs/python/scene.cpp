@@ -70,13 +70,14 @@ void bind_scene(py::module_& module)
     module.def(
         "load_scene",
         [](const std::string& source, std::optional<double> time, const py::object& environment, double rotation,
-           const std::string& asset_root, const py::object& log) {
-            const SceneChoice choice{source, time, environment_of(environment, rotation), asset_root};
+           const std::string& asset_root, const std::string& animation, const py::object& log) {
+            const SceneChoice choice{source, time, environment_of(environment, rotation), asset_root, animation};
             Callbacks callbacks(log, py::none());
             return callbacks.run([&] { return load_scene(choice, callbacks.log()); });
         },
         py::arg("source"), py::kw_only(), py::arg("time") = py::none(), py::arg("environment") = py::none(),
-        py::arg("environment_rotation") = 0.0, py::arg("asset_root") = "", py::arg("log") = py::none());
+        py::arg("environment_rotation") = 0.0, py::arg("asset_root") = "", py::arg("animation") = "",
+        py::arg("log") = py::none());
     module.def("demo_scene_names", &demo_scene_names);
 
     py::class_<Camera>(module, "Camera", "A camera, in the space of its scene.")

@@ -71,6 +71,11 @@ void add_scene_arguments(CLI::App& app, SceneArguments& arguments, Size default_
     app.add_option("--time", arguments.time, "Pose of the scene's animations at that time [s]; default: the rest pose")
         ->type_name("SECONDS")
         ->check(checked_by(parse_time), "");
+    app.add_option(
+           "--animation", arguments.animation,
+           "The scene's animation that poses it, by name or by number from 0 (rcsplat plan lists them); all, the "
+           "default: they play together, without those that move what an earlier one moves")
+        ->type_name("NAME|all");
     arguments.size = std::to_string(default_size.width) + "x" + std::to_string(default_size.height);
     app.add_option("--size", arguments.size, "Width and height of the picture [px], each in [1, 16384]")
         ->type_name("WxH")
@@ -106,7 +111,8 @@ void add_fps(CLI::App& app, double& fps)
 
 SceneChoice scene_choice(const SceneArguments& arguments)
 {
-    SceneChoice choice{arguments.scene, arguments.time, parse_environment(arguments.environment), arguments.asset_root};
+    SceneChoice choice{arguments.scene, arguments.time, parse_environment(arguments.environment), arguments.asset_root,
+                       arguments.animation};
     std::error_code ignored;
     if (!choice.environment.image.empty() && !std::filesystem::exists(choice.environment.image, ignored))
         throw Error(ErrorCode::not_found, "--environment: file '" + choice.environment.image + "' does not exist");

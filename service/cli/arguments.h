@@ -29,6 +29,7 @@ struct SceneArguments {
     std::string environment = "scene";  ///< the scene's own, "none", "R,G,B" or an image file
     double environment_rotation = 0.0;  ///< of the image [degrees]
     std::optional<double> time;         ///< of its animations [s]; none: the rest pose
+    std::string animation;              ///< that poses it; empty: all
     std::string size;                   ///< "WxH"
     int threads = 0;
 };

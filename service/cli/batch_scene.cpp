@@ -63,6 +63,7 @@ std::string BatchScene::source_at(double time) const
     print.add(scene.environment.image.empty());
     print.add(scene.environment.rotation_degrees);
     if (is_animated_) print.add(time);
+    print.add(scene.animation == kAllAnimations ? std::string() : scene.animation);
     const CameraChoice camera = camera_at(time);
     print.add(camera.name);
     add(print, camera.given.value_or(Camera{}));
@@ -87,7 +88,7 @@ std::string BatchScene::stamps() const
 {
     std::string text;
     for (const std::string& name : files_) {
-        struct stat status{};
+        struct stat status {};
         if (::stat(name.c_str(), &status) != 0) return name + " is gone";
         for (const auto number : {static_cast<long>(status.st_size), static_cast<long>(status.st_mtim.tv_sec),
                                   static_cast<long>(status.st_mtim.tv_nsec)})

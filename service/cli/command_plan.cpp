@@ -3,6 +3,8 @@
 #include <chrono>
 #include <cstdio>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -16,6 +18,15 @@
 
 namespace rcs::service {
 namespace {
+
+std::string text_of(const std::vector<AnimationInfo>& animations)
+{
+    std::string text;
+    for (std::size_t i = 0; i < animations.size(); ++i)
+        text += "animation " + std::to_string(i) + " " + (animations[i].name.empty() ? "" : animations[i].name + " ") +
+                "of " + number_text(animations[i].seconds) + " s\n";
+    return text;
+}
 
 void print_plan(const RenderArguments& arguments, const CLI::App& command)
 {
@@ -35,6 +46,9 @@ void print_plan(const RenderArguments& arguments, const CLI::App& command)
                                    {"camera", camera.name},
                                    {"seconds", report.stage_seconds.back().second},
                                    {"plan", to_json(plan)}};
+    const std::vector<AnimationInfo> animations = list_animations(arguments.scene.scene);
+    json["animations"] = nlohmann::ordered_json::array();
+    for (const AnimationInfo& a : animations) json["animations"].push_back({{"name", a.name}, {"seconds", a.seconds}});
     const std::string text = json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
     if (!arguments.report.stats_file.empty()) {
         write_text_file(arguments.report.stats_file, text);
@@ -42,7 +56,7 @@ void print_plan(const RenderArguments& arguments, const CLI::App& command)
     if (arguments.report.json) {
         std::fputs(text.c_str(), stdout);
     } else if (!arguments.report.quiet) {
-        std::fputs(to_text(plan).c_str(), stdout);
+        std::fputs((to_text(plan) + text_of(animations)).c_str(), stdout);
     }
 }
 

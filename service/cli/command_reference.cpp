@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include <CLI/CLI.hpp>
 
@@ -23,7 +24,28 @@ struct ReferenceArguments {
     OutputArguments output;
     ReportArguments report;
     ReferenceOptions options;
+    OptionTexts texts;  ///< of what the table says
 };
+
+/// What the table's options ask for. @throws rcs::Error bad_argument
+RenderOptions table_options(const ReferenceArguments& arguments)
+{
+    const Size size = parse_size(arguments.scene.size);
+    RenderOptions asked;
+    asked.width = size.width, asked.height = size.height, asked.aa = arguments.options.aa;
+    asked = read_options(arguments.texts, asked);
+    validate_named(asked);
+    return asked;
+}
+
+View view_of(const RenderOptions& asked, Camera camera)
+{
+    View view{std::move(camera), asked.width, asked.height};
+    if (!asked.crop) return view;
+    view.width = asked.crop->width, view.height = asked.crop->height;
+    view.corner = {asked.crop->x, asked.crop->y}, view.whole = {asked.width, asked.height};
+    return view;
+}
 
 void trace_reference(const ReferenceArguments& arguments, const CLI::App& command)
 {
@@ -33,18 +55,21 @@ void trace_reference(const ReferenceArguments& arguments, const CLI::App& comman
     const OutputFiles outputs(parse_outputs(arguments.output, PixelFormat::full_float),
                               parse_tone_map(arguments.output), bar.log());
     check_text_path(arguments.report.stats_file);
+    const RenderOptions asked = table_options(arguments);
 
     Session session = begin_session(arguments.scene, bar);
     ThreadPool& pool = session.pool();
     RunReport report = begin_report(command, arguments.scene, pool);
     session.show(load(arguments.scene, bar, report));
-    const View view{choose_camera(session.scene(), camera_choice(arguments.scene, arguments.scene.time)), report.width,
-                    report.height};
+    const View view =
+        view_of(asked, choose_camera(session.scene(), camera_choice(arguments.scene, arguments.scene.time)));
+    ReferenceOptions options = arguments.options;
+    if (asked.f_stop) options.lens = lens_of(view.camera, *asked.f_stop, *asked.focus);
     report.camera = view.camera.name;
     const RayScene& rays = build_rays(session, EffectChoice{}, bar, report);
 
-    LayeredImage image = timed(report, "reference",
-                               [&] { return render_reference(rays, view, arguments.options, pool, bar.progress()); });
+    LayeredImage image =
+        timed(report, "reference", [&] { return render_reference(rays, view, options, pool, bar.progress()); });
     const Image& beauty = image.layers.at("beauty");
     report.paths = static_cast<std::uint64_t>(beauty.width) * static_cast<std::uint64_t>(beauty.height) *
                    static_cast<std::uint64_t>(std::stoi(image.metadata.at("rcs:samples")));
@@ -67,6 +92,8 @@ void add_reference_command(CLI::App& app, Action& action)
     ReferenceOptions& options = arguments->options;
     const RenderOptions render_defaults;
     add_scene_arguments(command, arguments->scene, {render_defaults.width, render_defaults.height});
+    for (const char* key : {"crop", "f_stop", "focus"})
+        add_table_option(command, find_option(key), render_defaults, arguments->texts);
     command.option_defaults()->group(option_group::kQuality);
     add_number(command, "--spp", options.samples, {16, 1048576}, "Paths a pixel, rounded up to a multiple of 16");
     add_number(command, find_option("bounces"), options.bounces);

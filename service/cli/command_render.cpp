@@ -26,7 +26,8 @@ namespace {
 /// About what writing the pictures takes, for a budget to leave [s]: measured on two cores (docs/accuracy.md).
 double writing_seconds(const std::vector<std::string>& files, const RenderOptions& options)
 {
-    const double megapixels = 1e-6 * options.width * options.height;
+    const double megapixels =
+        1e-6 * (options.crop ? options.crop->width * options.crop->height : options.width * options.height);
     double seconds = 0.0;
     for (const std::string& file : files) {
         seconds += megapixels * (file.ends_with(".exr") ? 0.75 : 0.25);

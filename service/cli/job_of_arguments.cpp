@@ -53,6 +53,7 @@ void request_scene(const RenderArguments& arguments, bool on_server, RequestedJo
     const std::string& source = arguments.scene.scene;
     v1::Scene& scene = *requested.job.mutable_scene();
     scene.set_label(utf8_text(source));
+    scene.set_animation(utf8_text(arguments.scene.animation));
     if (source.starts_with("demo:")) {
         scene.set_builtin(utf8_text(source));
     } else if (on_server) {

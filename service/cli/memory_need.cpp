@@ -29,7 +29,8 @@ std::string gigabytes(double bytes)
 double memory_need(const RenderOptions& options, const std::vector<std::string>& files)
 {
     const bool exr = std::any_of(files.begin(), files.end(), [](const std::string& f) { return f.ends_with(".exr"); });
-    const double pixels = static_cast<double>(options.width) * options.height;
+    const double pixels = options.crop ? static_cast<double>(options.crop->width) * options.crop->height
+                                       : static_cast<double>(options.width) * options.height;
     return kProgram + pixels * (kPixel + (options.aa > 1 ? kFurtherSamples : 0.0) + (exr ? kExr : 0.0));
 }
 

@@ -18,6 +18,7 @@ bool is_list(const OptionInfo& option) { return std::holds_alternative<EffectSet
 std::string type_of(const OptionInfo& option)
 {
     if (is_list(option)) return "EFFECT,...";
+    if (std::holds_alternative<std::optional<Crop> RenderOptions::*>(option.field)) return "X,Y,W,H";
     std::string choices;
     for (const std::string_view choice : option.choices) choices.append(choices.empty() ? "" : "|").append(choice);
     return choices.empty() ? "N" : choices;
@@ -43,7 +44,7 @@ std::string help_of(const OptionInfo& option)
     std::string help(option.help);
     if (!option.unit.empty()) help.append(" [").append(option.unit).append("]");
     const bool whole = expected_of(option).starts_with("a whole");
-    if (option.choices.empty() && !is_list(option)) help += ", in " + interval_text(option.range, whole);
+    if (option.range.most > option.range.least) help += ", in " + interval_text(option.range, whole);
     return help;
 }
 

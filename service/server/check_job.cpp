@@ -50,6 +50,7 @@ void check_scene(const ServerConfig& config, CheckedJob& checked)
 {
     v1::Scene& scene = *checked.job.mutable_scene();
     check_length("scene.label", scene.label(), kLongestText);
+    check_length("scene.animation", scene.animation(), kLongestText);
     switch (scene.source_case()) {
         case v1::Scene::kBuiltin: {
             const auto names = demo_scene_names();

@@ -55,6 +55,16 @@ void write(const Place<Message>& at, SplatMethod value)
 {
     at.by.SetEnumValue(&at.message, &at.field, static_cast<int>(value));
 }
+void write(const Place<Message>& at, const std::optional<double>& value)
+{
+    if (value) write(at, *value);
+}
+void write(const Place<Message>& at, const std::optional<Crop>& value)
+{
+    if (!value) return;
+    for (const int number : {value->x, value->y, value->width, value->height})
+        at.by.AddInt32(&at.message, &at.field, number);
+}
 void write(const Place<Message>& at, EffectSet value)
 {
     for (std::size_t i = 0; i < kEffects; ++i) {
@@ -67,18 +77,25 @@ void read(const Place<const Message>& at, int& value) { value = at.by.GetInt32(a
 void read(const Place<const Message>& at, float& value) { value = at.by.GetFloat(at.message, &at.field); }
 void read(const Place<const Message>& at, double& value) { value = at.by.GetDouble(at.message, &at.field); }
 void read(const Place<const Message>& at, std::uint64_t& value) { value = at.by.GetUInt64(at.message, &at.field); }
+void read(const Place<const Message>& at, std::optional<double>& value)
+{
+    value = at.by.GetDouble(at.message, &at.field);
+}
 void read(const Place<const Message>& at, SplatMethod& value)
 {
     value = static_cast<SplatMethod>(at.by.GetEnumValue(at.message, &at.field));
 }
 
-/// Names are texts on the wire as well.
-void read_names(const OptionInfo& option, const Place<const Message>& at, RenderOptions& options)
+/// Lists are as on the command line.
+void read_list(const OptionInfo& option, const Place<const Message>& at, RenderOptions& options)
 {
-    std::string names;
+    const bool numbers = at.field.cpp_type() == FieldDescriptor::CPPTYPE_INT32;
+    std::string list;
     for (int i = 0; i < at.by.FieldSize(at.message, &at.field); ++i)
-        names.append(i == 0 ? "" : ",").append(at.by.GetRepeatedString(at.message, &at.field, i));
-    if (at.by.FieldSize(at.message, &at.field) > 0) set_from_text(option, options, names);
+        list.append(i == 0 ? "" : ",")
+            .append(numbers ? std::to_string(at.by.GetRepeatedInt32(at.message, &at.field, i))
+                            : at.by.GetRepeatedString(at.message, &at.field, i));
+    if (!list.empty()) set_from_text(option, options, list);
 }
 
 /// Meanings of an earlier version are not lost in silence: a job that was stored with them is refused.
@@ -116,10 +133,10 @@ RenderOptions from_message(const v1::RenderOptions& message)
         const Message& holder = message_of(option, message);
         const Place<const Message> at{holder, field_of(option, holder)};
         if (at.field.is_repeated()) {
-            read_names(option, at, options);
+            read_list(option, at, options);
         } else if (at.by.HasField(holder, &at.field)) {
             change_value(option, options, [&](auto& value) {
-                if constexpr (!std::is_same_v<std::remove_cvref_t<decltype(value)>, EffectSet>) read(at, value);
+                if constexpr (requires { read(at, value); }) read(at, value);
             });
         }
     }

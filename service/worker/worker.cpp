@@ -47,11 +47,12 @@ std::string key_of(const internal::Task& task)
 {
     std::string key =
         task.scene_key() + "\n" + task.environment_file() + "\n" + task.job().environment().SerializeAsString();
+    key += "\n" + task.job().scene().animation();
     if (task.frame().has_time()) key += "\n" + std::to_string(task.frame().time());
     if (task.job().scene().has_path()) {
         const fs::path folder = fs::path(task.scene_file()).parent_path();
         for (const std::string& name : scene_files(task.scene_file())) {
-            struct stat status{};
+            struct stat status {};
             ::stat((folder / name).c_str(), &status);
             key.append("\n")
                 .append(name)
@@ -68,7 +69,11 @@ std::string key_of(const internal::Task& task)
 
 SceneChoice scene_choice(const internal::Task& task)
 {
-    SceneChoice choice{task.scene_file(), {}, from_message(task.job().environment(), task.environment_file()), {}};
+    SceneChoice choice{task.scene_file(),
+                       {},
+                       from_message(task.job().environment(), task.environment_file()),
+                       {},
+                       task.job().scene().animation()};
     if (task.frame().has_time()) choice.time = task.frame().time();
     return choice;
 }

@@ -8,7 +8,9 @@
 #include <gtest/gtest.h>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "rcs/error.h"
 #include "rcs/scene.h"
+#include "rcs/scene_choice.h"
 #include "support/gltf_builder.h"
 
 // Animations, morph targets, skins and instances, against positions worked out by hand.
@@ -76,6 +78,44 @@ TEST(GltfAnimation, LinearMotionIsHeldAtBothEnds)
     expect_near(vertex(load_at(b, 2.0), 0, 0), {2, 0, 0});
     expect_near(vertex(load_at(b, 3.5), 0, 0), {2, 3, 0});
     expect_near(vertex(load_at(b, 99.0), 0, 0), {2, 4, 0});
+}
+
+TEST(GltfAnimation, OneOfThemMayBeChosen)
+{
+    GltfBuilder b = moving_triangle("LINEAR");
+    animate(b, "stand", 0, "translation", add_scalars(b, {0, 6}), b.add_vec3({{0, 0, 5}, {0, 0, 5}}));
+    const TemporaryFolder folder;
+    write_bytes(folder / "test.glb", b.glb());
+    const auto place = [&](const std::string& animation, std::optional<double> time = 2.0, Log* log = nullptr) {
+        return vertex(load_scene(folder / "test.glb", log ? log->function() : LogFunction{}, {time, animation}), 0, 0);
+    };
+    expect_near(place(""), {2, 0, 0});
+    expect_near(place("all"), {2, 0, 0});
+    expect_near(place("move"), {2, 0, 0});
+    expect_near(place("stand"), {0, 0, 5});
+    expect_near(place("1"), {0, 0, 5});
+    Log log;
+    expect_near(place("stand", {}, &log), {7, 7, 7});
+    EXPECT_EQ(log.count("an animation is chosen, but no time"), 1);
+    for (const auto& [wrong, said] :
+         {std::pair{"stnad", "has no animation 'stnad'; it has move, stand; did you mean 'stand'?"},
+          {"2", "has no animation '2'; it has move, stand"}}) {
+        try {
+            place(wrong, {});
+            ADD_FAILURE() << wrong;
+        } catch (const Error& e) {
+            EXPECT_EQ(e.code(), ErrorCode::not_found);
+            EXPECT_NE(std::string(e.what()).find(said), std::string::npos) << e.what();
+        }
+    }
+    const std::vector<AnimationInfo> listed = list_animations(folder / "test.glb");
+    ASSERT_EQ(listed.size(), 2u);
+    EXPECT_EQ(listed[0].name, "move");
+    EXPECT_EQ(listed[1].name, "stand");
+    EXPECT_EQ(list_animations("demo:atrium").size(), 1u);
+    EXPECT_EQ(list_animations("demo:atrium")[0].seconds, 2.0);
+    EXPECT_TRUE(list_animations("demo:cornell").empty());
+    EXPECT_THROW(load_scene("demo:atrium", {}, {1.0, "door"}), Error);
 }
 
 TEST(GltfAnimation, StepsJumpAtTheirKeyframes)

@@ -82,7 +82,7 @@ class Bindings(unittest.TestCase):
         self.assertEqual(code(rcs.load_scene, "nowhere.glb")[0], "not_found")
         self.assertEqual(code(rcs.render, self.session, "none")[0], "not_found")
         self.assertEqual(code(rcs.render, self.session, aa=0),
-                         ("bad_argument", "aa is 0, expected a whole number in [1, 64]"))
+                         ("bad_argument", "aa is 0, expected a whole number in [1, 256]"))
         self.assertIn("did you mean 'width'?", code(rcs.render, self.session, widht=4)[1])
         self.assertEqual(code(rcs.render, self.session, rays=64, target_error=0.1)[0], "bad_argument")
         self.assertEqual(code(rcs.gather_records, self.session, rcs.render_gbuffer(self.session, None, 8, 8), [-1])[0],

@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "support/gltf_builder.h"
 #include "support/rcsplat.h"
 #include "support/small_render.h"
 #include "support/temporary_folder.h"
@@ -143,6 +144,46 @@ TEST(BatchCommand, RendersOnlyWhatIsMissingOrHasChanged)
               std::string::npos);
     EXPECT_NE(batch("renamed.glb").find("scene has changed"), std::string::npos);
     EXPECT_EQ(count(folder, "rendered"), 3);
+}
+
+TEST(BatchCommand, AnimationCropAndLensAreSeenToChange)
+{
+    const TemporaryFolder folder;
+    test::GltfBuilder b;
+    const int triangle = b.add_triangle_mesh();
+    b.add_node({{"mesh", triangle}});
+    const int times = b.add_accessor(b.add_view(test::raw<float>({0, 1})), test::kFloat, "SCALAR", 2);
+    b.root["accessors"][static_cast<std::size_t>(times)]["max"] = {1.0};
+    for (const float height : {0.0f, 2.0f})
+        b.add("animations",
+              {{"name", height > 0.0f ? "fly" : "lie"},
+               {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "translation"}}}}}},
+               {"samplers", {{{"input", times}, {"output", b.add_vec3({{0, height, 0}, {1, height, 0}})}}}}});
+    write_bytes(folder / "scene.glb", b.glb());
+    const auto batch = [&](const std::vector<std::string>& more) {
+        std::vector<std::string> words = small_batch(folder / "scene.glb", "1-2", folder / "f.####.png");
+        *(std::find(words.begin(), words.end(), "--aa") + 1) = "3";
+        words.insert(words.end(), {"--eye", "0,0,9", "--target", "0,1,0"});
+        words.insert(words.end(), more.begin(), more.end());
+        const Outcome outcome = rcsplat(words);
+        EXPECT_TRUE(outcome.code == 0 || outcome.code == 80) << outcome.err;  // the lens warns of so few samples
+        return count(folder, "kept");
+    };
+    EXPECT_EQ(batch({}), 0);
+    EXPECT_EQ(batch({"--animation", "all"}), 2) << "the default";
+    EXPECT_EQ(batch({"--animation", "lie"}), 2) << "the second one moves what the first does: no other light";
+    EXPECT_EQ(batch({"--animation", "fly"}), 0);
+    EXPECT_EQ(batch({"--animation", "fly", "--crop", "3,4,12,10"}), 0);
+    EXPECT_EQ(batch({"--animation", "fly", "--crop", "3,4,12,10"}), 2);
+    EXPECT_EQ(batch({"--animation", "fly", "--crop", "4,4,12,10"}), 0);
+    EXPECT_EQ(batch({"--animation", "fly", "--f-stop", "2", "--focus", "3"}), 0);
+    EXPECT_EQ(batch({"--animation", "fly", "--f-stop", "2", "--focus", "3"}), 2);
+    EXPECT_EQ(batch({"--animation", "fly", "--f-stop", "2", "--focus", "4"}), 0);
+    expect_error({"render", folder / "scene.glb", "--time", "1", "--animation", "flie", "-o", folder / "a.png"},
+                 test::kFailure, "has no animation 'flie'; it has lie, fly; did you mean", folder);
+    EXPECT_NE(rcsplat({"plan", folder / "scene.glb"}).out.find("animation 1 fly of 1 s"), std::string::npos);
+    const json plan = json::parse(rcsplat({"plan", folder / "scene.glb", "--json"}).out);
+    EXPECT_EQ(plan.at("animations").at(0), (json{{"name", "lie"}, {"seconds", 1.0}}));
 }
 
 TEST(BatchCommand, RendersTheFramesThatSeeTheChange)

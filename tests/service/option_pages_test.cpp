@@ -82,6 +82,7 @@ std::string python_module()
         const auto type = [](auto field) -> std::string {
             using Value = MemberOf<decltype(field)>;
             if constexpr (std::is_same_v<Value, EffectSet>) return "Sequence[str]";
+            if constexpr (std::is_same_v<Value, std::optional<Crop>>) return "Tuple[int, int, int, int]";
             if constexpr (std::is_enum_v<Value>) return "str";
             if constexpr (std::is_integral_v<Value>) return "int";
             return "float";

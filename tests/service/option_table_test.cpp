@@ -36,29 +36,40 @@ std::string refusal(const Use& use)
     return "";
 }
 
-/// The member itself, set by a program.
+/// The member itself, set by a program to a number.
 template <typename Value>
 std::optional<Value> value_of(const std::string& text)
 {
     const std::optional<double> number = read_number(text);
     if (!number) return std::nullopt;
-    if constexpr (std::is_same_v<Value, int>) {
+    if constexpr (std::is_same_v<Value, SplatMethod> || std::is_same_v<Value, EffectSet> ||
+                  std::is_same_v<Value, std::optional<Crop>>) {
+        return std::nullopt;
+    } else if constexpr (std::is_same_v<Value, int>) {
         if (*number != std::floor(*number) || std::abs(*number) > 2e9) return std::nullopt;
+        return static_cast<int>(*number);
     } else if constexpr (std::is_same_v<Value, std::uint64_t>) {
         if (*number != std::floor(*number) || !(*number >= 0.0 && *number < 1e19)) return std::nullopt;
         return std::stoull(text);
+    } else {
+        return static_cast<Value>(*number);
     }
-    return static_cast<Value>(*number);
 }
-template <>
-std::optional<SplatMethod> value_of(const std::string&)
+
+/// What an option is of no use without: its name and value.
+std::vector<std::string> companion_of(const OptionInfo& option)
 {
-    return std::nullopt;
+    if (option.key == "f_stop") return {"--focus", "3"};
+    if (option.key == "focus") return {"--f-stop", "2"};
+    return {};
 }
-template <>
-std::optional<EffectSet> value_of(const std::string&)
+
+RenderOptions with_companion(const OptionInfo& option)
 {
-    return std::nullopt;
+    RenderOptions options;
+    if (option.key == "f_stop") options.focus = 3.0;
+    if (option.key == "focus") options.f_stop = 2.0;
+    return options;
 }
 
 struct Verdicts {
@@ -70,11 +81,11 @@ Verdicts judge(const OptionInfo& option, const std::string& text)
 {
     Verdicts verdicts;
     verdicts.by_text = refusal([&] {
-        RenderOptions options;
+        RenderOptions options = with_companion(option);
         set_from_text(option, options, text);
         validate(options);
     });
-    RenderOptions options;
+    RenderOptions options = with_companion(option);
     change_value(option, options, [&](auto& value) {
         using Value = std::remove_cvref_t<decltype(value)>;
         if (const std::optional<Value> held = value_of<Value>(text)) {
@@ -132,8 +143,12 @@ std::vector<std::string> arguments_of(const OptionInfo& option, const std::strin
     if (option.key == "width") return {"--size", text + "x8"};
     if (option.key == "height") return {"--size", "8x" + text};
     const std::string value = std::string(option.prefix) + text;
-    if (value.empty()) return {std::string(option.name), ""};
-    return {std::string(option.name) + "=" + value};
+    std::vector<std::string> words = companion_of(option);
+    if (value.empty())
+        words.insert(words.end(), {std::string(option.name), ""});
+    else
+        words.push_back(std::string(option.name) + "=" + value);
+    return words;
 }
 
 std::vector<std::string> numbers_to_try(const OptionInfo& option)
@@ -170,6 +185,9 @@ TEST(OptionTable, IsJudgedAlikeByLibraryCommandLineAndWire)
             texts = numbers_to_try(option);
         } else if (!option.choices.empty()) {
             texts.insert(texts.end(), option.choices.begin(), option.choices.end());
+        } else if (option.key == "crop") {
+            texts.insert(texts.end(), {"0,0,1000,1000", "7,5,993,20", "7,5,994,20", "0,0,0,5", "-1,0,5,5", "1,2,3",
+                                       "1,2,3,4,5", "1,2,3,4.5", "0,0,1e99,1"});
         } else {
             texts.insert(texts.end(), {"emission", "emission,highlights", "emission,magic", "all", "auto"});
         }
@@ -290,11 +308,11 @@ TEST(OptionTable, AnEffectIsNotBothSimulatedAndLeftOut)
 TEST(OptionTable, EveryMemberOfTheOptionsIsInIt)
 {
     // Taken apart by all its members: one more, and this does not compile until somebody looks at the table.
-    const auto& [width, height, aa, bounces, quality, min_reach, max_reach, gradient_limit, area_samples,
-                 penumbra_samples, lamp_picks, lobe_rays, overlap, splat, effects, layers, motion, seed] =
+    const auto& [width, height, crop, f_stop, focus, aa, bounces, quality, min_reach, max_reach, gradient_limit,
+                 area_samples, penumbra_samples, lamp_picks, lobe_rays, overlap, splat, effects, layers, motion, seed] =
         RenderOptions{};
     static_cast<void>(layers), static_cast<void>(motion);  // what is made, not how
-    const std::size_t in_quality = 4 + 1 + 1 + 1, in_effects = 2, plain = 14;
+    const std::size_t in_quality = 4 + 1 + 1 + 1, in_effects = 2, plain = 17;
     EXPECT_EQ(option_table().size(), plain + in_quality + in_effects);
     for (const OptionInfo& option : option_table()) {
         EXPECT_EQ(&find_option(option.key), &option) << option.key << " is there twice";
@@ -308,6 +326,8 @@ TEST(OptionTable, TextsReadBackAsTheSameValue)
     RenderOptions options;
     options.quality = QualitySettings{.error_tolerance = 1.0f / 3.0f, .rays = 77, .noise_target = 1e-3f};
     options.seed = std::numeric_limits<std::uint64_t>::max();
+    options.crop = Crop{1, 2, 30, 40};
+    options.f_stop = 2.8, options.focus = 1.0 / 3.0;
     options.effects.with.set(Effect::highlights);
     options.effects.with.set(Effect::emission);
     RenderOptions back;
@@ -318,7 +338,9 @@ TEST(OptionTable, TextsReadBackAsTheSameValue)
     for (const OptionInfo& option : option_table()) EXPECT_EQ(text_of(option, back), text_of(option, options));
     const auto listed = list_options(options);
     EXPECT_EQ(listed.front(), (std::pair<std::string, std::string>("size", "1000x1000")));
+    EXPECT_EQ(listed.at(1), (std::pair<std::string, std::string>("crop", "1,2,30,40")));
     for (const auto& [name, text] : listed) EXPECT_NE(name, "budget");
+    for (const auto& [name, text] : list_options(RenderOptions{})) EXPECT_NE(name, "crop") << "the whole picture";
 }
 
 /// What --help-all says, as if in one line.

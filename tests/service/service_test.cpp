@@ -45,7 +45,7 @@ TEST_F(RenderService, RendersTheSamePicturesAsTheCommandLineBitForBit)
     }
 }
 
-TEST_F(RenderService, SkiesAndShiftedLensesArriveToo)
+TEST_F(RenderService, SkiesLensesAndCropsArriveToo)
 {
     TestServer server(folder_.path());
     std::set<std::string> pictures;
@@ -54,6 +54,8 @@ TEST_F(RenderService, SkiesAndShiftedLensesArriveToo)
                                                  {"--environment", "none"},
                                                  {"--environment", "0.5,1,2"},
                                                  {"--lens-shift", "0.25,-0.5"},
+                                                 {"--crop", "5,6,20,17"},
+                                                 {"--f-stop", "0.1", "--focus", "2"},
                                                  {"--eye", "0,1,3", "--target", "0.2,0.8,0"}}) {
         std::vector<std::string> arguments = plain;
         arguments.insert(arguments.end(), more.begin(), more.end());
@@ -66,7 +68,7 @@ TEST_F(RenderService, SkiesAndShiftedLensesArriveToo)
         EXPECT_TRUE(bytes_of(folder_ / "a.exr") == bytes_of(folder_ / "b.exr")) << (more.empty() ? "plain" : more[1]);
         pictures.insert(bytes_of(folder_ / "a.exr"));
     }
-    EXPECT_EQ(pictures.size(), 5u) << "they differ";
+    EXPECT_EQ(pictures.size(), 7u) << "they differ";
 }
 
 TEST_F(RenderService, FramesOfAnAnimationAreFilesOfTheirOwn)

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -26,15 +28,44 @@ struct Camera {
 };
 inline constexpr double kMostLensShift = 10.0;
 
+/// The opening of a lens: what lies nearer or farther than it is focused on is blurred.
+struct Lens {
+    double diameter = 0.0;  ///< of the opening, a disc across the camera's axis about its place [m], > 0
+    double focus = 1.0;     ///< distance along the axis of the plane that is sharp, and framed as by a pinhole [m], > 0
+};
+
+/// Height of the film, 36 x 24 mm, that a lens with an f-number stands before [m].
+inline constexpr double kFilmHeight = 0.024;
+
+/// The lens whose focal length gives a perspective camera its field of view on that film, and whose opening is that
+/// length over the f-number. The field of view stays what it is, wherever the lens is focused.
+RCS_API Lens lens_of(const Camera& camera, double f_stop, double focus);
+
 /// One image of a camera: its size, and where inside each pixel the single sample lies.
 struct View {
     Camera camera;
     int width = 0;                      ///< [px]
     int height = 0;                     ///< [px]
     glm::dvec2 pixel_offset{0.5, 0.5};  ///< in [0, 1)^2; (0.5, 0.5) is the pixel's centre
+    glm::ivec2 corner{0};               ///< of an image that is part of a picture: where it begins there [px]
+    glm::ivec2 whole{0};  ///< size of that picture, which the camera frames [px]; 0: the image is all of it
 
     bool operator==(const View&) const = default;
 };
+/// Size of the picture that a view is, or is part of [px].
+inline glm::ivec2 whole_size(const View& view)
+{
+    return view.whole == glm::ivec2(0) ? glm::ivec2(view.width, view.height) : view.whole;
+}
+
+/// Number of a pixel in the whole picture, which its random numbers go by.
+inline std::uint64_t pixel_number(const View& view, std::size_t i)
+{
+    if (view.whole == glm::ivec2(0)) return i;
+    const auto width = static_cast<std::size_t>(view.width);
+    const auto number = [](int n) { return static_cast<std::uint64_t>(n); };
+    return (number(view.corner.y) + i / width) * number(view.whole.x) + number(view.corner.x) + i % width;
+}
 
 /// How a view's image lies across its optical axis, x to the right and y down; on the plane at distance 1 in front of
 /// the eye, or anywhere before an orthographic camera. Pixels are square.

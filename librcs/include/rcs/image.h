@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,10 +34,19 @@ struct Image {
     const float* at(int x, int y) const { return const_cast<Image*>(this)->at(x, y); }
 };
 
+/// Where an image lies in the picture that it is a part of [px].
+struct ImageWindow {
+    int x = 0, y = 0;  ///< its upper left corner
+    int whole_width = 0, whole_height = 0;
+
+    bool operator==(const ImageWindow&) const = default;
+};
+
 /// The layers of one rendered view, all of the same size, by the names of all_layers() (rcs/layers.h): docs/layers.md
 /// says what each holds. "beauty" is always there.
 struct LayeredImage {
     std::map<std::string, Image> layers;
+    std::optional<ImageWindow> window;            ///< of a crop; an EXR's data and display window
     std::map<std::string, std::string> metadata;  ///< settings, seed, version; kept in EXR
     /// ... of single layers, by their names; in EXR files that hold the layer.
     std::map<std::string, std::map<std::string, std::string>> layer_metadata;

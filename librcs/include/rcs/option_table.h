@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -21,7 +22,8 @@ namespace rcs {
 /// The member that holds an option's value.
 using OptionField =
     std::variant<int RenderOptions::*, float RenderOptions::*, std::uint64_t RenderOptions::*,
-                 SplatMethod RenderOptions::*, EffectSet EffectChoice::*, int QualitySettings::*,
+                 SplatMethod RenderOptions::*, std::optional<Crop> RenderOptions::*,
+                 std::optional<double> RenderOptions::*, EffectSet EffectChoice::*, int QualitySettings::*,
                  float QualitySettings::*, double TargetError::*, double TargetIndirectError::*, double Budget::*>;
 
 /// What a value's text may end in, and what that multiplies it by.
@@ -112,7 +114,7 @@ bool with_value(const OptionInfo& option, const RenderOptions& options, const Us
 
 /// Calls `change` with the value to be set, in options whose quality becomes that of the option.
 template <typename Owner, typename Value, typename Change>
-void change_value(RenderOptions& options, Value Owner::* field, const Change& change)
+void change_value(RenderOptions& options, Value Owner::*field, const Change& change)
 {
     if (owner_of(options, field) == nullptr) {
         if constexpr (std::is_constructible_v<Quality, Owner>) options.quality = Owner{};

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "rcs/api.h"
 #include "rcs/camera.h"
@@ -24,6 +25,7 @@ struct ReferenceOptions {
                            ///< textures filtered over 1/sqrt(aa) pixels, as in render
     int stride = 1;        ///< >= 1; trace every stride-th pixel of every stride-th row only, see below
     std::uint64_t seed = 1;
+    std::optional<Lens> lens = {};  ///< with aa > 1: each path looks through another point of it; none: a pinhole
 };
 
 /// Path traces emission, direct light and `bounces` bounces of indirect light (next-event estimation, with glossy

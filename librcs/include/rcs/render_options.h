@@ -50,12 +50,22 @@ enum class SplatMethod {
     tiles,      ///< records binned to tiles of the image, summed by the CPU
 };
 
+/// A window of the picture [px], (x, y) its upper left corner.
+struct Crop {
+    int x = 0, y = 0, width = 0, height = 0;
+
+    bool operator==(const Crop&) const = default;
+};
+
 /// What a user may ask of a picture, and nothing that follows from it.
 struct RenderOptions {
     int width = 1000;
     int height = 1000;
-    int aa = 4;       ///< jittered passes that share the records; 1 samples pixel centres
-    int bounces = 1;  ///< of indirect light; 8 is full interreflection but for very light rooms
+    std::optional<Crop> crop;      ///< what is rendered of it; none: all
+    std::optional<double> f_stop;  ///< focal length over opening of the lens; none: a pinhole
+    std::optional<double> focus;   ///< of that lens: distance of what is sharp, along the camera's axis [m]
+    int aa = 4;                    ///< jittered passes that share the records; 1 samples pixel centres
+    int bounces = 1;               ///< of indirect light; 8 is full interreflection but for very light rooms
     Quality quality = QualitySettings{};
     float min_reach = 15.0f;      ///< least R_k, at most max_reach: a times it is the closest spacing
     float max_reach = 60.0f;      ///< largest R_k: a times it is the widest spacing

@@ -144,10 +144,15 @@ struct Scene {
     glm::dvec3 origin{0.0};        ///< world position of scene-space zero
 };
 
+/// The name that stands for all animations of a file.
+inline constexpr const char* kAllAnimations = "all";
+
 struct LoadOptions {
     /// Of the file's animations [s], held at their first and last keyframe; none: the pose that nodes and
     /// meshes have by themselves. Animations play together; one that moves what an earlier one moves is left out.
     std::optional<double> time;
+    /// The one that poses the scene, by its name or its number (0 is the first); "" or "all": all of them.
+    std::string animation = {};
 };
 
 /// Loads a .gltf or .glb file, or builds a scene made in code when `source` starts with "demo:"

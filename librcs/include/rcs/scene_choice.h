@@ -26,7 +26,8 @@ struct SceneChoice {
     std::string source;          ///< as load_scene() takes it
     std::optional<double> time;  ///< as LoadOptions::time [s]
     EnvironmentChoice environment;
-    std::string asset_root;  ///< folder beneath which the file's buffers and images may lie; "": its own
+    std::string asset_root;      ///< folder beneath which the file's buffers and images may lie; "": its own
+    std::string animation = {};  ///< as LoadOptions::animation
 };
 
 /// scene_files() of a file with that asset root: names may then begin with "../".
@@ -52,6 +53,14 @@ RCS_API void set_environment(Scene& scene, const EnvironmentChoice& choice, cons
 /// Whether what load_scene() makes of it differs from one time to another: it has animations.
 /// @throws Error as load_scene() does, where the file is none
 RCS_API bool is_animated(const std::string& source);
+
+/// One of the animations in a file.
+struct AnimationInfo {
+    std::string name;      ///< "" where the file gives none
+    double seconds = 0.0;  ///< time of its last keyframe; 0 where the file does not say it
+};
+/// Those of a scene, in the file's order. @throws Error as load_scene() does, where the file is none
+RCS_API std::vector<AnimationInfo> list_animations(const std::string& source);
 
 /// load_scene() and set_environment().
 RCS_API Scene load_scene(const SceneChoice& choice, const LogFunction& log = {});

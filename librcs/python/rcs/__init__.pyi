@@ -118,8 +118,10 @@ class Splats:
 def demo_scene_names() -> List[str]: ...
 def option_keys() -> List[str]: ...
 def load_scene(source: str, *, time: Optional[float] = ..., environment: Union[None, str, Place] = ...,
-               environment_rotation: float = ..., asset_root: str = ..., log: Optional[Log] = ...) -> Scene:
-    """A .gltf or .glb file, or a built-in "demo:" scene, at `time` [s], under a sky: an image file or a constant."""
+               environment_rotation: float = ..., asset_root: str = ..., animation: str = ...,
+               log: Optional[Log] = ...) -> Scene:
+    """A .gltf or .glb file, or a built-in "demo:" scene, at `time` [s] of one animation or all, under a sky: an image
+    file or a constant."""
 def render(session: Session, camera: CameraLike = ..., *, log: Optional[Log] = ..., progress: Optional[Progress] = ...,
            layers: Sequence[str] = ..., **options: Union[int, float, str, Sequence[str]]) -> RenderResult:
     """Renders a view. Options by their names in option_keys(): width=640, height=360, rays=256, target_error="5%"."""

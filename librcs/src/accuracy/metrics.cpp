@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "accuracy/flip.h"
+#include "image/cut.h"
 #include "rcs/error.h"
 #include "util/color.h"
 #include "util/srgb.h"
@@ -162,6 +163,21 @@ Pair matching_layers(const LayeredImage& image, const LayeredImage& reference, c
     return {a, b, matching_stride(image, a, reference, b)};
 }
 
+/// The part of a whole picture that a crop of one of its size shows; none where it is none.
+std::optional<LayeredImage> part_shown(const LayeredImage& whole, const LayeredImage& crop, const std::string& layer,
+                                       const char* which)
+{
+    if (whole.window || !crop.window) return std::nullopt;
+    const Image& from = layer_of(whole, layer, which);
+    const Image& part = crop.layers.begin()->second;
+    const ImageWindow& w = *crop.window;
+    if (from.width != w.whole_width || from.height != w.whole_height || w.x < 0 || w.y < 0 ||
+        part.width > from.width - w.x || part.height > from.height - w.y)
+        return std::nullopt;
+    LayeredImage shown{{{layer, cut(from, w.x, w.y, part.width, part.height)}}, w, whole.metadata, {}};
+    return shown;
+}
+
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 using M = ErrorMetrics;
 constexpr MetricRow kMetrics[] = {
@@ -181,6 +197,8 @@ std::span<const MetricRow> metric_table() { return kMetrics; }
 
 ErrorMetrics compare_images(const LayeredImage& image, const LayeredImage& reference, const std::string& layer)
 {
+    if (const auto part = part_shown(image, reference, layer, "image")) return compare_images(*part, reference, layer);
+    if (const auto part = part_shown(reference, image, layer, "reference")) return compare_images(image, *part, layer);
     const Pair pair = matching_layers(image, reference, layer);
     const Samples samples = take_samples(pair.image, pair.reference, pair.stride);
 

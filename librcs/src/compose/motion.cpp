@@ -67,7 +67,11 @@ glm::dvec3 point_at(const std::array<glm::dvec3, 3>& c, glm::dvec2 weights)
     return c[0] + weights.x * (c[1] - c[0]) + weights.y * (c[2] - c[0]);
 }
 
-View seen_by(const Camera& camera, const View& view) { return {camera, view.width, view.height, view.pixel_offset}; }
+View seen_by(const Camera& camera, View view)
+{
+    view.camera = camera;
+    return view;
+}
 
 // What moves farther lay in the other camera's plane, as good as behind it [px].
 constexpr double kFarthest = 1e6;
@@ -99,7 +103,8 @@ std::optional<glm::dvec2> Motion::of_surface(const GBuffer& g, const View& view,
     const std::array<glm::dvec3, 3> there =
         place(other(), static_cast<std::size_t>(instance_there_[instance]), triangle);
     // Both from the same arithmetic: what does not move does so by exactly 0.
-    const auto now = image_position(view, point_at(here, weights) - camera_position(view.camera));
+    const View seen = seen_by(pinhole_.value_or(view.camera), view);
+    const auto now = image_position(seen, point_at(here, weights) - camera_position(seen.camera));
     const auto then =
         image_position(seen_by(from_.camera, view), point_at(there, weights) - camera_position(from_.camera));
     return between(then, now);
@@ -110,7 +115,7 @@ std::optional<glm::dvec2> Motion::of_sky(const View& view, glm::dvec2 image_poin
     if (view.camera.projection != Projection::perspective || from_.camera.projection != Projection::perspective)
         return std::nullopt;
     const glm::dvec3 direction = camera_ray(view, image_point.x, image_point.y).direction;
-    const auto now = image_position(view, direction);
+    const auto now = image_position(seen_by(pinhole_.value_or(view.camera), view), direction);
     const auto then = image_position(seen_by(from_.camera, view), direction);
     return between(then, now);
 }

@@ -18,6 +18,9 @@ public:
     /// @param scene  of the picture; must outlive this
     Motion(const Scene& scene, const MotionFrom& from);
 
+    /// Tells of motion as this camera saw it, in the place of views through points of its lens.
+    void seen_by_pinhole(const Camera& camera) { pinhole_ = camera; }
+
     /// Of the surface that a pixel's sample sees; none where it was behind the camera, or is not in the other pose.
     std::optional<glm::dvec2> of_surface(const GBuffer& gbuffer, const View& view, std::size_t pixel) const;
     /// Of what is infinitely far away. @param image_point  [px], as camera_ray() counts
@@ -29,6 +32,7 @@ private:
 
     const Scene& here_;
     MotionFrom from_;
+    std::optional<Camera> pinhole_;
     std::vector<int> instance_there_;  ///< by instance of the picture; -1: none is the same
 };
 

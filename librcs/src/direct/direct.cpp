@@ -77,7 +77,8 @@ double try_direct_light(const RayScene& rays, const GBuffer& gbuffer, const View
             Bsdf bsdf;
             const DirectLight::Viewer viewer =
                 shading.has_lobes() ? viewer_of(gbuffer, view, shading, tried[k], bsdf) : DirectLight::Viewer{};
-            light.at(visible_point(gbuffer, tried[k]), viewer, stream_key(options.seed, Stream::direct, tried[k]),
+            light.at(visible_point(gbuffer, tried[k]), viewer,
+                     stream_key(options.seed, Stream::direct, pixel_number(view, tried[k])),
                      workspaces[static_cast<std::size_t>(thread)], 0);
         }
     });
@@ -99,7 +100,7 @@ DirectLightResult direct_light(const RayScene& rays, const GBuffer& gbuffer, con
         Bsdf bsdf;
         return light.at(visible_point(gbuffer, i),
                         highlights ? viewer_of(gbuffer, view, shading, i, bsdf) : DirectLight::Viewer{},
-                        stream_key(options.seed, stream, i), w, mixed);
+                        stream_key(options.seed, stream, pixel_number(view, i)), w, mixed);
     };
     const auto light_pixel = [&](std::size_t i, std::uint64_t mixed, DirectLight::Workspace& w) {
         const Lit lit = light_at(i, mixed, Stream::direct, w);

@@ -29,8 +29,8 @@ void LobePaths::begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) cons
 {
     const Bsdf bsdf = shading_.bsdf(g_, pixel);
     const LobeSet traced = bsdf.those(lit_by_rays);
-    const glm::vec3 outgoing = outgoing_at(g_, camera_, pixel);
-    const std::uint64_t key = lobe_key(seed_, pixel);
+    const glm::vec3 outgoing = outgoing_at(g_, view_.camera, pixel);
+    const std::uint64_t key = lobe_key(seed_, pixel_number(view_, pixel));
     RandomStream random(key);
     const glm::vec3 shift(random.next(), random.next(), random.next());
     LobeRay* const own = ring.of(pixel);

@@ -53,7 +53,7 @@ public:
 
     LobePaths(const RayScene& rays, const HitRadiance& light, const GBuffer& g, const View& view,
               const Shading& shading, int bounces, std::uint64_t seed)
-        : rays_(rays), light_(light), g_(g), camera_(view.camera), shading_(shading), bounces_(bounces), seed_(seed)
+        : rays_(rays), light_(light), g_(g), view_(view), shading_(shading), bounces_(bounces), seed_(seed)
     {
     }
 
@@ -73,7 +73,7 @@ private:
     const RayScene& rays_;
     const HitRadiance& light_;
     const GBuffer& g_;
-    const Camera& camera_;
+    const View& view_;
     const Shading& shading_;
     int bounces_;
     std::uint64_t seed_;

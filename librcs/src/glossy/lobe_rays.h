@@ -45,7 +45,10 @@ private:
     std::vector<LobeRay> ring_;
 };
 
-/// Of all random numbers of a pixel's lobe.
-inline std::uint64_t lobe_key(std::uint64_t seed, std::size_t pixel) { return stream_key(seed, Stream::glossy, pixel); }
+/// Of all random numbers of a pixel's lobe. @param pixel  its number in the whole picture
+inline std::uint64_t lobe_key(std::uint64_t seed, std::uint64_t pixel)
+{
+    return stream_key(seed, Stream::glossy, pixel);
+}
 
 }  // namespace rcs

@@ -82,7 +82,7 @@ LobeLight LobeSharing::share(std::size_t pixel, const RayRing& ring) const
     const Bsdf bsdf = shading_.bsdf(g_, pixel);
     const LobeSet traced = bsdf.those(lit_by_rays);
     const bool looks_through = (traced & transmitting_lobes(bsdf) & ~lobes_lit_behind(bsdf)) != 0u;
-    const glm::vec3 outgoing = outgoing_at(g_, camera_, pixel);
+    const glm::vec3 outgoing = outgoing_at(g_, view_.camera, pixel);
     const glm::vec3 position = g_.position(pixel);
     WeightedLight light;
     const auto add = [&](std::size_t from) {
@@ -110,8 +110,9 @@ LobeLight LobeSharing::share(std::size_t pixel, const RayRing& ring) const
     if (reach >= 1.0f && !looks_through) {
         const int x = static_cast<int>(pixel % static_cast<std::size_t>(g_.width));
         const int y = static_cast<int>(pixel / static_cast<std::size_t>(g_.width));
-        const float turn = 2.0f * std::numbers::pi_v<float> *
-                           to_unit_float(static_cast<std::uint32_t>(mix64(lobe_key(seed_, pixel) + 77)));
+        const float turn =
+            2.0f * std::numbers::pi_v<float> *
+            to_unit_float(static_cast<std::uint32_t>(mix64(lobe_key(seed_, pixel_number(view_, pixel)) + 77)));
         for (int n = 0; n < kNeighbours; ++n) {
             // Vogel's spiral: even over the disc.
             const float radius = reach * std::sqrt((static_cast<float>(n) + 0.5f) / kNeighbours);

@@ -23,7 +23,7 @@ struct LobeLight {
 class LobeSharing {
 public:
     LobeSharing(const GBuffer& g, const View& view, const Shading& shading, std::uint64_t seed)
-        : g_(g), camera_(view.camera), shading_(shading), seed_(seed)
+        : g_(g), view_(view), shading_(shading), seed_(seed)
     {
     }
 
@@ -36,7 +36,7 @@ private:
     bool may_share(std::size_t pixel, std::size_t neighbour) const;
 
     const GBuffer& g_;
-    const Camera& camera_;
+    const View& view_;
     const Shading& shading_;
     std::uint64_t seed_;
 };

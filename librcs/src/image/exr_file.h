@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,8 +18,9 @@ struct ExrLayer {
 };
 
 /// Writes layers of one size as an OpenEXR file. Same bytes for the same pixels and attributes.
-/// @param path  for messages   @throws Error io
+/// @param window  where they lie in their picture; none: they are all of it   @param path  for messages   @throws Error
+/// io
 void write_exr_file(std::FILE* file, const std::string& path, const std::vector<ExrLayer>& layers,
-                    const std::map<std::string, std::string>& attributes);
+                    const std::optional<ImageWindow>& window, const std::map<std::string, std::string>& attributes);
 
 }  // namespace rcs

@@ -142,7 +142,7 @@ void write_exr(const std::string& path, const LayeredImage& image, const ImageFi
         if (own != image.layer_metadata.end()) attributes.insert(own->second.begin(), own->second.end());
     }
     FileWriter writer(path);
-    write_exr_file(writer.file(), path, exr_layers(chosen, options.format), attributes);
+    write_exr_file(writer.file(), path, exr_layers(chosen, options.format), image.window, attributes);
     writer.commit();
 }
 

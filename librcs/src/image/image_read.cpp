@@ -126,6 +126,7 @@ LayeredImage read_image(const std::string& path)
     if (!input->read_rows(0, spec.height, spec.channels, SampleType::real, pixels.data()))
         fail_read(path, input->error());
     LayeredImage image;
+    image.window = spec.window;
     if (spec.format == "openexr") {
         for (const auto& [name, places] : layers_of(spec)) {
             image.layers[name] = take_channels(pixels, spec, places);

@@ -2,10 +2,13 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "rcs/image.h"
 
 namespace rcs {
 
@@ -20,8 +23,9 @@ struct ImageFileSpec {
     std::string format;                   ///< such as "openexr"
     std::vector<std::string> channel_names;
     std::vector<std::pair<std::string, std::string>> attributes;
-    int tile_height = 0;       ///< 0: rows are stored one by one
-    bool alpha_apart = false;  ///< colours as read are not multiplied by alpha
+    std::optional<ImageWindow> window;  ///< of a file that holds a part of its picture
+    int tile_height = 0;                ///< 0: rows are stored one by one
+    bool alpha_apart = false;           ///< colours as read are not multiplied by alpha
 
     std::size_t texels() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
     /// @return -1: there is no channel of that name

@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <string>
 
 #include "rcs/error.h"
@@ -34,6 +36,11 @@ std::string expected(const OptionInfo& option, const Number*)
     return words_of(option.range, std::is_integral_v<Number>);
 }
 std::string expected(const OptionInfo& option, const SplatMethod*) { return "one of " + list(option.choices); }
+std::string expected(const OptionInfo& option, const std::optional<double>*) { return words_of(option.range, false); }
+std::string expected(const OptionInfo&, const std::optional<Crop>*)
+{
+    return "X,Y,WIDTH,HEIGHT, whole numbers, within the picture";
+}
 std::string expected(const OptionInfo&, const EffectSet*) { return "one of " + list(effect_names()); }
 
 template <typename Number>
@@ -45,6 +52,18 @@ std::string text_of_value(const OptionInfo& option, SplatMethod value)
 {
     const auto index = static_cast<std::size_t>(value);
     return index < option.choices.size() ? std::string(option.choices[index]) : number_text(static_cast<int>(value));
+}
+std::string text_of_value(const OptionInfo&, const std::optional<double>& value)
+{
+    return value ? number_text(*value) : "";
+}
+std::string text_of_value(const OptionInfo&, const std::optional<Crop>& value)
+{
+    if (!value) return "";
+    std::string text;
+    for (const int number : {value->x, value->y, value->width, value->height})
+        text.append(text.empty() ? "" : ",").append(number_text(number));
+    return text;
 }
 std::string text_of_value(const OptionInfo&, EffectSet value)
 {
@@ -74,6 +93,24 @@ void read(const OptionInfo& option, std::string_view text, SplatMethod& value)
     if (found == option.choices.end()) refuse_value(option.key, text, expected_of(option));
     value = static_cast<SplatMethod>(found - option.choices.begin());
 }
+void read(const OptionInfo& option, std::string_view text, std::optional<double>& value)
+{
+    value = parse_number<double>(option.key, text, option.range);
+}
+void read(const OptionInfo& option, std::string_view text, std::optional<Crop>& value)
+{
+    std::array<int, 4> numbers{};
+    std::string_view rest = text;
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+        const std::size_t end = i + 1 < numbers.size() ? rest.find(',') : rest.size();
+        const auto number = end == rest.npos ? std::nullopt : read_number(rest.substr(0, end));
+        if (!number || std::abs(*number) > 1e9 || *number != std::floor(*number))
+            refuse_value(option.key, text, expected_of(option));
+        numbers[i] = static_cast<int>(*number);
+        rest.remove_prefix(std::min(end + 1, rest.size()));
+    }
+    value = Crop{numbers[0], numbers[1], numbers[2], numbers[3]};
+}
 void read(const OptionInfo& option, std::string_view text, EffectSet& value)
 {
     const std::vector<std::string_view> names = effect_names();
@@ -98,7 +135,18 @@ void check(const OptionInfo& option, SplatMethod value)
     if (static_cast<std::size_t>(value) >= option.choices.size())
         refuse_value(option.key, text_of_value(option, value), expected_of(option));
 }
+void check(const OptionInfo& option, const std::optional<double>& value)
+{
+    if (value) check_number(option.key, *value, option.range);
+}
+void check(const OptionInfo&, const std::optional<Crop>&) {}  // with the picture's size
 void check(const OptionInfo&, EffectSet) {}
+
+bool lies_within(const Crop& crop, const RenderOptions& picture)
+{
+    const auto fits = [](int begin, int size, int whole) { return begin >= 0 && size >= 1 && begin <= whole - size; };
+    return fits(crop.x, crop.width, picture.width) && fits(crop.y, crop.height, picture.height);
+}
 
 template <typename Owner, typename Value>
 std::size_t quality_of_member(Value Owner::*)
@@ -174,6 +222,14 @@ void validate(const RenderOptions& options)
     if (options.min_reach > options.max_reach)
         refuse_value("min_reach", number_text(options.min_reach),
                      "at most max_reach, which is " + number_text(options.max_reach));
+    if (options.crop && !lies_within(*options.crop, options))
+        refuse_value("crop", text_of(find_option("crop"), options),
+                     "X,Y,WIDTH,HEIGHT, at least one pixel, within the picture of " + number_text(options.width) + "x" +
+                         number_text(options.height));
+    if (options.f_stop && !options.focus) refuse_value("focus", "not given", "a distance, as f_stop is given");
+    if (options.focus && !options.f_stop) refuse_value("f_stop", "not given", "an f-number, as focus is given");
+    if (options.f_stop && options.aa < 2)
+        refuse_value("aa", number_text(options.aa), "at least 2 with f_stop: each sample is another point of the lens");
     for (std::size_t i = 0; i < kEffects; ++i) {
         const auto effect = static_cast<Effect>(i);
         if (options.effects.with.has(effect) && options.effects.without.has(effect))

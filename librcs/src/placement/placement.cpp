@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "gbuffer/views.h"
 #include "placement/placement.h"
 #include "placement/refine.h"
 #include "placement/spacing.h"
@@ -19,6 +20,7 @@ namespace {
 
 // The coarsest grid of candidates [px]: about the widest spacing of default options.
 constexpr int kCoarsestStride = 32;
+static_assert(kPartGrid % kCoarsestStride == 0);
 
 /// One wave: in each cell of a grid, one pixel by rule.
 struct Wave {
@@ -46,16 +48,19 @@ glm::ivec2 pixel_of_cell(int cx, int cy, int stride, std::uint64_t seed)
 }
 
 /// The visible points of this wave's grid that no record serves, row of cells by row of cells.
-std::vector<std::uint32_t> find_holes(const GBuffer& g, const std::vector<float>& weight, Wave wave, std::uint64_t seed,
-                                      ThreadPool& pool)
+/// @param corner  of the G-buffer in the whole picture, whose grid it is [px]
+std::vector<std::uint32_t> find_holes(const GBuffer& g, glm::ivec2 corner, const std::vector<float>& weight, Wave wave,
+                                      std::uint64_t seed, ThreadPool& pool)
 {
+    const glm::ivec2 first = corner / wave.stride;
     const int columns = (g.width + wave.stride - 1) / wave.stride;
     std::vector<std::vector<std::uint32_t>> rows(static_cast<std::size_t>((g.height + wave.stride - 1) / wave.stride));
     pool.parallel_for(rows.size(), 16, [&](std::size_t begin, std::size_t end, int) {
         for (int cy = static_cast<int>(begin); cy < static_cast<int>(end); ++cy) {
             for (int cx = 0; cx < columns; ++cx) {
-                if (wave.phase >= 0 && ((cx & 1) | (cy & 1) << 1) != wave.phase) continue;
-                const glm::ivec2 p = pixel_of_cell(cx, cy, wave.stride, seed);
+                const glm::ivec2 cell = first + glm::ivec2(cx, cy);
+                if (wave.phase >= 0 && ((cell.x & 1) | (cell.y & 1) << 1) != wave.phase) continue;
+                const glm::ivec2 p = pixel_of_cell(cell.x, cell.y, wave.stride, seed) - first * wave.stride;
                 if (p.x >= g.width || p.y >= g.height) continue;
                 const std::size_t i =
                     static_cast<std::size_t>(p.y) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(p.x);
@@ -127,7 +132,7 @@ void Placement::fill()
             add_weights(records_, surfaces_, view_, reach, pool_, weight);
             stale = false;
         }
-        const std::vector<std::uint32_t> holes = find_holes(gbuffer_, weight, wave, options_.seed, pool_);
+        const std::vector<std::uint32_t> holes = find_holes(gbuffer_, view_.corner, weight, wave, options_.seed, pool_);
         // A late record may clamp a neighbour so that a pixel already passed is a hole again. Each such pixel
         // gets a record of its own, which always serves it: the loop ends.
         if (holes.empty() && !planned) break;

@@ -12,6 +12,7 @@
 #include "radiance/harmonics.h"
 #include "rays/ray_scene_impl.h"
 #include "rcs/effect_plan.h"
+#include "rcs/error.h"
 #include "rcs/render_options.h"
 #include "util/text.h"
 
@@ -25,13 +26,21 @@ constexpr double kBounceShareOfTarget = 0.1;
 
 std::string plural(std::size_t n, const char* one, const char* many) { return text("%zu %s", n, n == 1 ? one : many); }
 
+/// Of the whole picture, so that a crop of it has the same plan.
+std::vector<View> views_of(const Camera& camera, const RenderOptions& options)
+{
+    std::vector<View> views = make_views(camera, options.width, options.height, options.aa);
+    open_lens(options, views);
+    return views;
+}
+
 class Planner {
 public:
     Planner(const RayScene& rays, const Camera& camera, const RenderOptions& options)
         : options_(options),
           built_(rays.impl().choice),
           facts_(scene_facts(rays)),
-          view_(survey(rays, make_views(camera, options.width, options.height, options.aa))),
+          view_(survey(rays, views_of(camera, options))),
           has_sky_image_(rays.impl().environment.has_image()),
           pixels_(static_cast<double>(options.width) * options.height)
     {
@@ -341,7 +350,7 @@ void Planner::plan_picture()
     // Rays along lobes may meet what is smaller than a pixel; goals weigh passes before it is known how much they
     // share.
     plan_.shares_samples = plan_.passes > 1 && !options_.effects.with.has(Effect::anti_aliasing) && !goal &&
-                           !on(Effect::peeling) && !on(Effect::traced_lobes);
+                           !options_.f_stop && !on(Effect::peeling) && !on(Effect::traced_lobes);
     if (plan_.shares_samples) {
         aa.reason += text(
             "; where light strays from even growth by less than %.2g %%, samples on the first one's triangle share its "
@@ -372,6 +381,9 @@ void Planner::plan_picture()
 EffectPlan plan_effects(const RayScene& rays, const Camera& camera, const RenderOptions& options)
 {
     validate(options);
+    if (options.f_stop && camera.projection != Projection::perspective)
+        throw Error(ErrorCode::bad_argument,
+                    "f_stop is given for camera '" + camera.name + "', which is orthographic: it has no focal length");
     return Planner(rays, camera, options).plan();
 }
 

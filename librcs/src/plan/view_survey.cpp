@@ -31,6 +31,12 @@ struct Rectangle {
         x1 = std::max(x1, x);
         y1 = std::max(y1, y);
     }
+    void add(const Rectangle& other)
+    {
+        if (other.empty()) return;
+        add(other.x0, other.y0);
+        add(other.x1, other.y1);
+    }
 };
 
 /// Part of the image that an instance's bounds can cover; empty outside the view. Corners behind the camera's plane
@@ -66,12 +72,16 @@ class Surveyor {
 public:
     Surveyor(const RayScene& rays, const std::vector<View>& views) : rays_(rays), views_(views)
     {
-        const glm::dmat4 view_from_world = glm::inverse(views[0].camera.world_from_view);
         const std::vector<Instance>& instances = rays.scene().instances;
-        for (std::size_t i = 0; i < instances.size(); ++i) {
-            const std::size_t mesh = static_cast<std::size_t>(instances[i].mesh);
-            parts_.push_back(
-                covered_part(views[0], view_from_world * instances[i].world_from_object, rays.impl().bounds[mesh]));
+        parts_.resize(instances.size());
+        for (const View& view : views) {
+            if (&view != views.data() && view.camera == views[0].camera) continue;
+            const glm::dmat4 view_from_world = glm::inverse(view.camera.world_from_view);
+            for (std::size_t i = 0; i < instances.size(); ++i) {
+                const std::size_t mesh = static_cast<std::size_t>(instances[i].mesh);
+                parts_[i].add(
+                    covered_part(view, view_from_world * instances[i].world_from_object, rays.impl().bounds[mesh]));
+            }
         }
     }
 

@@ -80,7 +80,6 @@ struct PathTracer::Vertex {
 
 PathTracer::PathTracer(const RayScene& rays, const View& view, const ReferenceOptions& options)
     : rays_(rays),
-      view_(view),
       camera_position_(camera_position(view.camera)),
       texture_scale_(1.0f / std::sqrt(static_cast<float>(options.aa))),
       bounces_(options.bounces),
@@ -119,9 +118,8 @@ void PathTracer::add_layer(const Hit& hit, const CameraRay& camera, Lamps which,
     layer.exact_direct = needs_exact ? exact_direct(layer.point, seen.outgoing, which) : glm::vec3(0.0f);
 }
 
-void PathTracer::look(double x, double y, Lamps which, Seen& seen) const
+void PathTracer::look(const CameraRay& camera, Lamps which, Seen& seen) const
 {
-    const CameraRay camera = camera_ray(view_, x, y);
     seen.count = 0;
     seen.emission = glm::vec3(0.0f);
     seen.outgoing = -glm::vec3(glm::normalize(camera.direction));

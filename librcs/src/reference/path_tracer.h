@@ -57,15 +57,16 @@ struct PathResult {
 
 /// The pair of a path's points that places it in the pixel; the tracer takes those after it.
 constexpr int kPixelPair = 0;
+/// ... and the one that places it on the lens.
+constexpr int kLensPair = -1;
 
 class PathTracer {
 public:
-    /// Refers to `rays` and `view`.
+    /// Refers to `rays`.
     PathTracer(const RayScene& rays, const View& view, const ReferenceOptions& options);
 
-    /// Looks through image position (x, y) [px].
     /// @param which  the lamps that paths will sample; the others are computed exactly here
-    void look(double x, double y, Lamps which, Seen& seen) const;
+    void look(const CameraRay& camera, Lamps which, Seen& seen) const;
 
     /// @param scratch  for the lamps at deeper points
     PathResult trace(const Seen& seen, const PathPoints& points, LampsAtPoint& scratch) const;
@@ -82,7 +83,6 @@ private:
                 PathResult& result) const;
 
     const RayScene& rays_;
-    const View& view_;
     glm::dvec3 camera_position_;
     float texture_scale_;
     int bounces_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -29,7 +30,9 @@ void validate(const View& view, const ReferenceOptions& options)
     check_range("samples", options.samples, 16, 1 << 20);
     check_range("first_sample", options.first_sample, 0, (1 << 20) - options.samples);
     check_range("bounces", options.bounces, 0, 64);
-    check_range("aa", options.aa, 1, 64);
+    check_range("aa", options.aa, 1, 256);
+    if (options.lens && (options.aa == 1 || view.camera.projection != Projection::perspective))
+        throw Error(ErrorCode::bad_argument, "reference.lens is given, expected so with aa > 1 and perspective alone");
     // Below twice the smaller side, pixel stride/2 lies within the image.
     check_range("stride", options.stride, 1, 2 * std::min(view.width, view.height) - 1);
 }
@@ -61,15 +64,28 @@ struct Scratch {
     LampsAtPoint lamps;
 };
 
+/// A ray through the middle of the lens becomes the one through another point that meets it in focus.
+/// @param random  in the unit square
+void bend(const Camera& camera, const Lens& lens, glm::vec2 random, CameraRay& ray)
+{
+    const double radius = 0.5 * lens.diameter * std::sqrt(static_cast<double>(random.x));
+    const double angle = 2.0 * std::numbers::pi * static_cast<double>(random.y);
+    const glm::dvec3 right(camera.world_from_view[0]), up(camera.world_from_view[1]);
+    const glm::dvec3 beside = radius * (std::cos(angle) * right + std::sin(angle) * up);
+    ray.origin += beside;
+    ray.direction -= beside / lens.focus;  // of depth 1
+}
+
 PixelSums trace_pixel(const PathTracer& tracer, const View& view, const ReferenceOptions& options, int samples, int x,
                       int y, Scratch& scratch)
 {
     PixelSums sums;
-    const auto pixel =
-        static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(view.width) + static_cast<std::uint64_t>(x);
-    PathPoints points{.index = 0, .key = stream_key(options.seed, Stream::reference, pixel)};
+    const std::size_t pixel =
+        static_cast<std::size_t>(y) * static_cast<std::size_t>(view.width) + static_cast<std::size_t>(x);
+    PathPoints points{.index = 0, .key = stream_key(options.seed, Stream::reference, pixel_number(view, pixel))};
     const bool one_point = options.aa == 1;
-    if (one_point) tracer.look(x + view.pixel_offset.x, y + view.pixel_offset.y, Lamps::with_area, scratch.seen);
+    if (one_point)
+        tracer.look(camera_ray(view, x + view.pixel_offset.x, y + view.pixel_offset.y), Lamps::with_area, scratch.seen);
 
     const int block_size = BlockMeans::block_size(samples);
     for (int begin = 0; begin < samples; begin += block_size) {
@@ -79,7 +95,9 @@ PixelSums trace_pixel(const PathTracer& tracer, const View& view, const Referenc
             points.index = static_cast<std::uint32_t>(options.first_sample + i);
             if (!one_point) {
                 const glm::dvec2 offset(points.pair(kPixelPair));
-                tracer.look(x + offset.x, y + offset.y, Lamps::all, scratch.seen);
+                CameraRay ray = camera_ray(view, x + offset.x, y + offset.y);
+                if (options.lens) bend(view.camera, *options.lens, points.pair(kLensPair), ray);
+                tracer.look(ray, Lamps::all, scratch.seen);
             }
             const PathResult path = tracer.trace(scratch.seen, points, scratch.lamps);
             sums.add_geometry(scratch.seen);
@@ -145,6 +163,8 @@ LayeredImage render_reference(const RayScene& rays, const View& view, const Refe
     const int width = traced_count(view.width, options.stride);
     const int height = traced_count(view.height, options.stride);
     LayeredImage image = make_layers(width, height, options, samples);
+    if (view.whole != glm::ivec2(0) && options.stride == 1)
+        image.window = ImageWindow{view.corner.x, view.corner.y, view.whole.x, view.whole.y};
 
     const PathTracer tracer(rays, view, options);
     std::vector<Scratch> scratch(static_cast<std::size_t>(pool.size()));

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "gbuffer/views.h"
+#include "image/cut.h"
 #include "plan/plan_words.h"
 #include "rcs/effect_plan.h"
 #include "rcs/option_table.h"
@@ -132,8 +133,20 @@ Frame begin_frame(Session& session, const Camera& camera, const RenderOptions& a
                 .views = make_views(camera, asked.width, asked.height, settings.passes),
                 .result = {{}, {}, std::move(stats)},
                 .records = session.state().take_records(asked)};
+    open_lens(asked, frame.views);
+    crop_views(asked, frame.views);
+    if (asked.f_stop && frame.layers.motion) frame.layers.motion->seen_by_pinhole(camera);
     if (settings.records.radiance) frame.without_radiance = take_plain(frame.records);
     return frame;
+}
+
+void cut_to_crop(const Frame& f, LayeredImage& image)
+{
+    if (!f.asked.crop) return;
+    const auto [x, y, width, height] = *f.asked.crop;
+    const glm::ivec2 corner = f.views.front().corner;
+    for (auto& [name, layer] : image.layers) layer = cut(layer, x - corner.x, y - corner.y, width, height);
+    image.window = ImageWindow{x, y, f.asked.width, f.asked.height};
 }
 
 RenderResult finish(Frame& f)
@@ -141,7 +154,10 @@ RenderResult finish(Frame& f)
     f.gbuffer = {}, f.shading = {}, f.weight = {}, f.light = {};
     RenderResult& result = f.result;
     RenderStats& stats = result.stats;
-    timed(stats, f.hooks.progress, "compose", [&] { finish_passes(f.course.passes, result.image); });
+    timed(stats, f.hooks.progress, "compose", [&] {
+        finish_passes(f.course.passes, result.image);
+        cut_to_crop(f, result.image);
+    });
     if (f.needs(Effect::error_estimate))
         stats.errors = timed(stats, f.hooks.progress, "estimate",
                              [&] { return estimate_errors(result.image, f.error_scale, f.session.pool()); });

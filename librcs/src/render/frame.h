@@ -30,7 +30,7 @@ struct Frame {
     const RenderOptions& asked;
     const RenderHooks& hooks;
     const Settings settings;
-    const PictureLayers layers;  ///< that are made
+    PictureLayers layers;  ///< that are made
     const Deadline deadline;
     const EffectTally tally;
     Course course;            ///< that quality steers
@@ -97,6 +97,9 @@ void show_picture(Frame& frame);
 
 /// Looks at new records, so that it can be seen what changes; only if the session wants that.
 void watch_records(Frame& frame);
+
+/// Of a crop's picture that is done, or so far, its margin goes.
+void cut_to_crop(const Frame& frame, LayeredImage& image);
 
 /// Sums become the picture, counts its statistics; what lasts goes back to the session.
 RenderResult finish(Frame& frame);

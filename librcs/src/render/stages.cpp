@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <utility>
 
@@ -8,6 +9,7 @@
 #include "gbuffer/views.h"
 #include "placement/renewal.h"
 #include "placement/view_fit.h"
+#include "rcs/option_table.h"
 #include "records/guided_gathers.h"
 #include "records/lamps_to_gather.h"
 #include "records/watch.h"
@@ -22,6 +24,11 @@ namespace {
 constexpr int kMostLayers = 16;
 // ... nor where less than this part of the light comes through: half a code of an 8-bit picture.
 constexpr float kLeastWeight = 1.0f / 512.0f;
+
+// Images through points of a lens that are so far apart seem to be one blur [px]...
+constexpr double kApart = 3.0;
+// ... where so much of the picture is no more blurred than that.
+constexpr double kSharper = 0.99;
 
 template <typename Work>
 auto timed(Frame& frame, const char* stage, const Work& work)
@@ -152,6 +159,33 @@ std::uint64_t direct_seed(const Frame& f, int round)
     return stream_key(f.direct.seed, Stream::direct, static_cast<std::uint64_t>(round));
 }
 
+/// Says so where passes are too few to show blur as such.
+void warn_of_ghosts(const Frame& f)
+{
+    if (!f.asked.f_stop || !f.hooks.log) return;
+    const View& view = f.view();
+    const Lens lens = lens_of(f.camera, *f.asked.f_stop, *f.asked.focus);
+    const glm::vec3 forward(-glm::dvec3(view.camera.world_from_view[2]));
+    const double pixel = image_plane(view).pixel;
+    std::vector<double> widths;
+    for (std::size_t i = 0; i < f.gbuffer.size(); ++i) {
+        if (!f.gbuffer.covered(i)) continue;
+        const auto depth = static_cast<double>(glm::dot(f.gbuffer.position(i), forward));
+        widths.push_back(circle_of_confusion(lens, depth) / pixel);
+    }
+    if (widths.empty()) return;
+    const auto wide = widths.begin() + static_cast<std::ptrdiff_t>(kSharper * static_cast<double>(widths.size()));
+    std::nth_element(widths.begin(), wide, widths.end());
+    const double filled = kApart * std::sqrt(4.0 * std::numbers::inv_pi * f.asked.aa);
+    if (*wide <= filled) return;
+    const double enough = std::ceil(0.25 * std::numbers::pi * *wide * *wide / (kApart * kApart));
+    const double most = find_option("aa").range.most;
+    f.hooks.log(LogLevel::warning, "points out of focus are up to " + number_text(std::round(*wide)) +
+                                       " px wide, of which --aa " + number_text(f.asked.aa) +
+                                       " shows single images: --aa " + number_text(std::min(enough, most)) +
+                                       (enough > most ? ", the most there is, shows fewer" : " would fill them"));
+}
+
 }  // namespace
 
 bool begin_pass(Frame& f)
@@ -171,6 +205,7 @@ void draw_gbuffer(Frame& f)
         return render_gbuffer(f.session.gl(), f.rays, f.view(), f.settings.texture_scale, f.session.pool(),
                               f.settings.effects, f.shading, f.known());
     });
+    if (f.pass == 0) warn_of_ghosts(f);
     ++f.stats().counts.gbuffers;
     note_bytes(f.shading, f.stats().counts);
 }
@@ -309,6 +344,7 @@ void show_picture(Frame& f)
     f.hooks.after_pass(done, f.course.passes, [&] {
         LayeredImage so_far = f.result.image;
         finish_passes(done, so_far);
+        cut_to_crop(f, so_far);
         return so_far;
     });
 }

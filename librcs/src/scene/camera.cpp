@@ -5,13 +5,23 @@
 
 namespace rcs {
 
-ImagePlane image_plane(const View& view)
+namespace {
+
+/// Of the whole picture.
+ImagePlane whole_plane(const View& view)
 {
     const Camera& camera = view.camera;
     const double half_height = camera.projection == Projection::perspective ? std::tan(0.5 * camera.yfov) : camera.ymag;
-    const glm::dvec2 middle(0.5 * view.width, 0.5 * view.height);
-    return {2.0 * half_height / view.height,
-            middle + glm::dvec2(-camera.lens_shift.x, camera.lens_shift.y) * static_cast<double>(view.height)};
+    const glm::dvec2 size(whole_size(view));
+    return {2.0 * half_height / size.y, 0.5 * size + glm::dvec2(-camera.lens_shift.x, camera.lens_shift.y) * size.y};
+}
+
+}  // namespace
+
+ImagePlane image_plane(const View& view)
+{
+    const ImagePlane whole = whole_plane(view);
+    return {whole.pixel, whole.axis - glm::dvec2(view.corner)};
 }
 
 std::optional<glm::dvec2> image_position(const View& view, glm::dvec3 relative)
@@ -31,10 +41,12 @@ CameraRay camera_ray(const View& view, double x, double y)
     const glm::dvec3 up(camera.world_from_view[1]);
     const glm::dvec3 back(camera.world_from_view[2]);
     const glm::dvec3 eye(camera.world_from_view[3]);
-    const ImagePlane plane = image_plane(view);
+    // In the whole picture's pixels, so that a part of it has the same rays to the bit.
+    const ImagePlane plane = whole_plane(view);
+    const glm::dvec2 at = glm::dvec2(view.corner) + glm::dvec2(x, y) - plane.axis;
     const glm::dvec3 dx = right * plane.pixel;
     const glm::dvec3 dy = up * -plane.pixel;
-    const glm::dvec3 offset = dx * (x - plane.axis.x) + dy * (y - plane.axis.y);
+    const glm::dvec3 offset = dx * at.x + dy * at.y;
     const glm::dvec3 none(0.0);
     if (camera.projection == Projection::perspective) return {eye, offset - back, none, none, dx, dy};
     return {eye + offset, -back, dx, dy, none, none};

@@ -10,8 +10,6 @@
 namespace rcs {
 namespace {
 
-constexpr double kEnd = 2.0;  ///< [s]
-
 /// How far something is between two times, in [0, 1], without a jolt at either.
 double eased(double time, double from, double to)
 {
@@ -23,7 +21,7 @@ double eased(double time, double from, double to)
 void add_ball(Scene& scene, double time)
 {
     constexpr float kRadius = 0.5f;
-    const double x = glm::mix(-2.0, 2.0, time / kEnd);
+    const double x = glm::mix(-2.0, 2.0, time / kDemoSeconds);
     Mesh ball;
     add_sphere(ball, kRadius, 4, true);
     const int mesh = add_mesh(scene, "ball", add_material(scene, "ball", {0.70f, 0.20f, 0.10f}), ball);
@@ -55,12 +53,12 @@ void add_lamp(Scene& scene, double time)
 
 Scene make_atrium_at(double time)
 {
-    time = std::clamp(time, 0.0, kEnd);
+    time = std::clamp(time, 0.0, kDemoSeconds);
     Scene scene = make_atrium();
     add_ball(scene, time);
     add_gate(scene, time);
     add_lamp(scene, time);
-    const double way = time / kEnd;
+    const double way = time / kDemoSeconds;
     const glm::dvec3 eye = glm::mix(glm::dvec3(-6.6, 1.7, -8.1), glm::dvec3(-5.4, 1.7, -7.7), way);
     scene.cameras.push_back(look_at_camera("walk", eye, {4.0, 1.9, -6.9}, glm::radians(62.0)));
     return scene;

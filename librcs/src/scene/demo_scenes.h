@@ -12,6 +12,7 @@ namespace rcs {
 Scene make_demo_scene(const std::string& name, std::optional<double> time = {});
 /// @throws Error not_found, which lists them
 bool is_animated_demo(const std::string& name);
+inline constexpr double kDemoSeconds = 2.0;  ///< how long those that move do
 
 Scene make_cornell();
 Scene make_atrium();

@@ -135,7 +135,7 @@ Scene load_gltf(const std::string& path, const LoadOptions& options, const std::
     GltfNotes notes;
     const GltfFile file{path, std::filesystem::path(path).parent_path(), &notes, root};
     tinygltf::Model model = read_model(file);
-    const GltfPose pose = pose_at(file, model, options.time);
+    const GltfPose pose = pose_at(file, model, options);
     if (!pose.properties.empty()) {
         GltfNotes said;  // by the first reading
         model = read_model({path, file.folder, &said, root}, pose.properties);
@@ -147,7 +147,10 @@ Scene load_gltf(const std::string& path, const LoadOptions& options, const std::
         if (log) log(LogLevel::info, name + ": " + what);
     };
     if (options.time && model.animations.empty()) inform("has no animation; it looks the same at any time");
-    if (!options.time && !model.animations.empty()) inform("has animations; it is shown in its rest pose");
+    if (!options.time && !options.animation.empty() && log)
+        log(LogLevel::warning, name + ": an animation is chosen, but no time: it is shown in its rest pose");
+    else if (!options.time && !model.animations.empty())
+        inform("has animations; it is shown in its rest pose");
     if (log && bounds_of(scene).min.x > bounds_of(scene).max.x) {
         log(LogLevel::warning,
             name + ": has nothing that can be drawn: no node of its scene shows a mesh with triangles");
@@ -176,7 +179,12 @@ Scene load_scene_within(const std::string& source, const std::string& root, cons
     if (options.time && !std::isfinite(*options.time)) {
         throw Error(ErrorCode::bad_argument, "time is " + std::to_string(*options.time) + ", expected a finite number");
     }
-    if (source.rfind("demo:", 0) == 0) return make_demo_scene(source, options.time);
+    if (source.rfind("demo:", 0) == 0) {
+        if (!options.animation.empty() && options.animation != kAllAnimations)
+            throw Error(ErrorCode::not_found, source + " has no animation '" + options.animation +
+                                                  "': all that moves in a built-in scene moves together");
+        return make_demo_scene(source, options.time);
+    }
     try {
         Scene scene = load_gltf(source, options, root, log);
         validate(scene);

@@ -1,11 +1,13 @@
 #include "scene/gltf_animation.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <set>
 #include <string>
 #include <utility>
 
+#include "rcs/suggestion.h"
 #include "scene/gltf_curve.h"
 
 namespace rcs {
@@ -106,6 +108,30 @@ void apply(const GltfFile& file, const tinygltf::Model& model, std::size_t index
     }
 }
 
+/// The one with that name, or number; none: all of them are meant.
+std::optional<std::size_t> chosen_animation(const GltfFile& file, const tinygltf::Model& model,
+                                            const std::string& asked)
+{
+    if (asked.empty() || asked == kAllAnimations) return std::nullopt;
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < model.animations.size(); ++i) {
+        if (model.animations[i].name == asked) return i;
+        if (!model.animations[i].name.empty()) names.push_back(model.animations[i].name);
+    }
+    std::size_t number = 0;
+    const char* end = asked.data() + asked.size();
+    const auto [rest, problem] = std::from_chars(asked.data(), end, number);
+    if (problem == std::errc() && rest == end && number < model.animations.size()) return number;
+    std::string list;
+    for (const std::string& name : names) list.append(list.empty() ? "" : ", ").append(name);
+    if (names.size() < model.animations.size())
+        list.append(list.empty() ? "" : " and ")
+            .append(std::to_string(model.animations.size() - names.size()))
+            .append(" without a name, which go by their number from 0");
+    fail(file, ErrorCode::not_found,
+         "has no animation '" + asked + "'; it has " + (list.empty() ? "none" : list) + did_you_mean(asked, names));
+}
+
 }  // namespace
 
 void set_properties(GltfDocument& document, const std::vector<PosedProperty>& properties)
@@ -132,10 +158,14 @@ void set_properties(GltfDocument& document, const std::vector<PosedProperty>& pr
     }
 }
 
-GltfPose pose_at(const GltfFile& file, const tinygltf::Model& model, std::optional<double> time)
+GltfPose pose_at(const GltfFile& file, const tinygltf::Model& model, const LoadOptions& options)
 {
     GltfPose pose{std::vector<NodePose>(model.nodes.size()), {}};
-    if (!time) return pose;
+    if (const std::optional<std::size_t> one = chosen_animation(file, model, options.animation)) {
+        if (options.time) apply(file, model, *one, *options.time, pose);
+        return pose;
+    }
+    if (!options.time) return pose;
     std::set<Target> moved;
     for (std::size_t i = 0; i < model.animations.size(); ++i) {
         const std::set<Target> targets = targets_of(model.animations[i]);
@@ -146,7 +176,7 @@ GltfPose pose_at(const GltfFile& file, const tinygltf::Model& model, std::option
             continue;
         }
         moved.insert(targets.begin(), targets.end());
-        apply(file, model, i, *time, pose);
+        apply(file, model, i, *options.time, pose);
     }
     return pose;
 }

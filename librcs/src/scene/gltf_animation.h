@@ -7,6 +7,7 @@
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
 
+#include "rcs/scene.h"
 #include "scene/gltf_document.h"
 #include "scene/tinygltf.h"
 
@@ -39,8 +40,8 @@ void set_properties(GltfDocument& document, const std::vector<PosedProperty>& pr
 
 /// The file's animations at a time [s], held at the first and last keyframe outside of them. They play
 /// together; one that moves what an earlier one moves is left out (a walk and a run) with a note.
-/// @param time  none: the rest pose, that of nodes and properties by themselves
-/// @throws Error bad_file
-GltfPose pose_at(const GltfFile& file, const tinygltf::Model& model, std::optional<double> time);
+/// @param options  of no time: the rest pose, that of nodes and properties by themselves
+/// @throws Error bad_file; not_found: an animation that the file does not have
+GltfPose pose_at(const GltfFile& file, const tinygltf::Model& model, const LoadOptions& options);
 
 }  // namespace rcs

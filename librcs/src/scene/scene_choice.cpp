@@ -19,7 +19,7 @@ void set_environment(Scene& scene, const EnvironmentChoice& choice, const LogFun
 
 Scene load_scene(const SceneChoice& choice, const LogFunction& log)
 {
-    Scene scene = load_scene_within(choice.source, choice.asset_root, log, {choice.time});
+    Scene scene = load_scene_within(choice.source, choice.asset_root, log, {choice.time, choice.animation});
     set_environment(scene, choice.environment, log);
     return scene;
 }
@@ -37,7 +37,8 @@ MotionFrom load_motion(const MotionChoice& choice, const Scene& scene, const Sce
 {
     std::shared_ptr<Scene> pose;
     if (choice.time && choice.time != picture.time && is_animated(picture.source)) {
-        pose = std::make_shared<Scene>(load_scene_within(picture.source, picture.asset_root, {}, {choice.time}));
+        pose = std::make_shared<Scene>(
+            load_scene_within(picture.source, picture.asset_root, {}, {choice.time, picture.animation}));
         pose->textures.clear();
     }
     const Camera then = choose_camera(pose ? *pose : scene, choice.camera.value_or(camera));

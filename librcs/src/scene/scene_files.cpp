@@ -36,18 +36,47 @@ nlohmann::json document_of(const GltfFile& file)
     return document;
 }
 
-}  // namespace
-
-bool is_animated(const std::string& source)
+/// Times of the last keyframes of an animation's samplers, as their accessors tell them [s].
+std::vector<double> ends_of(const nlohmann::json& animation, const nlohmann::json& document)
 {
-    if (source.starts_with("demo:")) return is_animated_demo(source);
-    const GltfFile file{source, {}, nullptr};
-    const auto document = document_of(file);
-    const auto animations = document.find("animations");
-    return animations != document.end() && !animations->empty();
+    std::vector<double> ends;
+    const auto member = [](const nlohmann::json& of, const char* name) -> nlohmann::json {
+        return of.is_object() && of.contains(name) ? of[name] : nlohmann::json();
+    };
+    const nlohmann::json accessors = member(document, "accessors");
+    for (const auto& sampler : member(animation, "samplers")) {
+        const nlohmann::json input = member(sampler, "input");
+        if (!input.is_number_unsigned() || input.get<std::size_t>() >= accessors.size()) continue;
+        const nlohmann::json most = member(accessors[input.get<std::size_t>()], "max");
+        if (most.is_array() && most.size() == 1 && most[0].is_number()) ends.push_back(most[0]);
+    }
+    return ends;
 }
 
-std::vector<std::string> scene_files(const std::string& path) { return scene_files(SceneChoice{path, {}, {}, {}}); }
+}  // namespace
+
+bool is_animated(const std::string& source) { return !list_animations(source).empty(); }
+
+std::vector<AnimationInfo> list_animations(const std::string& source)
+{
+    std::vector<AnimationInfo> list;
+    if (source.starts_with("demo:")) {
+        if (is_animated_demo(source)) list.push_back({"", kDemoSeconds});
+        return list;
+    }
+    const auto document = document_of({source, {}, nullptr});
+    const auto animations = document.find("animations");
+    if (animations == document.end() || !animations->is_array()) return list;
+    for (const auto& animation : *animations) {
+        AnimationInfo& info = list.emplace_back();
+        if (!animation.is_object()) continue;
+        if (const auto name = animation.find("name"); name != animation.end() && name->is_string()) info.name = *name;
+        for (const double end : ends_of(animation, document)) info.seconds = std::max(info.seconds, end);
+    }
+    return list;
+}
+
+std::vector<std::string> scene_files(const std::string& path) { return scene_files(SceneChoice{path, {}, {}, {}, {}}); }
 
 std::vector<std::string> scene_files(const SceneChoice& choice)
 {

@@ -46,6 +46,8 @@ FieldDescriptor::CppType wire_type(const float*) { return FieldDescriptor::CPPTY
 FieldDescriptor::CppType wire_type(const double*) { return FieldDescriptor::CPPTYPE_DOUBLE; }
 FieldDescriptor::CppType wire_type(const std::uint64_t*) { return FieldDescriptor::CPPTYPE_UINT64; }
 FieldDescriptor::CppType wire_type(const SplatMethod*) { return FieldDescriptor::CPPTYPE_ENUM; }
+FieldDescriptor::CppType wire_type(const std::optional<double>*) { return FieldDescriptor::CPPTYPE_DOUBLE; }
+FieldDescriptor::CppType wire_type(const std::optional<Crop>*) { return FieldDescriptor::CPPTYPE_INT32; }
 FieldDescriptor::CppType wire_type(const EffectSet*) { return FieldDescriptor::CPPTYPE_STRING; }
 
 TEST(WireOptions, HaveTheFieldsAndTypesOfTheTable)
@@ -90,6 +92,8 @@ TEST(WireOptions, ChoicesAreNumberedAsTheLibraryDoes)
 RenderOptions unusual_options()
 {
     RenderOptions o;
+    o.crop = Crop{1, 2, 30, 40};
+    o.f_stop = 2.8, o.focus = 3.5;
     o.width = 321, o.height = 123, o.aa = 7, o.bounces = 3, o.lobe_rays = 5, o.overlap = 2.5f;
     o.quality = QualitySettings{.error_tolerance = 0.15f, .rays = 77, .noise_target = 0.07f, .refinement = 5};
     o.min_reach = 9.0f, o.max_reach = 44.0f, o.gradient_limit = 2.0f;

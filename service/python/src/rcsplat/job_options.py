@@ -49,6 +49,8 @@ class JobOptions(RenderOptions, total=False):
     """To the right and up, in heights of the picture."""
     time: float
     """Pose of the scene's animations [s]; default: the rest pose."""
+    animation: str
+    """The scene's animation that poses it, by name or by number; default: all."""
     frames: Sequence[Union[int, job_pb2.Frame]]
     """A picture for each: numbers, which show the scene at number / fps, or whole frames."""
     fps: float
@@ -228,6 +230,7 @@ def job_message(options: JobOptions, uploads: Mapping[str, options_pb2.Blob]) ->
         stop_after=options.get("stop_after", 0),
         deliver=options.get("deliver", ""),
     )
+    job.scene.animation = options.get("animation", "")
     _set_environment(job, options)
     if "environment" in uploads:
         job.environment.image.CopyFrom(uploads["environment"])

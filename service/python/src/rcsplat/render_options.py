@@ -12,6 +12,14 @@ class RenderOptions(TypedDict, total=False):
     """Width of the picture: a whole number in [1, 16384] [px]."""
     height: int
     """Height of the picture: a whole number in [1, 16384] [px]."""
+    crop: Tuple[int, int, int, int]
+    """Render this window of the picture alone, X,Y its upper left corner: X,Y,WIDTH,HEIGHT, whole numbers,
+    within the picture [px]."""
+    f_stop: float
+    """Depth of field: the f-number of a lens before 24 mm of film that has the camera's field of view; each
+    sample of --aa looks through another point of it: a value in (0, 1000000]."""
+    focus: float
+    """With --f-stop: distance, along the camera's axis, of what is sharp: a value in (0, 1000000000] [m]."""
     target_error: float
     """Mean relative error to stop at, such as 5%, of the picture and of its indirect light: records and rays
     go where it takes them: a value in (0, 1]."""
@@ -47,7 +55,7 @@ class RenderOptions(TypedDict, total=False):
     """How records reach the image; auto takes quads on a hardware OpenGL, else tiles: one of auto, quads,
     tiles."""
     aa: int
-    """Samples a pixel; 1 samples its centre: a whole number in [1, 64]."""
+    """Samples a pixel; 1 samples its centre: a whole number in [1, 256]."""
     area_samples: int
     """Shadow rays a pixel towards lamps with area; penumbras take more: a whole number in [1, 1024]."""
     penumbra_samples: int
