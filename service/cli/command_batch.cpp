@@ -43,8 +43,10 @@ void add_task_arguments(CLI::App& command, BatchArguments& arguments)
         ->type_name("FOLDER");
     command.add_flag("!--no-submit", arguments.submits, "Write that folder alone, and say how it is started");
     for (const char* farm : {"--chunk", "--job-folder", "--no-submit"}) command.get_option(farm)->needs("--engine");
-    for (const char* other : {"--task", "--records", "--dry-run", "--explain"})
+    for (const char* other : {"--task", "--records", "--dry-run", "--explain", "--overwrite"})
         command.get_option("--engine")->excludes(other);
+    // Frames that an overture has made would be made again, and none would be done for the report.
+    command.get_option("--task")->excludes("--overwrite");
     for (const char* other : {"--target-error", "--budget", "--independent-frames"})
         command.get_option("--records")->excludes(other);
 }

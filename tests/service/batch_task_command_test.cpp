@@ -150,6 +150,7 @@ TEST(BatchTasks, RefuseWhatCannotBe)
     refused({"--chunk", "3"}, "--chunk");
     refused({"--engine", "sge"}, "sge is not one of local, slurm, openjd");
     refused({"--engine", "local", "--task", "1/2"}, "--task");
+    refused({"--task", "1/2", "--overwrite"}, "--overwrite");
     refused({"--records", folder / "r", "--independent-frames"}, "--independent-frames");
     refused({"--deadline", "+1m"}, "--rays");
     refused({"--deadline", "25:00"}, "25:00 is no time such as 06:00");
