@@ -71,10 +71,8 @@ void add_scene_arguments(CLI::App& app, SceneArguments& arguments, Size default_
     app.add_option("--time", arguments.time, "Pose of the scene's animations at that time [s]; default: the rest pose")
         ->type_name("SECONDS")
         ->check(checked_by(parse_time), "");
-    app.add_option(
-           "--animation", arguments.animation,
-           "The scene's animation that poses it, by name or by number from 0 (rcsplat plan lists them); all, the "
-           "default: they play together, without those that move what an earlier one moves")
+    app.add_option("--animation", arguments.animation,
+                   "Name or number of the animation that plays (rcsplat plan lists them); default: all of them")
         ->type_name("NAME|all");
     arguments.size = std::to_string(default_size.width) + "x" + std::to_string(default_size.height);
     app.add_option("--size", arguments.size, "Width and height of the picture [px], each in [1, 16384]")

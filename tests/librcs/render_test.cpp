@@ -370,7 +370,7 @@ TEST(ValidateRenderOptions, NamesTheFieldItsValueAndItsRange)
     starts([](RenderOptions& o) { o.width = 16385; }, "width is 16385,");
     starts([](RenderOptions& o) { o.height = -3; }, "height is -3,");
     starts([](RenderOptions& o) { o.aa = 0; }, "aa is 0,");
-    starts([](RenderOptions& o) { o.aa = 65; }, "aa is 65,");
+    starts([](RenderOptions& o) { o.aa = 257; }, "aa is 257,");
     starts([](RenderOptions& o) { o.bounces = 65; }, "bounces is 65,");
     starts([](RenderOptions& o) { o.bounces = -1; }, "bounces is -1,");
     starts([](RenderOptions& o) { o.overlap = 0.5f; }, "overlap is 0.5,");

@@ -16,10 +16,9 @@ class RenderOptions(TypedDict, total=False):
     """Render this window of the picture alone, X,Y its upper left corner: X,Y,WIDTH,HEIGHT, whole numbers,
     within the picture [px]."""
     f_stop: float
-    """Depth of field: the f-number of a lens before 24 mm of film that has the camera's field of view; each
-    sample of --aa looks through another point of it: a value in (0, 1000000]."""
+    """Depth of field by a lens of that f-number before 24 mm of film: a value in (0, 1000000]."""
     focus: float
-    """With --f-stop: distance, along the camera's axis, of what is sharp: a value in (0, 1000000000] [m]."""
+    """With --f-stop: depth of what is sharp: a value in (0, 1000000000] [m]."""
     target_error: float
     """Mean relative error to stop at, such as 5%, of the picture and of its indirect light: records and rays
     go where it takes them: a value in (0, 1]."""
