@@ -43,6 +43,7 @@ SMALLER = [
     ("", r"--frames \d+-\d+(x\d+)?", "--frames 1-2"),
     ("", r"--budget \d+s", "--budget 2s"),
     ("", r"--target-error \d+%", "--target-error 50%"),
+    ("", r"--engine slurm", "--engine slurm --no-submit"),  # there is no farm: tests/service/farm_test.py makes one
 ]
 ADDED = {
     "render": "--aa 1 --size 32x24",
