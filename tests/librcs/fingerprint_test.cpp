@@ -30,7 +30,7 @@ TEST(Fingerprint, ChangesWithAllThatLightDependsOn)
     scene.lights.push_back({});
     scene.environment = {"sky", 1, 1, {glm::vec3(1.0f)}, 0.0};
     const std::vector<std::function<void(Scene&)>> changes{
-        [](Scene& s) { s.textures.back().levels[0].texels[0][3] = 5; },
+        [](Scene& s) { s.textures.back().levels = {{1, 1, {{1, 2, 3, 5}}}}; },
         [](Scene& s) { s.materials[0].base_color.g *= 0.999f; },
         [](Scene& s) { s.materials[0].double_sided = !s.materials[0].double_sided; },
         [](Scene& s) { s.materials[0].clearcoat_texture.wrap_v = Wrap::clamp_to_edge; },

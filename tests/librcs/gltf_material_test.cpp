@@ -125,6 +125,7 @@ TEST(GltfMaterial, EverySlotHasItsTexture)
     const Scene scene = load(b);
     const Material& m = scene.materials.at(0);
     ASSERT_EQ(scene.textures.size(), 2u);  // one image, as colours and as numbers
+    EXPECT_NE(scene.textures[0].content, scene.textures[1].content) << "one could stand for the other in a next scene";
     const auto red = [&](const TextureSlot& slot) {
         return scene.textures.at(static_cast<std::size_t>(slot.texture)).levels[0].texels[2][0];  // 10 of 255
     };
@@ -273,7 +274,7 @@ TEST(GltfMaterial, WebpIsPreferredToItsFallback)
     add_picture(b, kWebpPicture);
     b.root["textures"][0]["extensions"]["EXT_texture_webp"]["source"] = 1;
     const Scene scene = load(b);
-    const Texture::Level& level = scene.textures.at(0).levels.at(0);
+    const Texture::Level& level = scene.textures.at(0).levels[0];
     ASSERT_EQ(level.width, 2);
     ASSERT_EQ(level.height, 1);
     EXPECT_NEAR(level.texels[0][3], 128 * 257, 257);  // alpha is linear and does not darken the colour

@@ -309,7 +309,7 @@ TEST(GltfTextures, EightBitPicturesAreLinearisedFromTheTopRowDown)
 {
     const Scene scene = load(file_with_picture(kPicture));
     ASSERT_EQ(scene.materials.at(0).base_color_texture.texture, 0);
-    const Texture::Level& level = scene.textures.at(0).levels.at(0);
+    const Texture::Level& level = scene.textures.at(0).levels[0];
     ASSERT_EQ(level.width, 2);
     ASSERT_EQ(level.height, 2);
     const int expected[4][3] = {{255, 0, 0}, {0, 128, 0}, {10, 20, 30}, {200, 100, 50}};
@@ -324,14 +324,30 @@ TEST(GltfTextures, DeepGreyAndTransparentPicturesKeepTheirColour)
 {
     const Scene grey = load(file_with_picture(kDeepPicture));
     for (std::size_t c = 0; c < 3; ++c) {
-        EXPECT_NEAR(grey.textures.at(0).levels.at(0).texels[0][c], linear(32768.0 / 65535.0) * 65535.0, 0.5);
+        EXPECT_NEAR(grey.textures.at(0).levels[0].texels[0][c], linear(32768.0 / 65535.0) * 65535.0, 0.5);
     }
     const Scene clear = load(file_with_picture(kTransparentPicture));
-    const auto& texels = clear.textures.at(0).levels.at(0).texels;
+    const auto& texels = clear.textures.at(0).levels[0].texels;
     for (std::size_t c = 0; c < 3; ++c) EXPECT_EQ(texels[0][c], texels[1][c]);  // not multiplied by alpha
     EXPECT_EQ(texels[0][3], 0);
     EXPECT_EQ(texels[1][3], 65535);
     EXPECT_NEAR(texels[0][1], linear(128 / 255.0) * 65535.0, 0.5);
+}
+
+TEST(GltfTextures, AreSharedWithASceneThatHasThemOfTheSamePicture)
+{
+    const TemporaryFolder folder;
+    const std::string file = folder / "scene.glb";
+    write_bytes(file, file_with_picture(kPicture).glb());
+    const Scene first = load_scene(file);
+    const Scene again = load_scene(file, {}, {.like = &first}), alone = load_scene(file);
+    EXPECT_EQ(again.textures.at(0).levels.begin(), first.textures.at(0).levels.begin());
+    EXPECT_NE(alone.textures.at(0).levels.begin(), first.textures.at(0).levels.begin());
+    EXPECT_EQ(alone.textures.at(0).levels.hash(), first.textures.at(0).levels.hash());
+    write_bytes(file, file_with_picture(kDeepPicture).glb());
+    const Scene other = load_scene(file, {}, {.like = &first}), decoded = load_scene(file);
+    EXPECT_NE(other.textures.at(0).levels.begin(), first.textures.at(0).levels.begin()) << "by the name alone";
+    EXPECT_EQ(other.textures.at(0).levels.hash(), decoded.textures.at(0).levels.hash());
 }
 
 TEST(GltfTextures, PicturesMayLieBesideTheSceneAndAreReadOnce)

@@ -1,8 +1,11 @@
 #include "rcs/metrics.h"
 
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <random>
 #include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -88,6 +91,55 @@ TEST(Metrics, PsnrIsOfTheSrgbEncodedImage)
     // Linear 0.2140411 is 0.5 in sRGB, linear 0.6038273 is 0.8: a difference of 0.3 in every colour.
     const ErrorMetrics m = compare_images(grey(1, 1, {0.2140411f}), grey(1, 1, {0.6038273f}));
     EXPECT_NEAR(m.display_psnr, -20.0 * std::log10(0.3), 1e-4);
+}
+
+/// 1 + what `error` says of pixel (x, y), against 1.
+ErrorMetrics metrics_of(int width, int height, const std::function<double(int, int)>& error)
+{
+    std::vector<float> image;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) image.push_back(static_cast<float>(1.0 + 1.01 * error(x, y)));
+    const std::vector<float> ones(image.size(), 1.0f);
+    return compare_images(grey(width, height, image), grey(width, height, ones));
+}
+
+TEST(Metrics, LowFrequencyOfWhiteNoiseIsOne)
+{
+    std::mt19937 engine(7);
+    std::normal_distribution<double> normal(0.0, 0.1);
+    const ErrorMetrics m = metrics_of(500, 300, [&](int, int) { return normal(engine); });
+    EXPECT_NEAR(m.mean_relative_error, 0.1 * std::sqrt(2.0 / std::acos(-1.0)), 0.001);
+    EXPECT_NEAR(m.low_frequency_ratio, 1.0, 0.05);
+    // sqrt of the sum of the kernel's squares is 1 / (2 sqrt(pi) 8), a little more at the edges.
+    EXPECT_NEAR(m.low_frequency_error / m.mean_relative_error, 0.0353, 0.004);
+}
+
+TEST(Metrics, LowFrequencySeesCloudsAndNoGrain)
+{
+    const double pi = std::acos(-1.0);
+    const auto waves = [&](double period) {
+        return metrics_of(512, 512, [=](int x, int) { return 0.1 * std::sin(2.0 * pi * x / period); });
+    };
+    // A Gaussian of deviation s leaves exp(-(2 pi s / period)^2 / 2) of a wave.
+    const ErrorMetrics wide = waves(128.0), middle = waves(64.0), fine = waves(16.0);
+    EXPECT_NEAR(wide.low_frequency_error / wide.mean_relative_error, 0.926, 0.02);
+    EXPECT_NEAR(middle.low_frequency_error / middle.mean_relative_error, 0.735, 0.03) << "edges keep a little more";
+    EXPECT_LT(fine.low_frequency_error / fine.mean_relative_error, 0.02);
+    EXPECT_GT(wide.low_frequency_ratio, 20.0);
+    const ErrorMetrics shifted = metrics_of(128, 128, [](int, int) { return -0.1; });
+    EXPECT_NEAR(shifted.low_frequency_error, 0.1, 1e-4) << "a picture that is too dark is off at all frequencies";
+}
+
+TEST(Metrics, LowFrequencyLeavesOutWhatIsNotFinite)
+{
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const ErrorMetrics m = metrics_of(64, 64, [&](int x, int y) { return x % 5 == 0 && y % 3 == 0 ? nan : 0.1; });
+    EXPECT_GT(m.not_finite, 200u);
+    EXPECT_NEAR(m.low_frequency_error, 0.1, 1e-4);
+    LayeredImage strided = grey(4, 4, std::vector<float>(16, 1.0f));
+    strided.metadata["rcs:stride"] = "16";
+    const ErrorMetrics none = compare_images(grey(64, 64, std::vector<float>(4096, 1.1f)), strided);
+    EXPECT_TRUE(std::isnan(none.low_frequency_error) && std::isnan(none.low_frequency_ratio));
 }
 
 TEST(Metrics, CountPixelsThatAreNotFiniteAndLeaveThemOut)

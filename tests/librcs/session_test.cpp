@@ -224,6 +224,26 @@ TEST(Session, KeepsWhereToLookForLightWhereRecordsAreKept)
     }
 }
 
+TEST(Session, JudgesTheErrorAnewWhereRecordsAreOthers)
+{
+    const Scene scene = test::furnished_room();
+    ThreadPool pool(2);
+    Camera aside = scene.cameras[0];
+    aside.world_from_view = glm::rotate(aside.world_from_view, 1.2, glm::dvec3(0.0, 1.0, 0.0));
+    for (const bool keep : {true, false}) {
+        Session session = borrowed(pool, keep);
+        session.show(scene);
+        const RenderStats first = render(session, scene.cameras[0], small()).stats;
+        ASSERT_GT(first.probe_rays, 0u);
+        const RenderStats again = render(session, scene.cameras[0], small()).stats;
+        EXPECT_EQ(again.probe_rays, keep ? 0u : first.probe_rays);
+        EXPECT_DOUBLE_EQ(again.errors.indirect.mean_relative, first.errors.indirect.mean_relative);
+        EXPECT_GT(render(session, aside, small()).stats.probe_rays, 0u) << "most of it was never seen";
+        session.forget_light();
+        EXPECT_GT(render(session, scene.cameras[0], small()).stats.probe_rays, 0u);
+    }
+}
+
 TEST(Session, KeepsNoMoreRecordsThanItMay)
 {
     const Scene scene = test::furnished_room();

@@ -18,6 +18,7 @@ namespace rcs {
 /// Lamps whose light records gather, as they gather that of the sky (method.md).
 struct GatheredLamps;
 
+/// How direct light is sampled.
 struct DirectSettings {
     int area_samples = 16;  ///< shadow rays per pixel towards lamps with area where visibility is uniform, in [1, 1024]
     int penumbra_samples = 64;  ///< the same where it is mixed, in [area_samples, 65536]
@@ -25,7 +26,7 @@ struct DirectSettings {
                          ///< what they would send, stand for all, and penumbras get no more: cheap and
                          ///< noisy. In [0, 1024]
     bool error = false;  ///< pixels sampled twice, a few of them, tell the others' standard errors
-    std::uint64_t seed = 1;
+    std::uint64_t seed = 1;                           ///< of shadow rays
     std::optional<EffectSet> effects = std::nullopt;  ///< of a plan; none: what the scene has, wherever it lies
     const GatheredLamps* gathered = nullptr;  ///< the diffuse part of their light is left to records; null: none
 };

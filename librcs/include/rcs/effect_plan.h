@@ -16,20 +16,23 @@ struct RenderOptions;
 
 /// One effect's decision.
 struct PlannedEffect {
+    /// How its share is known.
     enum class Basis {
         exact,     ///< follows from scene, view and options: `share` says all
         bound,     ///< `share` is the most it can be
         measured,  ///< by a pilot; `low` and `high` hold it with 95 % confidence
     };
 
-    Effect effect{};
-    bool needed = false;        ///< is simulated
-    bool chosen = false;        ///< the user said so, and the plan would not have
-    bool has_material = false;  ///< the scene has what the effect is made of, wherever it lies
-    std::string reason;         ///< in words, with the number behind it
-    Basis basis = Basis::exact;
-    double share = 0.0, low = 0.0, high = 0.0;  ///< what it contributes, as part of `of`
-    std::string of;                             ///< "pixels", "the first bounce's power", ...
+    Effect effect{};             ///< that is decided on
+    bool needed = false;         ///< is simulated
+    bool chosen = false;         ///< the user said so, and the plan would not have
+    bool has_material = false;   ///< the scene has what the effect is made of, wherever it lies
+    std::string reason;          ///< in words, with the number behind it
+    Basis basis = Basis::exact;  ///< how its share is known
+    double share = 0.0;          ///< what it contributes, as part of `of`
+    double low = 0.0;            ///< the least that may be, where it is measured
+    double high = 0.0;           ///< ... and the most
+    std::string of;              ///< "pixels", "the first bounce's power", ...
     double loss = 0.0;   ///< not needed, or needed in part: the most that leaving it out may lose, as part of `of`; 0:
                          ///< nothing is lost
     std::string cost;    ///< of simulating it, in words
@@ -39,10 +42,10 @@ struct PlannedEffect {
 
 /// One layer's decision.
 struct PlannedLayer {
-    const LayerKind* layer = nullptr;
-    bool kept = false;   ///< by an output
-    bool made = false;   ///< kept, or beauty or the error estimate takes it in; else it costs nothing
-    double bytes = 0.0;  ///< of memory, if it is made
+    const LayerKind* layer = nullptr;  ///< that is decided on; never null
+    bool kept = false;                 ///< by an output
+    bool made = false;                 ///< kept, or beauty or the error estimate takes it in; else it costs nothing
+    double bytes = 0.0;                ///< of memory, if it is made
 };
 
 /// What a view of a scene calls for. Where two effects differ only by name, the more specific one carries the cost.
@@ -55,8 +58,11 @@ struct EffectPlan {
                                    ///< the same triangle: anti-aliasing only where it shows
     std::uint64_t pilot_rays = 0;  ///< that planning took
 
+    /// An effect's decision.
     const PlannedEffect& operator[](Effect effect) const { return effects[static_cast<std::size_t>(effect)]; }
+    /// Whether it is simulated.
     bool needs(Effect effect) const { return (*this)[effect].needed; }
+    /// All that are simulated.
     EffectSet set() const;
 };
 

@@ -32,6 +32,7 @@ enum class Effect : std::uint8_t {
     error_estimate,
     count
 };
+/// How many effects there are.
 inline constexpr std::size_t kEffects = static_cast<std::size_t>(Effect::count);
 
 /// As the command line names it: "traced-lobes".
@@ -39,24 +40,32 @@ RCS_API std::string_view name_of(Effect effect);
 /// @throws Error not_found; lists those there are
 RCS_API Effect find_effect(std::string_view name);
 
+/// Some of the effects.
 class EffectSet {
 public:
     constexpr EffectSet() = default;
+    /// Those.
     constexpr EffectSet(std::initializer_list<Effect> effects)
     {
         for (const Effect effect : effects) set(effect);
     }
+    /// All of them.
     RCS_API static EffectSet all();
 
+    /// Whether this one is among them.
     constexpr bool has(Effect effect) const { return (bits_ >> static_cast<unsigned>(effect) & 1u) != 0u; }
+    /// Whether any of those is.
     constexpr bool has_any(const EffectSet& of) const { return (bits_ & of.bits_) != 0u; }
+    /// Whether there is none.
     constexpr bool empty() const { return bits_ == 0u; }
+    /// Adds one, or takes it out.
     constexpr void set(Effect effect, bool on = true)
     {
         const std::uint64_t bit = std::uint64_t{1} << static_cast<unsigned>(effect);
         bits_ = on ? bits_ | bit : bits_ & ~bit;
     }
     constexpr std::uint64_t bits() const { return bits_; }  ///< by the numbers of Effect
+    /// Whether both are the same effects.
     bool operator==(const EffectSet&) const = default;
 
 private:

@@ -24,7 +24,9 @@ enum class ErrorCode {
 /// field, the value, and the range that would have been accepted.
 class RCS_API Error : public std::runtime_error {
 public:
+    /// @param message  one sentence
     Error(ErrorCode code, const std::string& message) : std::runtime_error(message), code_(code) {}
+    /// What kind of thing went wrong.
     ErrorCode code() const noexcept { return code_; }
 
 private:

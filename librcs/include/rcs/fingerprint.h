@@ -16,9 +16,11 @@ namespace rcs {
 /// for now. The same on every machine of the same byte order; no protection against intent.
 class RCS_API Fingerprint {
 public:
+    /// @param size  [bytes]; what does not fill the last 8 counts as if zeros followed
     void add_bytes(const void* data, std::size_t size);
     /// Length and bytes, so that "ab", "c" differs from "a", "bc".
     void add(std::string_view text);
+    /// A number, by its bytes.
     template <typename Number>
         requires std::is_arithmetic_v<Number> || std::is_enum_v<Number>
     void add(Number value)
@@ -26,7 +28,8 @@ public:
         add_bytes(&value, sizeof value);
     }
 
-    std::string text() const;  ///< 16 hexadecimal digits
+    std::uint64_t value() const { return state_; }  ///< of all that was added so far
+    std::string text() const;                       ///< the same as 16 hexadecimal digits
 
 private:
     std::uint64_t state_ = 0x9e3779b97f4a7c15u;

@@ -25,6 +25,7 @@ public:
     bool software() const noexcept;                ///< llvmpipe, softpipe and the like
 
     struct Impl;
+    /// For the library's own use.
     Impl& impl() noexcept { return *impl_; }
 
 private:

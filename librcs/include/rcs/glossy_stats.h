@@ -6,7 +6,8 @@ namespace rcs {
 
 /// Rays along lobes that are too narrow for records.
 struct GlossyStats {
-    std::uint64_t rays = 0, shadow_rays = 0;
+    std::uint64_t rays = 0;         ///< along lobes
+    std::uint64_t shadow_rays = 0;  ///< from what those met to lamps
 };
 
 }  // namespace rcs

@@ -11,10 +11,11 @@ namespace rcs {
 /// How pixel values are stored; `automatic` is half for EXR, 8 bit for PNG and JPEG.
 enum class PixelFormat { automatic, half_float, full_float, uint8, uint16 };
 
+/// How a picture is written.
 struct ImageFileOptions {
-    PixelFormat format = PixelFormat::automatic;
-    int jpeg_quality = 92;            ///< in [1, 100]
-    std::vector<std::string> layers;  ///< beside beauty, to store in an EXR; empty: all there are
+    PixelFormat format = PixelFormat::automatic;  ///< of its values
+    int jpeg_quality = 92;                        ///< in [1, 100]
+    std::vector<std::string> layers;              ///< beside beauty, to store in an EXR; empty: all there are
 };
 
 /// Whether the file name's ending is one that write_image() takes (.exr .png .jpg .jpeg), and its

@@ -12,7 +12,7 @@ namespace rcs {
 
 /// What a picture can hold, a row of the one table of layers (layers.cpp); docs/layers.md shows it.
 struct LayerKind {
-    std::string_view name;
+    std::string_view name;       ///< in files and on the command line
     std::string_view channels;   ///< a letter each, as EXR files name them: "RGB" is layer.R, layer.G, layer.B
     std::string_view unit = {};  ///< empty: a plain number
     std::string_view what;       ///< in a few words
@@ -25,9 +25,11 @@ struct LayerKind {
     bool of_reference = false;   ///< what render_reference() makes
     int parts = 1;               ///< more: a file has it as so many layers of these channels, name00, name01, ...
 
+    /// Of all parts together.
     int channel_count() const { return parts * static_cast<int>(channels.size()); }
 };
 
+/// The table; beauty is the first.
 RCS_API std::span<const LayerKind> all_layers();
 
 /// What a file calls a part of the layer: its name where there is one part alone.
@@ -36,6 +38,7 @@ RCS_API std::string part_name(const LayerKind& layer, int part);
 /// @return null: there is none of that name
 RCS_API const LayerKind* look_up_layer(std::string_view name);
 
+/// What makes pictures: render() and render_reference().
 enum class Renderer { records, reference };
 /// Names of the layers that one of the two can make, in the table's order; beauty is the first.
 RCS_API std::vector<std::string> layer_names(Renderer renderer);

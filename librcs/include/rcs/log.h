@@ -5,6 +5,7 @@
 
 namespace rcs {
 
+/// What a line of the log is.
 enum class LogLevel { debug, info, warning };
 
 /// Receives one line at a time, without newline. The library never prints by itself; an empty

@@ -11,9 +11,9 @@ namespace rcs {
 
 /// Numbers that a field may have.
 struct NumberRange {
-    double least = 0.0;
-    double most = 0.0;
-    bool open = false;  ///< `least` itself is left out
+    double least = 0.0;  ///< lower end
+    double most = 0.0;   ///< upper end, part of it
+    bool open = false;   ///< `least` itself is left out
 };
 
 /// "(0, 1]"

@@ -28,8 +28,8 @@ using OptionField =
 
 /// What a value's text may end in, and what that multiplies it by.
 struct UnitSuffix {
-    std::string_view text;
-    double factor = 1.0;
+    std::string_view text;  ///< "%", "s", "m"
+    double factor = 1.0;    ///< > 0
 };
 
 /// Whether records gathered with other values serve as well.
@@ -42,22 +42,24 @@ enum class RecordUse {
 /// Where help and manual list an option.
 enum class OptionGroup { picture, quality, records, direct, effects };
 
+/// An option: what it is called, what it may be, and what it does.
 struct OptionInfo {
-    std::string_view key;   ///< of messages, refusals and fingerprints: the member's name, as "error_tolerance"
-    std::string_view name;  ///< of the command line, without dashes also of reports, metadata and record files
-    OptionField field;
-    NumberRange range = {};                          ///< of numbers
+    std::string_view key;    ///< of messages, refusals and fingerprints: the member's name, as "error_tolerance"
+    std::string_view name;   ///< of the command line, without dashes also of reports, metadata and record files
+    OptionField field;       ///< where its value lies
+    NumberRange range = {};  ///< of numbers
     std::span<const std::string_view> choices = {};  ///< of an enumeration, in its order
     std::string_view prefix = {};                    ///< of its text, where rows of one name differ by it
     std::string_view unit = {};                      ///< as text, "" where it is a plain number or says so itself
-    std::span<const UnitSuffix> suffixes = {};
-    RecordUse records = RecordUse::free;
-    OptionGroup group = OptionGroup::records;
-    std::string_view help = {};  ///< one sentence, without its range
+    std::span<const UnitSuffix> suffixes = {};       ///< that its text may end in
+    RecordUse records = RecordUse::free;             ///< whether records of other values serve
+    OptionGroup group = OptionGroup::records;        ///< where help lists it
+    std::string_view help = {};                      ///< one sentence, without its range
 };
 
 /// In the order of --help.
 RCS_API std::span<const OptionInfo> option_table();
+/// The first row with that key. @throws Error internal: there is none
 RCS_API const OptionInfo& find_option(std::string_view key);
 /// Of the rows that share a row's name, the one whose prefix a text begins with; else that row.
 RCS_API const OptionInfo& option_for(const OptionInfo& option, std::string_view text);
@@ -79,6 +81,7 @@ RCS_API std::vector<std::pair<std::string, std::string>> list_options(const Rend
 inline constexpr std::string_view kQualities[] = {"settings", "target_error", "budget_seconds",
                                                   "target_indirect_error"};
 static_assert(std::size(kQualities) == std::variant_size_v<Quality>);
+/// Of an option that belongs to no kind of quality.
 inline constexpr std::size_t kAnyQuality = std::variant_npos;
 /// Which kind of quality an option belongs to, as an index; else kAnyQuality.
 RCS_API std::size_t quality_of(const OptionInfo& option);
@@ -121,6 +124,7 @@ void change_value(RenderOptions& options, Value Owner::*field, const Change& cha
     }
     change(owner_of(options, field)->*field);
 }
+/// The same, whatever the type of the option's value.
 template <typename Change>
 void change_value(const OptionInfo& option, RenderOptions& options, const Change& change)
 {

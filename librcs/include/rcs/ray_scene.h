@@ -14,16 +14,19 @@
 
 namespace rcs {
 
+/// A ray of light, or towards it.
 struct Ray {
-    glm::vec3 origin;     ///< scene space [m]
-    glm::vec3 direction;  ///< need not be unit; distances are in its units
-    float t_min = 0.0f;
-    float t_max = std::numeric_limits<float>::infinity();
+    glm::vec3 origin;                                      ///< scene space [m]
+    glm::vec3 direction;                                   ///< need not be unit; distances are in its units
+    float t_min = 0.0f;                                    ///< where it begins, >= 0
+    float t_max = std::numeric_limits<float>::infinity();  ///< where it ends
 };
 
+/// Where a ray meets a surface.
 struct Hit {
-    float t = 0.0f;
-    float u = 0.0f, v = 0.0f;     ///< barycentric weights of the triangle's second and third vertex
+    float t = 0.0f;               ///< distance, in units of the ray's direction
+    float u = 0.0f;               ///< barycentric weight of the triangle's second vertex
+    float v = 0.0f;               ///< ... and of its third one
     std::uint32_t instance = 0;   ///< index into Scene::instances
     std::uint32_t primitive = 0;  ///< index into Mesh::triangles
 };
@@ -34,16 +37,23 @@ struct Hit {
 class RCS_API RayScene {
 public:
     struct Impl;
+    /// build_ray_scene() makes it.
     explicit RayScene(std::unique_ptr<Impl> impl);
     ~RayScene();
+    /// Takes over what the other holds, which is of no use then.
     RayScene(RayScene&&) noexcept;
+    /// The same, in place of what this one held.
     RayScene& operator=(RayScene&&) noexcept;
 
+    /// That it was built from.
     const Scene& scene() const noexcept;
+    /// Of all instances.
     std::size_t triangle_count() const noexcept;
     /// Whether rays ask any surface if they may go on: for an alpha mask, for blending, or as a thin transmitting wall.
     bool has_transparency() const noexcept;
+    /// For the library's own use.
     const Impl& impl() const noexcept { return *impl_; }
+    /// For the library's own use.
     Impl& impl() noexcept { return *impl_; }
 
 private:

@@ -15,10 +15,12 @@ namespace rcs {
 struct RecordKey {
     std::string scene;     ///< fingerprint of the scene with its sky
     std::string settings;  ///< what else records depend on, in words: bounces, accuracy or target, effects
+    /// Whether records of one serve the other.
     bool operator==(const RecordKey&) const = default;
 };
 /// The settings alone. @return "bounces 1, accuracy 0.2, rays 128, ..."
 RCS_API std::string record_settings_words(const RenderOptions& options);
+/// That of records which render() gathers in this scene with these options.
 RCS_API RecordKey record_key(const Scene& scene, const RenderOptions& options);
 
 /// Saves records for render() to start from. The same view again needs none, or a few where it has more than one sample

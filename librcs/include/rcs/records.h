@@ -62,7 +62,7 @@ struct Record {
     /// options.radiance asked for it.
     std::vector<float> radiance;
     std::vector<float> radiance_of_lamps;  ///< the same of gathered lamps alone; empty as well where there are none
-    RecordWatch watch;
+    RecordWatch watch;                     ///< whether it still holds once the scene has changed
 };
 
 /// How records are placed and gathered.
@@ -77,24 +77,25 @@ struct RecordSettings {
     float max_reach = 60.0f;       ///< largest R_k [px]: a times it is the widest spacing
     float gradient_limit = 3.0f;   ///< R_k is at most so many times E/|grad E|, > 0
     bool radiance = false;         ///< records also keep radiance by direction, for glossy surfaces
-    int bounces = 1;  ///< in [0, 64]. 0: only the sky's own light arrives; 1: light reflected once as well;
-                      ///< more take a light cache
-    std::uint64_t seed = 1;
+    int bounces = 1;         ///< in [0, 64]. 0: only the sky's own light arrives; 1: light reflected once as well;
+                             ///< more take a light cache
+    std::uint64_t seed = 1;  ///< of its rays
     std::optional<EffectSet> effects = std::nullopt;  ///< of a plan; none: what the scene has, wherever it lies
 };
 
+/// What gathering records took.
 struct RecordStats {
-    std::uint64_t records = 0;
-    std::uint64_t hemisphere_rays = 0;
-    std::uint64_t shadow_rays = 0;
-    std::uint64_t looks = 0;           ///< shadow rays of records to lit points
-    std::uint64_t lit_points = 0;      ///< that records look at; 0: rays alone find their light
-    std::uint64_t gathered_lamps = 0;  ///< surfaces whose own light records gather, in place of pixels' shadow rays
-    std::uint64_t waves = 0;
-    std::uint64_t refined = 0;        ///< records that got more rays because their neighbourhood was noisy
-    std::uint64_t refining_rays = 0;  ///< those rays and looks, also part of the others
-    std::uint64_t watched = 0;        ///< records of earlier views that were looked at again: the scene has changed
-    std::uint64_t renewed = 0;        ///< of those, gathered again where they are
+    std::uint64_t records = 0;          ///< that were made
+    std::uint64_t hemisphere_rays = 0;  ///< over their hemispheres
+    std::uint64_t shadow_rays = 0;      ///< from what those met to lamps
+    std::uint64_t looks = 0;            ///< shadow rays of records to lit points
+    std::uint64_t lit_points = 0;       ///< that records look at; 0: rays alone find their light
+    std::uint64_t gathered_lamps = 0;   ///< surfaces whose own light records gather, in place of pixels' shadow rays
+    std::uint64_t waves = 0;            ///< of holes that were filled
+    std::uint64_t refined = 0;          ///< records that got more rays because their neighbourhood was noisy
+    std::uint64_t refining_rays = 0;    ///< those rays and looks, also part of the others
+    std::uint64_t watched = 0;          ///< records of earlier views that were looked at again: the scene has changed
+    std::uint64_t renewed = 0;          ///< of those, gathered again where they are
 };
 
 /// Where gathers look for light besides where their rays lead: made by the renderer for a view (method.md).
@@ -104,11 +105,12 @@ struct GatheredLamps;
 
 /// What gather rays see: the scene, and on its surfaces the light of later bounces.
 struct LitScene {
-    const RayScene& rays;
+    const RayScene& rays;           ///< what they can meet
     const LightCache* cache;        ///< of RecordSettings::bounces - 1 bounces, where that is more than 0; else unused
     GatherGuide* guide;             ///< tells gathers where to look; null: they look everywhere
     const GatheredLamps* gathered;  ///< null: none
 
+    /// @param r,c,g,lamps  of the members above
     LitScene(const RayScene& r, const LightCache* c = nullptr, GatherGuide* g = nullptr,
              const GatheredLamps* lamps = nullptr)
         : rays(r), cache(c), guide(g), gathered(lamps)

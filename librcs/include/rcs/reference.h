@@ -17,14 +17,14 @@ inline constexpr int kTransportVersion = 2;
 
 /// How the path tracer that judges the renderer works.
 struct ReferenceOptions {
-    int samples = 1024;    ///< paths per pixel, in [16, 2^20]; rounded up to a multiple of 16
-    int first_sample = 0;  ///< where in the pixel's sequence of paths to begin, in [0, 2^20 - samples];
-                           ///< see merge_references()
-    int bounces = 1;       ///< bounces of indirect light, in [0, 64]; 1 is the paper's first bounce
-    int aa = 1;            ///< 1: every path starts at the pixel's centre; more: spread over the pixel,
-                           ///< textures filtered over 1/sqrt(aa) pixels, as in render
-    int stride = 1;        ///< >= 1; trace every stride-th pixel of every stride-th row only, see below
-    std::uint64_t seed = 1;
+    int samples = 1024;             ///< paths per pixel, in [16, 2^20]; rounded up to a multiple of 16
+    int first_sample = 0;           ///< where in the pixel's sequence of paths to begin, in [0, 2^20 - samples];
+                                    ///< see merge_references()
+    int bounces = 1;                ///< bounces of indirect light, in [0, 64]; 1 is the paper's first bounce
+    int aa = 1;                     ///< 1: every path starts at the pixel's centre; more: spread over the pixel,
+                                    ///< textures filtered over 1/sqrt(aa) pixels, as in render
+    int stride = 1;                 ///< >= 1; trace every stride-th pixel of every stride-th row only, see below
+    std::uint64_t seed = 1;         ///< of its paths
     std::optional<Lens> lens = {};  ///< with aa > 1: each path looks through another point of it; none: a pinhole
 };
 

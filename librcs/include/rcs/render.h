@@ -25,15 +25,17 @@ namespace rcs {
 
 /// What render() takes in all for a mean relative error of indirect light, said before the main work.
 struct Forecast {
+    /// What an error costs.
     struct Point {
         double error;    ///< as TargetError::error
         double seconds;  ///< wall time of render()
     };
     std::vector<Point> points;  ///< from large errors to small ones
     double goal_error = 0.0;    ///< what is aimed at
-    double goal_seconds = 0.0;
-    int passes = 1;  ///< samples a pixel
+    double goal_seconds = 0.0;  ///< what that takes [s]
+    int passes = 1;             ///< samples a pixel
 };
+/// Told of the forecast before the main work.
 using ForecastFunction = std::function<void(const Forecast&)>;
 
 /// Told after every pass but the last one. `picture` makes the picture so far, with its error layers, and is valid only
@@ -42,56 +44,70 @@ using PassFunction = std::function<void(int done, int passes, const std::functio
 
 /// What each purpose took: 0 for what the plan leaves out.
 struct EffectCounts {
-    std::uint64_t camera_rays = 0;  ///< that settle edges and masks, and look behind surfaces
-    std::uint64_t punctual_rays = 0, area_rays = 0, peak_rays = 0;  ///< shadow rays of pixels
-    std::uint64_t highlight_rays = 0;                               ///< of pixels, along lobes towards lamps
-    std::uint64_t hit_lamp_rays = 0, hit_sky_rays = 0;              ///< shadow rays of gather hits, lobes and cells
-    std::uint64_t alpha_tests = 0;                                  ///< surfaces that rays asked if they may go on
-    std::uint64_t hit_textures = 0;                                 ///< fetches where rays hit
-    std::uint64_t normal_maps = 0;                                  ///< fetches
-    std::uint64_t gbuffers = 0, peeled_layers = 0, direct_passes = 0, splats = 0, glossy_splats = 0, lobe_passes = 0,
-                  error_passes = 0;
-    std::uint64_t shared_samples = 0;                    ///< that took the light of their pixel's first one
-    std::uint64_t gl_bytes = 0;                          ///< of textures and buffers made, one after the other
-    std::uint64_t shading_bytes = 0;                     ///< of BSDFs and coverage, the most at a time
-    std::uint64_t record_bytes = 0, radiance_bytes = 0;  ///< of records at the end; the second is part of the first
-    std::uint64_t layer_bytes = 0;                       ///< of the picture
-    std::vector<std::string> shaders;                    ///< variants used
+    std::uint64_t camera_rays = 0;     ///< that settle edges and masks, and look behind surfaces
+    std::uint64_t punctual_rays = 0;   ///< shadow rays of pixels to lamps without size
+    std::uint64_t area_rays = 0;       ///< ... to emissive triangles
+    std::uint64_t peak_rays = 0;       ///< ... to peaks of the sky
+    std::uint64_t highlight_rays = 0;  ///< of pixels, along lobes towards lamps
+    std::uint64_t hit_lamp_rays = 0;   ///< shadow rays of gather hits, lobes and cells to lamps
+    std::uint64_t hit_sky_rays = 0;    ///< ... to the sky's peaks
+    std::uint64_t alpha_tests = 0;     ///< surfaces that rays asked if they may go on
+    std::uint64_t hit_textures = 0;    ///< fetches where rays hit
+    std::uint64_t normal_maps = 0;     ///< fetches
+    std::uint64_t gbuffers = 0;        ///< that were drawn
+    std::uint64_t peeled_layers = 0;   ///< of those, of what shows through other surfaces
+    std::uint64_t direct_passes = 0;   ///< over all pixels
+    std::uint64_t splats = 0;          ///< of all records, without radiance
+    std::uint64_t glossy_splats = 0;   ///< ... and with it
+    std::uint64_t lobe_passes = 0;     ///< of rays along narrow lobes, over all pixels
+    std::uint64_t error_passes = 0;    ///< estimates of a splat's error
+    std::uint64_t shared_samples = 0;  ///< that took the light of their pixel's first one
+    std::uint64_t gl_bytes = 0;        ///< of textures and buffers made, one after the other
+    std::uint64_t shading_bytes = 0;   ///< of BSDFs and coverage, the most at a time
+    std::uint64_t record_bytes = 0;    ///< of records at the end
+    std::uint64_t radiance_bytes = 0;  ///< part of them that is radiance
+    std::uint64_t layer_bytes = 0;     ///< of the picture
+    std::vector<std::string> shaders;  ///< variants used
 };
 
+/// What a picture took.
 struct RenderStats {
-    EffectPlan plan;
-    EffectCounts counts;
+    EffectPlan plan;                                            ///< what was simulated, and why
+    EffectCounts counts;                                        ///< what each purpose took
     Forecast forecast;                                          ///< empty without a target or budget
     std::vector<std::pair<std::string, double>> stage_seconds;  ///< in order of execution; wall time
-    RecordStats records;
-    SplatStats splats;
-    LightCacheStats light_cache;  ///< of the bounces beyond the first
-    std::uint64_t direct_shadow_rays = 0;
-    GlossyStats traced;                 ///< narrow lobes, ray traced per pixel
-    ErrorEstimates errors;              ///< of the picture and of its indirect light
-    std::uint64_t probe_rays = 0;       ///< of gathers that judged the estimate
-    std::uint64_t unserved_pixels = 0;  ///< visible pixels that no record reaches: 0 unless something is wrong
-    std::string splat_method;           ///< "quads" or "tiles"
-    std::string gl_renderer, gl_version, gl_platform;
-    int threads = 0;
+    RecordStats records;                                        ///< what gathering them took
+    SplatStats splats;                                          ///< what their splats took
+    LightCacheStats light_cache;                                ///< of the bounces beyond the first
+    std::uint64_t direct_shadow_rays = 0;                       ///< of pixels, to lamps
+    GlossyStats traced;                                         ///< narrow lobes, ray traced per pixel
+    ErrorEstimates errors;                                      ///< of the picture and of its indirect light
+    std::uint64_t probe_rays = 0;                               ///< of gathers that judged the estimate
+    std::uint64_t unserved_pixels = 0;         ///< visible pixels that no record reaches: 0 unless something is wrong
+    std::string splat_method;                  ///< "quads" or "tiles"
+    std::string gl_renderer;                   ///< GL_RENDERER
+    std::string gl_version;                    ///< GL_VERSION
+    std::string gl_platform;                   ///< GlContext::platform()
+    int threads = 0;                           ///< of the session
     std::array<Validity, kSessionParts> kept;  ///< what of the session's parts this view found as it needs them
 
+    /// Adds to a stage's seconds [s].
     RCS_API void add(const std::string& stage, double seconds);
 };
 
+/// What render() makes.
 struct RenderResult {
-    LayeredImage image;
+    LayeredImage image;           ///< scene-linear
     std::vector<Record> records;  ///< those that the picture was made from; empty if the session keeps them
-    RenderStats stats;
+    RenderStats stats;            ///< what it took
 };
 
 /// Whom to tell of what while a picture is made; each may be empty.
 struct RenderHooks {
-    LogFunction log = {};
-    ProgressFunction progress = {};
+    LogFunction log = {};            ///< of warnings and what was decided
+    ProgressFunction progress = {};  ///< of stages
     ForecastFunction forecast = {};  ///< told once, with a target or budget
-    PassFunction after_pass = {};
+    PassFunction after_pass = {};    ///< of the picture so far
 };
 
 /// Renders one view of the session's scene: emission, direct light, and indirect light by radiance cache

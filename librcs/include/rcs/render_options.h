@@ -41,6 +41,7 @@ struct Budget {
     double seconds = 20.0;  ///< wall time of render()
 };
 
+/// What is asked for: settings, an error to reach, or a time to spend.
 using Quality = std::variant<QualitySettings, TargetError, Budget, TargetIndirectError>;
 
 /// How records reach the image.
@@ -52,31 +53,35 @@ enum class SplatMethod {
 
 /// A window of the picture [px], (x, y) its upper left corner.
 struct Crop {
-    int x = 0, y = 0, width = 0, height = 0;
+    int x = 0;       ///< of the upper left corner, >= 0
+    int y = 0;       ///< likewise
+    int width = 0;   ///< >= 1; it ends within the picture
+    int height = 0;  ///< likewise
 
+    /// Whether they are the same window.
     bool operator==(const Crop&) const = default;
 };
 
 /// What a user may ask of a picture, and nothing that follows from it.
 struct RenderOptions {
-    int width = 1000;
-    int height = 1000;
-    std::optional<Crop> crop;      ///< what is rendered of it; none: all
-    std::optional<double> f_stop;  ///< focal length over opening of the lens; none: a pinhole
-    std::optional<double> focus;   ///< of that lens: distance of what is sharp, along the camera's axis [m]
-    int aa = 4;                    ///< jittered passes that share the records; 1 samples pixel centres
-    int bounces = 1;               ///< of indirect light; 8 is full interreflection but for very light rooms
-    Quality quality = QualitySettings{};
-    float min_reach = 15.0f;      ///< least R_k, at most max_reach: a times it is the closest spacing
-    float max_reach = 60.0f;      ///< largest R_k: a times it is the widest spacing
-    float gradient_limit = 3.0f;  ///< R_k is at most so many times E/|grad E|
-    int area_samples = 16;        ///< shadow rays a pixel towards lamps with area; each pass shoots its part
-    int penumbra_samples = 64;    ///< the same where visibility is mixed; fewer count as area_samples
-    int lamp_picks = 0;           ///< so many emissive triangles, picked by what they would send, stand for all
-                                  ///< (DirectSettings); 0: none is left out
-    int lobe_rays = 16;           ///< rays a pixel along lobes too narrow for records, shared between neighbours
-    float overlap = 3.0f;         ///< influence radius of the last splat, in spacing radii
-    SplatMethod splat = SplatMethod::automatic;
+    int width = 1000;                     ///< of the picture [px]
+    int height = 1000;                    ///< of the picture [px]
+    std::optional<Crop> crop;             ///< what is rendered of it; none: all
+    std::optional<double> f_stop;         ///< focal length over opening of the lens; none: a pinhole
+    std::optional<double> focus;          ///< of that lens: distance of what is sharp, along the camera's axis [m]
+    int aa = 4;                           ///< jittered passes that share the records; 1 samples pixel centres
+    int bounces = 1;                      ///< of indirect light; 8 is full interreflection but for very light rooms
+    Quality quality = QualitySettings{};  ///< how good it is to be, in one way or another
+    float min_reach = 15.0f;              ///< least R_k, at most max_reach: a times it is the closest spacing
+    float max_reach = 60.0f;              ///< largest R_k: a times it is the widest spacing
+    float gradient_limit = 3.0f;          ///< R_k is at most so many times E/|grad E|
+    int area_samples = 16;                ///< shadow rays a pixel towards lamps with area; each pass shoots its part
+    int penumbra_samples = 64;            ///< the same where visibility is mixed; fewer count as area_samples
+    int lamp_picks = 0;                   ///< so many emissive triangles, picked by what they would send, stand for all
+                                          ///< (DirectSettings); 0: none is left out
+    int lobe_rays = 16;    ///< rays a pixel along lobes too narrow for records, shared between neighbours
+    float overlap = 3.0f;  ///< influence radius of the last splat, in spacing radii
+    SplatMethod splat = SplatMethod::automatic;  ///< how records reach the image
     EffectChoice effects;  ///< what is simulated though the plan would not, and what is not though it would; alpha,
                            ///< transmission, normal maps and instancing are chosen in build_ray_scene()
     std::optional<std::vector<std::string>> layers;  ///< to make beside beauty (rcs/layers.h); none: the default ones
@@ -99,6 +104,7 @@ inline bool aims_at_picture(const RenderOptions& options)
 {
     return std::holds_alternative<TargetError>(options.quality);
 }
+/// The wall time to spend [s]; 0: none is given.
 RCS_API double budget_seconds(const RenderOptions& options);
 
 /// @throws Error bad_argument: the field, its value and its range

@@ -23,11 +23,11 @@ struct EnvironmentChoice {
 
 /// What is rendered: a scene in one pose, under one sky.
 struct SceneChoice {
-    std::string source;          ///< as load_scene() takes it
-    std::optional<double> time;  ///< as LoadOptions::time [s]
-    EnvironmentChoice environment;
-    std::string asset_root;      ///< folder beneath which the file's buffers and images may lie; "": its own
-    std::string animation = {};  ///< as LoadOptions::animation
+    std::string source;             ///< as load_scene() takes it
+    std::optional<double> time;     ///< as LoadOptions::time [s]
+    EnvironmentChoice environment;  ///< what comes from outside of it
+    std::string asset_root;         ///< folder beneath which the file's buffers and images may lie; "": its own
+    std::string animation = {};     ///< as LoadOptions::animation
 };
 
 /// scene_files() of a file with that asset root: names may then begin with "../".
@@ -62,8 +62,8 @@ struct AnimationInfo {
 /// Those of a scene, in the file's order. @throws Error as load_scene() does, where the file is none
 RCS_API std::vector<AnimationInfo> list_animations(const std::string& source);
 
-/// load_scene() and set_environment().
-RCS_API Scene load_scene(const SceneChoice& choice, const LogFunction& log = {});
+/// load_scene() and set_environment(). @param like  as LoadOptions::like: the scene at another time, say
+RCS_API Scene load_scene(const SceneChoice& choice, const LogFunction& log = {}, const Scene* like = nullptr);
 
 /// @throws Error not_found; the message lists the cameras there are
 RCS_API Camera choose_camera(const Scene& scene, const CameraChoice& choice);

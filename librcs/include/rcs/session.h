@@ -17,6 +17,7 @@
 
 namespace rcs {
 
+/// What a session keeps, and who is told.
 struct SessionOptions {
     int threads = 0;             ///< worker threads, >= 0; 0: one per available core
     bool keep_records = false;   ///< a view begins with the records of those before it, as far as they hold: less time,
@@ -38,14 +39,15 @@ enum class SessionPart {
     records,
     count
 };
+/// How many parts there are.
 inline constexpr std::size_t kSessionParts = static_cast<std::size_t>(SessionPart::count);
 /// "acceleration structure", ...
 RCS_API const char* name_of(SessionPart part);
 
 /// Whether the last thing that a session was told of left a part as it was.
 struct Validity {
-    bool kept = false;
-    std::string why;  ///< it was kept, or had to go
+    bool kept = false;  ///< it was left
+    std::string why;    ///< it was kept, or had to go
 };
 
 /// What lasts from view to view: threads, the GL, a scene with its acceleration structure, light cache and records. It
@@ -59,7 +61,9 @@ public:
     /// Works with a GL and threads that others use as well, not at the same time; both must outlive it.
     Session(GlContext& gl, ThreadPool& pool, SessionOptions options = {});
     ~Session();
+    /// Takes over what the other holds, which is of no use then.
     Session(Session&&) noexcept;
+    /// The same, in place of what this one held.
     Session& operator=(Session&&) noexcept;
 
     /// Shows this scene from now on. What it has in common with the one before is found out by comparing all of it:
@@ -71,10 +75,12 @@ public:
     void clear();
     /// The next view is made from nothing but the scene, as if it were the first.
     void forget_light();
+    /// Whether something is shown.
     bool has_scene() const noexcept;
     /// @throws Error not_found: nothing is shown yet; so do all that need a scene
     const Scene& scene() const;
 
+    /// Its threads.
     ThreadPool& pool() noexcept;
     /// Made at first use. @throws Error gl_unavailable
     GlContext& gl();
@@ -88,9 +94,11 @@ public:
     /// sure. They are taken without keep_records, too.
     void begin_with(std::vector<Record> records);
 
+    /// What became of a part when the session was last told of something.
     const Validity& validity(SessionPart part) const;
 
     struct State;
+    /// For the library's own use.
     State& state() noexcept { return *state_; }
 
 private:

@@ -19,11 +19,11 @@ struct StabilityCase {
     std::string
         group;         ///< "light transport", "records", "views", "geometry", "lights and materials", "time", "machine"
     std::string name;  ///< what is rendered or done
-    std::string hazard;  ///< what would break
-    std::string expectation;
-    double tolerance = 0.0;  ///< the case passes where its figure is at most this, and nothing else was wrong
-    std::string reason;      ///< of the tolerance
-    bool quick = false;      ///< together the quick cases take less than half a minute on two cores
+    std::string hazard;       ///< what would break
+    std::string expectation;  ///< what has to come out
+    double tolerance = 0.0;   ///< the case passes where its figure is at most this, and nothing else was wrong
+    std::string reason;       ///< of the tolerance
+    bool quick = false;       ///< together the quick cases take less than half a minute on two cores
 };
 
 /// The whole catalogue, in order.
@@ -32,20 +32,22 @@ RCS_API const std::vector<StabilityCase>& stability_cases();
 /// What a user's own scene must stand: it is changed in ways that do not change its light.
 RCS_API const std::vector<StabilityCase>& metamorphic_cases();
 
+/// How a case ended.
 enum class StabilityVerdict { passed, failed, skipped };
 
+/// What a case found.
 struct StabilityOutcome {
-    StabilityVerdict verdict = StabilityVerdict::failed;
+    StabilityVerdict verdict = StabilityVerdict::failed;  ///< how it ended
     double figure = 0.0;   ///< the worst of what was measured, to be compared with the tolerance
     std::string measured;  ///< in words: the figure's unit and where it was found, or what else went wrong
-    double seconds = 0.0;
-    std::string saved;  ///< folder of the reproducer; "" if none was made
+    double seconds = 0.0;  ///< that it took [s]
+    std::string saved;     ///< folder of the reproducer; "" if none was made
 };
 
 /// What the cases run on. GL and threads are those of the caller.
 struct StabilityMachine {
-    GlContext& gl;
-    ThreadPool& pool;
+    GlContext& gl;            ///< of the thread that runs them
+    ThreadPool& pool;         ///< not at work otherwise
     std::string program;      ///< an rcsplat to start as a process of its own; "": cases that need one are skipped
     std::string save_folder;  ///< existing folder for reproducers of cases that fail; "": none are made
 };

@@ -12,14 +12,15 @@ namespace rcs {
 
 /// One way to render a view, to be measured against others.
 struct SweepPoint {
-    std::string label;  ///< what a user types for it: "--accuracy 0.2 --rays 128 --noise 0.02"
-    RenderOptions options;
+    std::string label;      ///< what a user types for it: "--accuracy 0.2 --rays 128 --noise 0.02"
+    RenderOptions options;  ///< the same in full
 };
 
 /// Ways to render from coarse and quick to fine and slow: accuracy, rays and noise refined together.
 /// @param base  all other options
 /// @param count  in [2, kMostSweepPoints]; spread evenly, coarsest and finest are always there
 RCS_API std::vector<SweepPoint> settings_sweep(const RenderOptions& base, int count);
+/// Of settings_sweep().
 inline constexpr int kMostSweepPoints = 10;
 
 /// `base` with Ward's a, rays a record and noise target as given.

@@ -18,6 +18,7 @@ public:
     ThreadPool(const ThreadPool&) = delete;
     ThreadPool& operator=(const ThreadPool&) = delete;
 
+    /// Threads, the caller's among them.
     int size() const noexcept;
 
     /// Calls body(begin, end, thread) over [0, count) in chunks of at most `grain` items, and
@@ -27,6 +28,7 @@ public:
                       const std::function<void(std::size_t begin, std::size_t end, int thread)>& body);
 
     struct State;
+    /// For the library's own use.
     State& state() noexcept { return *state_; }
 
 private:

@@ -12,6 +12,7 @@
 
 namespace rcs {
 
+/// How scene-linear pictures are shown.
 struct ToneMapOptions {
     std::string ocio_config;        ///< file; "" takes $OCIO, and where that is unset the built-in configuration
     std::string display;            ///< "" is the configuration's default display
@@ -28,7 +29,9 @@ public:
     ///         bad_file: a config that OpenColorIO refuses
     explicit ToneMapper(const ToneMapOptions& options, const LogFunction& log = {});
     ~ToneMapper();
+    /// Takes over what the other holds, which is of no use then.
     ToneMapper(ToneMapper&&) noexcept;
+    /// The same, in place of what this one held.
     ToneMapper& operator=(ToneMapper&&) noexcept;
 
     /// The exposure that apply() uses for this picture [EV].
@@ -39,8 +42,8 @@ public:
     /// @return display values in [0, 1], same size, RGB
     Image apply(const Image& beauty, ThreadPool& pool) const;
 
-    const std::string& display() const noexcept;
-    const std::string& view() const noexcept;
+    const std::string& display() const noexcept;      ///< that it is made for
+    const std::string& view() const noexcept;         ///< of that display
     const std::string& config_name() const noexcept;  ///< "built-in" or the config's file
 
 private:

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "accuracy/flip.h"
+#include "accuracy/low_frequency.h"
 #include "image/cut.h"
 #include "rcs/error.h"
 #include "util/color.h"
@@ -14,6 +15,9 @@
 
 namespace rcs {
 namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
 
 const Image& layer_of(const LayeredImage& image, const std::string& name, const char* which)
 {
@@ -163,6 +167,29 @@ Pair matching_layers(const LayeredImage& image, const LayeredImage& reference, c
     return {a, b, matching_stride(image, a, reference, b)};
 }
 
+/// (I-R) / (R + eps) of each pixel, row by row; NaN where either is not finite.
+std::vector<double> signed_errors(const Pair& pair)
+{
+    const double eps = epsilon(finite_mean(pair.reference));
+    std::vector<double> errors;
+    errors.reserve(pair.reference.pixels.size() / static_cast<std::size_t>(pair.reference.channels));
+    for (int y = 0; y < pair.reference.height; ++y) {
+        for (int x = 0; x < pair.reference.width; ++x) {
+            const float* p = pair.image.at(pair.stride / 2 + x * pair.stride, pair.stride / 2 + y * pair.stride);
+            const double i = level(p, pair.image.channels);
+            const double r = level(pair.reference.at(x, y), pair.reference.channels);
+            const double d = ratio(i - r, std::abs(r) + eps, 0.0);
+            errors.push_back(std::isfinite(d) ? d : kUndefined);
+        }
+    }
+    return errors;
+}
+
+LowFrequency low_frequency_of(const Pair& pair)
+{
+    return low_frequency(signed_errors(pair), pair.reference.width, pair.reference.height);
+}
+
 /// The part of a whole picture that a crop of one of its size shows; none where it is none.
 std::optional<LayeredImage> part_shown(const LayeredImage& whole, const LayeredImage& crop, const std::string& layer,
                                        const char* which)
@@ -178,7 +205,6 @@ std::optional<LayeredImage> part_shown(const LayeredImage& whole, const LayeredI
     return shown;
 }
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 using M = ErrorMetrics;
 constexpr MetricRow kMetrics[] = {
     {&M::mean_relative_error, "mean_relative_error", "mre", "MRE", "%.4f %%", 100.0, kInfinity},
@@ -188,7 +214,9 @@ constexpr MetricRow kMetrics[] = {
     {&M::rmse, "rmse", "rmse", "RMSE", "%.6g", 1.0, kInfinity},
     {&M::ratio_of_means, "ratio_of_means", "ratio_of_means", "ratio of means", "%.6f", 1.0, kInfinity},
     {&M::display_psnr, "display_psnr", "display_psnr", "display PSNR", "%.2f dB", 1.0, kInfinity},
-    {&M::flip, "flip", "flip", "FLIP", "%.4f", 1.0, std::numeric_limits<double>::quiet_NaN()},
+    {&M::flip, "flip", "flip", "FLIP", "%.4f", 1.0, kUndefined},
+    {&M::low_frequency_error, "low_frequency_error", "low_frequency", "low frequency", "%.4f %%", 100.0, kUndefined},
+    {&M::low_frequency_ratio, "low_frequency_ratio", "low_frequency_ratio", "x white noise", "%.2f", 1.0, kUndefined},
 };
 
 }  // namespace
@@ -211,6 +239,9 @@ ErrorMetrics compare_images(const LayeredImage& image, const LayeredImage& refer
     }
     if (stride_of(reference, "reference") == 1) {
         metrics.flip = mean_flip(pair.image, pair.reference);
+        const LowFrequency low = low_frequency_of(pair);
+        metrics.low_frequency_error = low.error;
+        metrics.low_frequency_ratio = low.over_white_noise;
     }
     const double mean_reference = mean(samples.reference);
     const double eps = epsilon(mean_reference);
@@ -239,16 +270,10 @@ ErrorMetrics compare_images(const LayeredImage& image, const LayeredImage& refer
 Image relative_difference(const LayeredImage& image, const LayeredImage& reference, const std::string& layer)
 {
     const Pair pair = matching_layers(image, reference, layer);
-    const double eps = epsilon(finite_mean(pair.reference));
+    const std::vector<double> relative = signed_errors(pair);
     Image difference(pair.reference.width, pair.reference.height, 1);
-    for (int y = 0; y < difference.height; ++y) {
-        for (int x = 0; x < difference.width; ++x) {
-            const float* p = pair.image.at(pair.stride / 2 + x * pair.stride, pair.stride / 2 + y * pair.stride);
-            const double i = level(p, pair.image.channels);
-            const double r = level(pair.reference.at(x, y), pair.reference.channels);
-            *difference.at(x, y) = static_cast<float>(ratio(i - r, std::abs(r) + eps, 0.0));
-        }
-    }
+    std::transform(relative.begin(), relative.end(), difference.pixels.begin(),
+                   [](double d) { return static_cast<float>(d); });
     return difference;
 }
 

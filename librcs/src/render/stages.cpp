@@ -106,9 +106,15 @@ void prepare_records(Frame& f)
     bring_up_to_date(f);
 }
 
-/// What independent gathers at some of the first view's pixels say of its error.
+/// What independent gathers at some of the first view's pixels say of its error; those of an earlier view, where its
+/// records are still there.
 ErrorScale probe(Frame& f)
 {
+    Session::State& session = f.session.state();
+    const RecordStats& made = f.stats().records;
+    const auto changed = static_cast<double>(made.records + made.renewed) /
+                         static_cast<double>(std::max<std::size_t>(1, f.records.size()));
+    if (const auto known = session.find_error_scale(changed); known && !f.probes) return *known;
     return timed(f, "probes", [&] {
         if (!f.probes) f.probes = std::make_unique<Probes>(f.lit(), f.gbuffer, f.course.records, f.session.pool());
         const ErrorMap& map = f.light.indirect_error;
@@ -120,6 +126,7 @@ ErrorScale probe(Frame& f)
         f.stats().probe_rays = f.probes->rays();
         const ErrorScale found = f.probes->compare(f.light.indirect, map);
         f.probes.reset();
+        session.keep_error_scale(found);
         return found;
     });
 }

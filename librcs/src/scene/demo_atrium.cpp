@@ -46,15 +46,19 @@ float noise(int x, int y, std::uint64_t salt)
 constexpr int kTextureSide = 512;
 
 /// A square picture from shade(x, y), texels.
-template <class Shade>
-int add_texture(Scene& scene, const char* name, const Shade& shade)
+Texture draw(const char* name, glm::vec3 (*shade)(int x, int y))
 {
     std::vector<glm::vec3> texels;
     texels.reserve(static_cast<std::size_t>(kTextureSide) * kTextureSide);
     for (int y = 0; y < kTextureSide; ++y) {
         for (int x = 0; x < kTextureSide; ++x) texels.push_back(shade(x, y));
     }
-    scene.textures.push_back(make_texture(name, kTextureSide, kTextureSide, texels));
+    return make_texture(name, kTextureSide, kTextureSide, texels);
+}
+
+int add_texture(Scene& scene, const Texture& texture)
+{
+    scene.textures.push_back(texture);
     return static_cast<int>(scene.textures.size() - 1);
 }
 
@@ -88,8 +92,10 @@ glm::vec3 ashlar_color(int x, int y)
 
 Materials add_materials(Scene& scene)
 {
-    const int tile_texture = add_texture(scene, "tiles", tile_color);
-    const int ashlar_texture = add_texture(scene, "ashlar", ashlar_color);
+    // Drawn once for the court at all times.
+    static const Texture tiles = draw("tiles", tile_color), ashlar = draw("ashlar", ashlar_color);
+    const int tile_texture = add_texture(scene, tiles);
+    const int ashlar_texture = add_texture(scene, ashlar);
     const auto textured = [&](const char* name, glm::vec3 color, int texture) {
         const int material = add_material(scene, name, color);
         scene.materials[static_cast<std::size_t>(material)].base_color_texture.texture = texture;

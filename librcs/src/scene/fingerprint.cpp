@@ -26,15 +26,7 @@ void add_plain(Fingerprint& print, const std::vector<Value>& values)
     print.add_bytes(values.data(), values.size() * sizeof(Value));
 }
 
-void add_texture(Fingerprint& print, const Texture& texture)
-{
-    print.add(texture.levels.size());
-    for (const Texture::Level& level : texture.levels) {
-        print.add(level.width);
-        print.add(level.height);
-        add_plain(print, level.texels);
-    }
-}
+void add_texture(Fingerprint& print, const Texture& texture) { print.add(texture.levels.hash()); }
 
 // The structures are taken apart by all their members: one that gets a new member fails to compile here.
 

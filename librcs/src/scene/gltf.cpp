@@ -133,12 +133,12 @@ bool has_light(const Scene& scene)
 Scene load_gltf(const std::string& path, const LoadOptions& options, const std::string& root, const LogFunction& log)
 {
     GltfNotes notes;
-    const GltfFile file{path, std::filesystem::path(path).parent_path(), &notes, root};
+    const GltfFile file{path, std::filesystem::path(path).parent_path(), &notes, root, options.like};
     tinygltf::Model model = read_model(file);
     const GltfPose pose = pose_at(file, model, options);
     if (!pose.properties.empty()) {
         GltfNotes said;  // by the first reading
-        model = read_model({path, file.folder, &said, root}, pose.properties);
+        model = read_model({path, file.folder, &said, root, options.like}, pose.properties);
     }
     Scene scene = build_scene(file, model, pose.nodes);
     const std::string name = std::filesystem::path(path).filename().string();

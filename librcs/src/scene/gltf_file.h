@@ -7,6 +7,7 @@
 
 #include "rcs/error.h"
 #include "rcs/log.h"
+#include "rcs/scene.h"
 
 namespace rcs {
 
@@ -40,6 +41,7 @@ struct GltfFile {
     std::filesystem::path folder;  ///< where its buffers and images lie
     GltfNotes* notes = nullptr;
     std::filesystem::path root = {};  ///< beneath which they may lie, "" for the folder itself
+    const Scene* like = nullptr;      ///< as LoadOptions::like
 };
 
 [[noreturn]] inline void fail(const GltfFile& file, ErrorCode code, const std::string& what)

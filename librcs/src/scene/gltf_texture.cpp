@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
+#include "rcs/fingerprint.h"
 #include "scene/gltf_accessor.h"
 #include "scene/gltf_uri.h"
 
@@ -50,6 +52,16 @@ Wrap wrap_of(const GltfFile& file, int mode, const std::string& what)
         default:
             bad_file(file, what + " has the wrap mode " + std::to_string(mode) + ", expected 10497, 33071 or 33648");
     }
+}
+
+/// What the texels of an image follow from.
+std::string content_of(std::span<const std::uint8_t> bytes, ColorSpace space)
+{
+    Fingerprint print;
+    print.add(space);
+    print.add(bytes.size());
+    print.add_bytes(bytes.data(), bytes.size());
+    return print.text();
 }
 
 bool is_finite(const glm::mat3x2& matrix)
@@ -165,6 +177,17 @@ int TextureReader::keep(Texture made, const std::string& user)
     return static_cast<int>(scene_.textures.size()) - 1;
 }
 
+/// The one that a scene like this has of the same image, if there is still room for it; else none, without levels.
+Texture TextureReader::shared_texture(const std::string& content) const
+{
+    if (!file_.like) return {};
+    for (const Texture& texture : file_.like->textures)
+        if (texture.content == content &&
+            texels_ + static_cast<std::int64_t>(texture.levels.front().texels.size()) <= kMaxTotalTexels)
+            return texture;
+    return {};
+}
+
 Texture TextureReader::read_image(int index, ColorSpace space)
 {
     const auto number = static_cast<std::size_t>(index);
@@ -173,10 +196,16 @@ Texture TextureReader::read_image(int index, ColorSpace space)
     const std::string what = element_name("image", number, image.name.empty() ? shown : image.name);
     const std::string name = short_name(number, image.name.empty() ? shown : image.name);
     const std::string where = file_.path + ": " + what;
-    const std::int64_t left = kMaxTotalTexels - texels_;
-    Texture texture = image.bufferView >= 0
-                          ? decode_texture(view_bytes(file_, model_, image.bufferView, what), space, left, name, where)
-                          : decode_texture(uri_bytes(file_, image.uri, what), space, left, name, where);
+    const auto decode = [&](std::span<const std::uint8_t> bytes) {
+        const std::string content = content_of(bytes, space);
+        Texture made = shared_texture(content);
+        if (made.levels.empty()) made = decode_texture(bytes, space, kMaxTotalTexels - texels_, name, where);
+        made.name = name;
+        made.content = content;
+        return made;
+    };
+    Texture texture = image.bufferView >= 0 ? decode(view_bytes(file_, model_, image.bufferView, what))
+                                            : decode(uri_bytes(file_, image.uri, what));
     texels_ += static_cast<std::int64_t>(texture.levels.front().texels.size());
     return texture;
 }

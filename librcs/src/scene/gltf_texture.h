@@ -49,6 +49,7 @@ private:
     int image_of(const tinygltf::Texture& texture, const std::string& what, const std::string& name) const;
     void set_sampler(const tinygltf::Texture& texture, const std::string& what, TextureSlot& slot) const;
     Texture read_image(int index, ColorSpace space);
+    Texture shared_texture(const std::string& content) const;
 
     const GltfFile& file_;
     const tinygltf::Model& model_;

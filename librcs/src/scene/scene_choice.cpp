@@ -17,9 +17,9 @@ void set_environment(Scene& scene, const EnvironmentChoice& choice, const LogFun
     scene.environment.rotation += choice.rotation_degrees * std::numbers::pi / 180.0;
 }
 
-Scene load_scene(const SceneChoice& choice, const LogFunction& log)
+Scene load_scene(const SceneChoice& choice, const LogFunction& log, const Scene* like)
 {
-    Scene scene = load_scene_within(choice.source, choice.asset_root, log, {choice.time, choice.animation});
+    Scene scene = load_scene_within(choice.source, choice.asset_root, log, {choice.time, choice.animation, like});
     set_environment(scene, choice.environment, log);
     return scene;
 }
@@ -38,7 +38,7 @@ MotionFrom load_motion(const MotionChoice& choice, const Scene& scene, const Sce
     std::shared_ptr<Scene> pose;
     if (choice.time && choice.time != picture.time && is_animated(picture.source)) {
         pose = std::make_shared<Scene>(
-            load_scene_within(picture.source, picture.asset_root, {}, {choice.time, picture.animation}));
+            load_scene_within(picture.source, picture.asset_root, {}, {choice.time, picture.animation, &scene}));
         pose->textures.clear();
     }
     const Camera then = choose_camera(pose ? *pose : scene, choice.camera.value_or(camera));

@@ -1,10 +1,12 @@
 #include "scene/texture.h"
 
 #include <cstdint>
+#include <mutex>
 #include <string>
 #include <utility>
 
 #include "rcs/error.h"
+#include "rcs/fingerprint.h"
 
 namespace rcs {
 namespace {
@@ -89,17 +91,49 @@ Texture::Level halve(const Texture::Level& source)
     return level;
 }
 
+std::uint64_t hash_of(const std::vector<Texture::Level>& levels)
+{
+    Fingerprint print;
+    print.add(levels.size());
+    for (const Texture::Level& level : levels) {
+        print.add(level.width);
+        print.add(level.height);
+        print.add(level.texels.size());
+        print.add_bytes(level.texels.data(), level.texels.size() * sizeof(Texel));
+    }
+    return print.value();
+}
+
 }  // namespace
+
+struct Texture::Levels::Held {
+    std::vector<Level> levels;
+    mutable std::once_flag hashed;
+    mutable std::uint64_t hash = 0;
+
+    explicit Held(std::vector<Level> taken) : levels(std::move(taken)) {}
+};
+
+Texture::Levels::Levels(std::vector<Level> levels)
+    : held_(std::make_shared<const Held>(std::move(levels))),
+      first_(held_->levels.data()),
+      count_(held_->levels.size())
+{
+}
+
+std::uint64_t Texture::Levels::hash() const
+{
+    if (!held_) return hash_of({});
+    std::call_once(held_->hashed, [this] { held_->hash = hash_of(held_->levels); });
+    return held_->hash;
+}
 
 Texture make_texture(std::string name, Texture::Level full_size)
 {
-    Texture texture;
-    texture.name = std::move(name);
-    texture.levels.push_back(std::move(full_size));
-    while (texture.levels.back().width > 1 || texture.levels.back().height > 1) {
-        texture.levels.push_back(halve(texture.levels.back()));
-    }
-    return texture;
+    std::vector<Texture::Level> levels;
+    levels.push_back(std::move(full_size));
+    while (levels.back().width > 1 || levels.back().height > 1) levels.push_back(halve(levels.back()));
+    return {std::move(name), std::move(levels)};
 }
 
 Texture make_texture(std::string name, int width, int height, const std::vector<glm::vec3>& linear_rgb)

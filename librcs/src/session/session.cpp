@@ -176,6 +176,7 @@ void Session::begin_with(std::vector<Record> records)
     state_->records = std::move(records);
     for (Record& record : state_->records) record.watch.state = state_->scene_number;
     state_->record_settings.clear();
+    state_->error_scale.reset();
     state_->note(SessionPart::records, true, "they were handed over");
 }
 
@@ -188,6 +189,7 @@ void Session::State::drop_light(const std::string& why)
     light_cache.reset();
     records.clear();
     guide.reset();
+    error_scale.reset();
     changed_in.clear();
     ++scene_number;
 }
@@ -214,6 +216,7 @@ std::vector<Record> Session::State::take_records(const RenderOptions& asked)
         note(SessionPart::records, false, "they were made with " + record_settings + ", not with " + settings);
         records.clear();
         guide.reset();
+        error_scale.reset();
     } else if (!record_settings.empty()) {
         const bool watched =
             std::any_of(records.begin(), records.end(), [&](const Record& r) { return r.watch.state != scene_number; });
@@ -257,6 +260,19 @@ void Session::State::keep_guide(KeptGuide kept, std::size_t made, std::size_t re
     if (!options.keep_records) return;
     const bool is_first = kept.views++ == 0;
     if (is_first || made < reused) guide = std::move(kept);
+}
+
+std::optional<ErrorScale> Session::State::find_error_scale(double changed)
+{
+    // Then what is there is much as it was.
+    constexpr double kMostChanged = 0.25;
+    if (!error_scale || (error_scale->others += changed) > kMostChanged) return std::nullopt;
+    return error_scale->scale;
+}
+
+void Session::State::keep_error_scale(const ErrorScale& scale)
+{
+    if (options.keep_records) error_scale = {scale, 0.0};
 }
 
 const LightCache* Session::State::find_light_cache(const LightCacheUse& use)

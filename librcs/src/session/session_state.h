@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "accuracy/error_scale.h"
 #include "lit_points/gather_guide.h"
 #include "rcs/camera.h"
 #include "rcs/light_cache.h"
@@ -29,6 +30,12 @@ struct KeptGuide {
     std::uint32_t scene_number = 0;      ///< that its points are lit in
 };
 
+/// What probes found of a view's error: it holds for the next ones as long as their records are the same.
+struct KeptScale {
+    ErrorScale scale;
+    double others = 0.0;  ///< part of the records that has changed since
+};
+
 struct [[gnu::visibility("hidden")]] Session::State {
     SessionOptions options;
     std::shared_ptr<ThreadPool> pool;
@@ -43,6 +50,7 @@ struct [[gnu::visibility("hidden")]] Session::State {
     std::uint32_t scene_number = 0;         ///< of the scene: another one for each change
     std::vector<std::uint32_t> changed_in;  ///< per instance: since which scene it has been where and what it is
     std::optional<KeptGuide> guide;
+    std::optional<KeptScale> error_scale;
     std::string record_settings;  // that they were gathered with; empty: none are kept, or they come from outside
     std::array<Validity, kSessionParts> validity;
 
@@ -66,6 +74,10 @@ struct [[gnu::visibility("hidden")]] Session::State {
     std::optional<KeptGuide> take_guide();
     /// @param made, reused  records of this view: where most are new it has little in common with those before
     void keep_guide(KeptGuide kept, std::size_t made, std::size_t reused);
+    /// The scale of an earlier view if it serves this one too. Only where records are kept, as for the guide.
+    /// @param changed  part of the view's records that is new, or was gathered again
+    std::optional<ErrorScale> find_error_scale(double changed);
+    void keep_error_scale(const ErrorScale& scale);
     /// The light cache if it serves this use; null if it has to be built.
     const LightCache* find_light_cache(const LightCacheUse& use);
     const LightCache* keep_light_cache(LightCache cache, LightCacheUse use);
