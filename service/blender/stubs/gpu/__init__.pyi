@@ -1,0 +1,4 @@
+from typing import Any
+
+state: Any
+types: Any

@@ -1,0 +1,3 @@
+from typing import Any
+
+def draw_texture_2d(texture: Any, position: Any, width: float, height: float) -> None: ...

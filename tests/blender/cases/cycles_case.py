@@ -1,0 +1,118 @@
+"""Small scenes against Blender's path tracer: the means of their pictures within 2 %."""
+
+import math
+import os
+
+import bpy
+import numpy
+import stage
+
+addon = stage.start()
+SAMPLES = int(os.environ.get("RCS_CYCLES_SAMPLES", "512"))
+WHITE, RED, GREEN = (0.75, 0.75, 0.75), (0.6, 0.06, 0.05), (0.1, 0.45, 0.09)
+
+
+def room(scene):
+    """Cornell's, open towards -Y."""
+    white, red, green = (stage.diffuse(n, c) for n, c in (("white", WHITE), ("red", RED), ("green", GREEN)))
+    quarter = 0.5 * math.pi
+    stage.plane(scene, "floor", 2.0, white)
+    stage.plane(scene, "ceiling", 2.0, white, location=(0, 0, 2), rotation=(math.pi, 0, 0))
+    stage.plane(scene, "back", 2.0, white, location=(0, 1, 1), rotation=(quarter, 0, 0))
+    stage.plane(scene, "left", 2.0, red, location=(-1, 0, 1), rotation=(0, quarter, 0))
+    stage.plane(scene, "right", 2.0, green, location=(1, 0, 1), rotation=(0, -quarter, 0))
+    first = stage.box(scene, "small", (0.55, 0.55, 0.55), white, location=(0.35, -0.3, 0.275), rotation=(0, 0, 0.3))
+    second = stage.link(scene, "tall", first.data, (-0.35, 0.3, 0.5), (0, 0, -0.3))  # an instance
+    second.scale = (1.0, 1.0, 1.8)
+    stage.camera(scene, (0, -3.6, 1), (quarter, 0, 0), lens=36.0)
+
+
+def check(name, scene, bounces=2, tolerance=0.02):
+    scene.rcsplat.bounces = bounces
+    ours = stage.color(stage.rendered(scene))
+    other = stage.cycles(scene, SAMPLES, bounces)
+    if other is None:
+        return
+    theirs = stage.color(other)
+    if os.environ.get("RCS_KEEP"):
+        numpy.savez(os.environ["RCS_KEEP"] + name.replace(" ", "_"), ours=ours, theirs=theirs)
+    error = numpy.mean((ours - theirs) ** 2 / (theirs**2 + 1e-2 * theirs.mean() ** 2))
+    print(f"case: {name}: relMSE {error:.4f}", flush=True)
+    stage.close(name, ours.mean(), theirs.mean(), tolerance)
+
+
+def cornell(kind, where=(0, 0, 1.9), rotation=stage.DOWN, **values):
+    scene = stage.empty((64, 64), aa=16)
+    scene.rcsplat.target_error = 2.0
+    room(scene)
+    scene.rcsplat.soft_lamps = False
+    stage.lamp(scene, kind, where, rotation, **values)
+    return scene
+
+
+# Beyond the picture: here lamps with area are seen.
+ABOVE = ((0, -1.8, 2.3), stage.aim((0, -1.8, 2.3), (0, 0.4, 0.5)))
+check("area lamp", cornell("AREA", *ABOVE, energy=80.0, shape="SQUARE", size=0.5))
+check("point lamp", cornell("POINT", (0, -0.4, 1.6), energy=40.0, shadow_soft_size=0.0))
+check("spot", cornell("SPOT", (0, -0.5, 1.9), energy=200.0, spot_size=1.2, spot_blend=0.4, shadow_soft_size=0.0))
+check("sun", cornell("SUN", (0, -3, 3), stage.aim((0, -3, 3), (0.2, 0, 0.8)), energy=4.0, angle=0.0))
+
+scene = cornell("AREA", *ABOVE, energy=80.0, shape="DISK", size=0.6)
+scene.camera.data.shift_x, scene.camera.data.shift_y, scene.camera.data.lens = 0.15, -0.2, 50.0
+check("shifted camera", scene)
+scene.render.resolution_x = 96
+check("shifted, wide", scene)
+scene.render.resolution_x, scene.render.resolution_y = 48, 72
+check("shifted, high", scene)
+scene.camera.data.sensor_fit, scene.camera.data.sensor_height = "VERTICAL", 30.0
+check("shifted, sensor fit vertical", scene)
+scene.camera.data.type, scene.camera.data.ortho_scale = "ORTHO", 2.2
+check("shifted, parallel", scene)
+
+
+def open_scene():
+    """A box on a floor beneath a sky."""
+    found = stage.empty((72, 54), aa=16)
+    found.rcsplat.target_error = 2.0
+    stage.plane(found, "floor", 12.0, stage.diffuse("grey", (0.5, 0.5, 0.5)))
+    stage.box(found, "box", (1, 1, 1), stage.diffuse("red", RED), location=(0, 0, 0.5), rotation=(0, 0, 0.4))
+    where = (3.0, -4.0, 2.5)
+    stage.camera(found, where, stage.aim(where, (0, 0, 0.4)), lens=35.0)
+    return found
+
+
+scene = open_scene()
+stage.world(scene, (0.3, 0.4, 0.6), 1.5)
+check("plain world", scene)
+
+x, y = numpy.meshgrid(numpy.arange(64), numpy.arange(32))
+glow = numpy.exp(-0.5 * (((x - 50) / 5.0) ** 2 + ((y - 22) / 3.0) ** 2))
+pixels = numpy.stack([0.2 + 6.0 * glow, 0.3 + 4.0 * glow, 0.5 + 2.0 * glow, numpy.ones_like(glow)], axis=-1)
+for turn in (0.0, 1.1):
+    scene = open_scene()
+    tree = scene.world.node_tree
+    texture, mapping, coordinates = (tree.nodes.new(kind) for kind in (
+        "ShaderNodeTexEnvironment", "ShaderNodeMapping", "ShaderNodeTexCoord"))
+    image = bpy.data.images.new("sky", 64, 32, float_buffer=True)
+    image.pixels.foreach_set(pixels.astype(numpy.float32).reshape(-1))
+    texture.image = image
+    mapping.inputs["Rotation"].default_value[2] = turn
+    tree.links.new(coordinates.outputs["Generated"], mapping.inputs["Vector"])
+    tree.links.new(mapping.outputs["Vector"], texture.inputs["Vector"])
+    tree.links.new(texture.outputs["Color"], stage.world(scene, (0, 0, 0), 0.8).inputs["Color"])
+    check(f"image world turned by {turn:g}", scene)
+    picture = stage.color(stage.rendered(scene))
+    assert picture.std() > 0.0
+
+# A plain principled shader, and light of a surface that shines.
+scene = cornell("AREA", *ABOVE, energy=40.0, shape="SQUARE", size=0.5)
+plain = bpy.data.materials.new("plain")
+plain.use_nodes = True
+principled = plain.node_tree.nodes["Principled BSDF"]
+principled.inputs["Base Color"].default_value = (0.2, 0.3, 0.7, 1.0)
+principled.inputs["Roughness"].default_value = 0.7
+scene.objects["small"].data.materials[0] = plain
+shining = stage.shader("shining", "ShaderNodeEmission", Color=(1.0, 0.7, 0.4, 1.0), Strength=6.0)
+stage.plane(scene, "panel", 0.5, shining, location=(0.4, 0.98, 1.4), rotation=(0.5 * math.pi, 0, 0))
+check("principled boxes, a shining panel", scene)
+stage.end(addon)
