@@ -82,8 +82,8 @@ double seconds_until(const std::string& text, std::int64_t now_ms)
     if (!seconds) seconds = left(time_of_date(text));
     if (!seconds)
         throw Error(ErrorCode::bad_argument,
-                    "--deadline " + text + " is no time such as 06:00, 2026-11-24T06:00 or +1h30m");
-    if (*seconds <= 0.0) throw Error(ErrorCode::bad_argument, "--deadline " + text + " has passed");
+                    text + " is no time such as 06:00, 2026-11-24T06:00 or +1h30m");
+    if (*seconds <= 0.0) throw Error(ErrorCode::bad_argument, text + " has passed");
     return *seconds;
 }
 

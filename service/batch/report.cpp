@@ -163,6 +163,12 @@ std::string cost(const BatchReport& report)
            (report.threads > 0 ? "." : " of one machine's time.");
 }
 
+std::string movie(const BatchReport& report)
+{
+    const std::string name(kMovieFile);
+    return report.has_movie ? "<p><a href=\"" + name + "\">" + name + "</a> shows them in full size.</p>" : "";
+}
+
 /// Frames as the page's script takes them.
 std::string pictures(const BatchReport& report)
 {
@@ -221,9 +227,10 @@ void add_up(BatchReport& report)
 std::string headline(const BatchReport& report)
 {
     const std::size_t there = report.count(FrameEnd::rendered) + report.count(FrameEnd::kept);
-    std::string text = there == report.frames.size() ? "All " + std::to_string(there) + " frames are there"
-                                                     : std::to_string(there) + " of " +
-                                                           std::to_string(report.frames.size()) + " frames are there";
+    const std::size_t all = report.frames.size();
+    std::string text =
+        std::to_string(there) + " of " + std::to_string(all) + (all == 1 ? " frame is there" : " frames are there");
+    if (there == all) text = all == 1 ? "The frame is there" : "All " + std::to_string(all) + " frames are there";
     for (const FrameEnd end : {FrameEnd::failed, FrameEnd::left, FrameEnd::rendered, FrameEnd::kept})
         if (report.count(end) > 0) text += ", " + std::to_string(report.count(end)) + " " + name_of(end);
     return text;
@@ -254,6 +261,7 @@ Json to_json(const BatchReport& report)
             {"seconds", report.seconds},
             {"cpu_seconds", report.cpu_seconds},
             {"peak_memory_bytes", report.peak_memory},
+            {"movie", report.has_movie ? Json(kMovieFile) : Json(nullptr)},
             {"counts",
              {{"frames", report.frames.size()},
               {"rendered", report.count(FrameEnd::rendered)},
@@ -278,6 +286,7 @@ std::string to_html(const BatchReport& report)
                       {"css", sources.at("batch.css")},
                       {"js", sources.at("batch.js")},
                       {"failures", failures(report)},
+                      {"movie", movie(report)},
                       {"warnings", warnings(report)},
                       {"cost", html_escape(cost(report))},
                       {"curves", curves},

@@ -11,6 +11,9 @@
 /// What became of the frames of a batch, for the morning after.
 namespace rcs::service {
 
+/// A movie of the frames, beside the report.
+inline constexpr const char* kMovieFile = "preview.mp4";
+
 enum class FrameEnd { rendered, kept, failed, left };
 std::string name_of(FrameEnd end);  ///< "rendered", "done before", "failed", "not reached"
 
@@ -32,6 +35,7 @@ struct BatchReport {
     double seconds = 0.0, cpu_seconds = 0.0;
     std::uint64_t peak_memory = 0;  ///< [bytes]; 0: not known
     bool independent = false;
+    bool has_movie = false;  ///< kMovieFile lies beside it
     std::vector<FrameResult> frames;
 
     std::size_t count(FrameEnd end) const;

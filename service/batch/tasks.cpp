@@ -20,12 +20,12 @@ Task parse_task(const std::string& text)
     if (text == "report") return {TaskKind::report};
     std::smatch found;
     if (!std::regex_match(text, found, form))
-        throw Error(ErrorCode::bad_argument, "--task " + text + " is neither K/N nor overture/N nor report");
+        throw Error(ErrorCode::bad_argument, text + " is neither K/N nor overture/N nor report");
     Task task{TaskKind::overture, 1, std::stoi(found[2])};
     if (found[1] != "overture") task = {TaskKind::part, std::stoi(found[1]), task.parts};
     if (task.part < 1 || task.part > task.parts)
         throw Error(ErrorCode::bad_argument,
-                    "--task " + text + " is none of the parts 1 to " + std::to_string(task.parts));
+                    text + " is none of the parts 1 to " + std::to_string(task.parts));
     return task;
 }
 

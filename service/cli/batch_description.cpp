@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <filesystem>
 #include <fstream>
 #include <optional>
 #include <regex>
@@ -66,6 +67,9 @@ std::vector<Item> read_items(const std::string& file)
     static const std::regex entry(R"(^\s*([a-z][a-z0-9-]*)\s*=\s*(.*)$)"), empty(R"(^\s*$)");
     std::ifstream lines(file);
     if (!lines) throw Error(ErrorCode::not_found, "batch description '" + file + "' does not exist");
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(file, ignored))
+        throw Error(ErrorCode::io, "batch description '" + file + "' is no file");
     std::vector<Item> items;
     std::string line;
     for (int number = 1; std::getline(lines, line); ++number) {

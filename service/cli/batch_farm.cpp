@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cctype>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -13,6 +12,7 @@
 #include "cli/batch_frame.h"
 #include "cli/batch_run.h"
 #include "output/stats_json.h"
+#include "process/program.h"
 #include "rcs/error.h"
 
 namespace rcs::service {
@@ -43,18 +43,6 @@ std::string job_name(const std::string& scene)
     for (char& c : name)
         if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '-';
     return name.substr(0, 64);
-}
-
-bool is_on_path(const std::string& program)
-{
-    const char* path = std::getenv("PATH");
-    std::string folders = path != nullptr ? path : "";
-    for (std::size_t begin = 0; begin <= folders.size();) {
-        const std::size_t end = std::min(folders.find(':', begin), folders.size());
-        if (::access((folders.substr(begin, end - begin) + "/" + program).c_str(), X_OK) == 0) return true;
-        begin = end + 1;
-    }
-    return false;
 }
 
 FarmJob job_of(const BatchArguments& arguments, const RenderOptions& options)
@@ -96,7 +84,7 @@ void write_folder(const FarmJob& job)
 
 void run_farm(const BatchArguments& arguments)
 {
-    if (arguments.engine == Engine::slurm && arguments.submits && !is_on_path("sbatch"))
+    if (arguments.engine == Engine::slurm && arguments.submits && find_program("sbatch").empty())
         throw Error(ErrorCode::not_found,
                     "--engine slurm: there is no sbatch on this machine; --no-submit writes the job's folder alone");
     ProgressBar bar(parse_log_level(arguments.render.report.log_level), arguments.render.report.quiet);

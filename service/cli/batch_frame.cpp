@@ -271,7 +271,7 @@ void FrameMaker::take_exposure(const std::vector<int>& all)
 RenderResult FrameMaker::render_picture(FrameRecord& wanted)
 {
     identify(wanted);
-    shared_records_.begin(session_, options_, scene_.is_animated(), bar_.log());
+    shared_records_.begin(session_, options_, scene_.is_animated(), log());
     wanted.figures.records_reused = session_.records().size();
     RenderArguments arguments = arguments_.render;
     arguments.scene.time = time_of(wanted.number);

@@ -16,8 +16,13 @@ SharedRecords::SharedRecords(std::string file, TaskKind task) : file_(std::move(
 
 void SharedRecords::begin(Session& session, const RenderOptions& options, bool is_animated, const LogFunction& log)
 {
+    if (std::exchange(begun_, true) || file_.empty()) return;
     std::error_code ignored;
-    if (std::exchange(begun_, true) || !std::filesystem::exists(file_, ignored)) return;
+    if (!std::filesystem::exists(file_, ignored)) {
+        if (task_ == TaskKind::part && !is_animated)
+            log(LogLevel::warning, "record file '" + file_ + "' does not exist: this part begins without records");
+        return;
+    }
     try {
         session.begin_with(read_records(file_, record_key(session.scene(), options)));
     } catch (const Error& e) {

@@ -14,14 +14,17 @@
 
 #include "batch/frame_record.h"
 #include "batch/frames.h"
+#include "batch/movie.h"
 #include "batch/report.h"
 #include "cli/batch_frame.h"
 #include "cli/batch_pace.h"
 #include "cli/progress_bar.h"
+#include "output/output_files.h"
 #include "output/stats_json.h"
 #include "process/clock.h"
 #include "process/exit_code.h"
 #include "process/interrupt.h"
+#include "process/program.h"
 #include "rcs/error.h"
 #include "report/encoding.h"
 
@@ -53,7 +56,7 @@ void remove_leftovers(const std::set<std::string>& paths, const std::set<std::st
         std::error_code failed;
         for (const auto& entry : fs::directory_iterator(folder.empty() ? "." : folder, failed)) {
             const fs::path file = fs::path(folder) / entry.path().filename();
-            if (is_leftover(file, paths) || scratch.contains(file.string())) fs::remove(file, failed);
+            if (is_leftover(file, paths) || scratch.contains(file.string())) fs::remove_all(file, failed);
         }
     }
 }
@@ -85,6 +88,7 @@ private:
     bool renders() const { return !arguments_.plan_only && arguments_.task.kind != TaskKind::report; }
     bool reports() const { return arguments_.task.kind == TaskKind::all || arguments_.task.kind == TaskKind::report; }
     void write_report();
+    void show_movie();
     void end();
 
     const BatchArguments& arguments_;
@@ -252,6 +256,29 @@ void Batch::write_report()
     write_text_file((folder / "report.html").string(), to_html(report_));
 }
 
+/// Of the first output that others can show, as far as its frames are there. A movie is a help: without it all is well.
+void Batch::show_movie()
+{
+    const std::string file = (fs::path(report_folder_) / kMovieFile).string();
+    std::vector<std::string> pictures;
+    for (const FrameResult& frame : report_.frames) {
+        if (frame.end != FrameEnd::rendered && frame.end != FrameEnd::kept) continue;
+        const auto shown = std::find_if(frame.files.begin(), frame.files.end(),
+                                        [](const std::string& path) { return !is_exr({path, {}}); });
+        if (shown != frame.files.end()) pictures.push_back(*shown);
+    }
+    std::error_code ignored;
+    const bool is_there = fs::exists(file, ignored);
+    const bool is_new = rendered_before_ || arguments_.task.kind == TaskKind::report || !is_there;
+    const std::string maker = is_new && pictures.size() > 1 ? find_program("ffmpeg") : "";
+    report_.has_movie = is_there && !is_new;
+    if (maker.empty()) return;
+    bar_.log()(LogLevel::info, "making " + file);
+    const std::string why = make_movie(maker, pictures, arguments_.fps, file);
+    if (!why.empty()) bar_.log()(LogLevel::warning, file + " is not made: " + why);
+    report_.has_movie = why.empty();
+}
+
 /// Takes away what runs that were killed have left. @throws rcs::Error bad_argument: two frames would be one file
 void Batch::clean_up() const
 {
@@ -266,7 +293,7 @@ void Batch::clean_up() const
         scratch.insert(thumbnail_path(record));
     }
     if (arguments_.task.kind == TaskKind::report) return;  // others may be at work
-    for (const char* report : {"report.json", "report.html"})
+    for (const char* report : {"report.json", "report.html", kMovieFile})
         if (reports()) names.insert((fs::path(report_folder_) / report).string());
     remove_leftovers(names, scratch);
 }
@@ -312,6 +339,7 @@ void Batch::run()
     bar_.finish();
     if (arguments_.plan_only) return;
     if (arguments_.task.kind == TaskKind::all) maker_.save_records();
+    if (reports() && arguments_.makes_movie && interrupt_signal() == 0) show_movie();
     write_report();
     end();
 }

@@ -22,6 +22,7 @@ struct BatchArguments {
     int retries = 1;            ///< of frames that fail for a reason that may pass
     double time_limit = 0.0;    ///< of a frame [s]; 0: none
     std::string report_folder;  ///< empty: that of the first output
+    bool makes_movie = true;    ///< beside the report, where there is a program for it
     std::string description;    ///< file that the other words come from
     std::string command_line;   ///< for the report
 

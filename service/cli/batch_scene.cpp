@@ -80,7 +80,7 @@ void BatchScene::show(Session& session, double time, const LogFunction& log)
     shown_.reset();
     SceneChoice choice = scene_choice(arguments_);
     choice.time = time;
-    session.show(load_scene(choice, log));
+    session.show(load_scene(choice, log, session.has_scene() ? &session.scene() : nullptr));
     shown_ = time;
 }
 

@@ -99,6 +99,8 @@ void add_batch_command(CLI::App& app, Action& action, const std::vector<std::str
         .add_option("--report", arguments->report_folder,
                     "Folder for report.html and report.json; default: that of the first output")
         ->type_name("FOLDER");
+    command.add_flag("!--no-movie", arguments->makes_movie,
+                     "Make no preview.mp4 beside the report: where ffmpeg is installed it shows the PNG or JPEG files");
     command.get_option("--output")->required();
     // It has become words when the command line is parsed.
     command

@@ -5,10 +5,10 @@
 #include <cstring>
 #include <string_view>
 
-#include <fcntl.h>
-#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
+
+#include "process/program.h"
 
 extern char** environ;
 
@@ -44,36 +44,6 @@ std::vector<std::string> environment_of(const v1::JobStatus& job)
     return all;
 }
 
-/// In a group of its own, with no signal blocked and nothing to read. @return 0: it could not be started, by `error`
-pid_t spawned(const std::string& file, std::vector<std::string> environment, int& error)
-{
-    std::vector<char*> variables;
-    for (std::string& entry : environment) variables.push_back(entry.data());
-    variables.push_back(nullptr);
-    std::string name = file;
-    char* const words[] = {name.data(), nullptr};
-    posix_spawn_file_actions_t files;
-    posix_spawn_file_actions_init(&files);
-    posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-    posix_spawn_file_actions_adddup2(&files, STDERR_FILENO, STDOUT_FILENO);
-    posix_spawnattr_t attributes;
-    posix_spawnattr_init(&attributes);
-    sigset_t none, defaults;
-    sigemptyset(&none);
-    sigemptyset(&defaults);
-    sigaddset(&defaults, SIGPIPE);
-    posix_spawnattr_setsigmask(&attributes, &none);
-    posix_spawnattr_setsigdefault(&attributes, &defaults);
-    posix_spawnattr_setpgroup(&attributes, 0);
-    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
-    pid_t pid = 0;
-    error = ::posix_spawn(&pid, name.c_str(), &files, &attributes, words, variables.data());
-    if (error != 0) pid = 0;
-    posix_spawnattr_destroy(&attributes);
-    posix_spawn_file_actions_destroy(&files);
-    return pid;
-}
-
 }  // namespace
 
 CompletionCommand::CompletionCommand(const ServerConfig& config, const ServerLog& log) : config_(config), log_(log) {}
@@ -98,7 +68,7 @@ bool CompletionCommand::runs_for(std::uint64_t job) const
 void CompletionCommand::start(const v1::JobStatus& job, std::int64_t now_ms)
 {
     int error = 0;
-    const pid_t pid = spawned(config_.on_completion, environment_of(job), error);
+    const pid_t pid = start_program({{config_.on_completion}, environment_of(job), "", true}, error);
     if (pid == 0) {
         log_.write(Level::error, "on_completion_not_started",
                    {{"job", job.job()}, {"command", config_.on_completion}, {"why", std::strerror(error)}});

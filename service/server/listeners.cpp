@@ -62,8 +62,11 @@ Listeners::Listeners(const ServerConfig& config, const ServerLog& log) : unix_(c
 void Listeners::read_secrets(const ServerConfig& config)
 {
     if (config.listen.empty()) return;
-    const std::string own_token = config.state + "/token";
-    token_ = read_token(config.token_file.empty() ? own_token : config.token_file, config.token_file.empty());
+    const bool has_own = config.token_file.empty();
+    std::string file = config.token_file;
+    if (has_own) file.assign(config.state).append("/token");
+    const std::string token = read_token(file, has_own);
+    token_ = token;
     tls_.reset();
     if (!config.tls_certificate.empty())
         tls_ = TlsContext::server(config.tls_certificate, config.tls_key, config.client_ca);

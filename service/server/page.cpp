@@ -69,8 +69,14 @@ Json job_json(const v1::JobStatus& status)
                 {"completed", status.frames_completed()},
                 {"failed", status.frames_failed()},
                 {"reason", status.error().message()},
+                {"fraction", status.fraction()},
                 {"labels", Json::object()},
                 {"running", Json::array()}};
+    if (status.has_eta_seconds()) job["eta"] = status.eta_seconds();
+    if (status.has_error_estimate()) job["error_estimate"] = status.error_estimate();
+    for (const std::uint64_t other : status.waits_for()) job["waits_for"].push_back(other);
+    if (status.frames_delivered() > 0) job["delivered"] = status.frames_delivered();
+    if (!status.delivery_error().empty()) job["delivery_error"] = status.delivery_error();
     for (const auto& [name, value] : status.labels()) job["labels"][name] = value;
     for (const v1::Progress& progress : status.running())
         job["running"].push_back(progress_json(progress, status.job()));
@@ -88,7 +94,9 @@ Json status_json(const Service& service, std::uint64_t before)
                  {"waiting", health.queued_frames()},
                  {"uptime", health.uptime_seconds()},
                  {"seal", health.seal()},
+                 {"paused", health.paused()},
                  {"jobs", Json::array()}};
+    if (health.has_eta_seconds()) json["eta"] = health.eta_seconds();
     v1::ListRequest list;
     list.set_limit(kJobs);
     list.set_before(before);

@@ -223,7 +223,9 @@ void FrameRenderer::show_scene(const internal::Task& task, const EffectChoice& e
     if (!is_shown) {
         scene_key_.clear();
         if (scene_file_ != task.scene_file()) session_.clear();
-        session_.show(timed(report, "load", [&] { return load_scene(scene_choice(task), warnings()); }));
+        session_.show(timed(report, "load", [&] {
+            return load_scene(scene_choice(task), warnings(), session_.has_scene() ? &session_.scene() : nullptr);
+        }));
         scene_key_ = key;
         scene_file_ = task.scene_file();
     }

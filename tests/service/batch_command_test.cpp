@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <thread>
@@ -71,6 +72,67 @@ TEST(BatchCommand, IndependentFramesAreThoseOfRender)
         EXPECT_EQ(bytes_of(folder / ("f.000" + digit + ".exr")), bytes_of(folder / "one.exr")) << frame;
         EXPECT_EQ(bytes_of(folder / ("f.000" + digit + ".png")), bytes_of(folder / "one.png")) << frame;
     }
+}
+
+/// Stands for ffmpeg: tells of its words and of what it is to show, and writes what the last word says.
+void write_movie_maker(const TemporaryFolder& folder, const std::string& does)
+{
+    fs::create_directory(folder / "bin");
+    write_bytes(folder / "bin/ffmpeg", "#!/bin/sh\n" + does);
+    fs::permissions(folder / "bin/ffmpeg", fs::perms::owner_all);
+}
+
+Outcome batch_with_movie_maker(const TemporaryFolder& folder, const std::vector<std::string>& more = {})
+{
+    const std::string before = std::getenv("PATH");
+    ::setenv("PATH", (folder / "bin:" + before).c_str(), 1);
+    const Outcome batch = rcsplat(small_batch("demo:furnace", "2-8x3", folder / "f.####.png", more));
+    ::setenv("PATH", before.c_str(), 1);
+    return batch;
+}
+
+TEST(BatchCommand, MakesAMovieOfTheFrames)
+{
+    const TemporaryFolder folder;
+    write_movie_maker(folder, "told='" + folder / "told" + "'\n" +
+                                  R"sh(while [ $# -gt 1 ]; do
+    case $1 in
+        -framerate) echo "rate $2" >>"$told" ;;
+        -i) for file in "$(dirname "$2")"/*.png; do readlink "$file" >>"$told"; done ;;
+    esac
+    shift
+done
+echo movie >"$1"
+)sh");
+    fs::create_directory(folder / ".preview.mp4.tmp-999999999");  // no process has that number: it was killed
+    write_bytes(folder / ".preview.mp4.tmp-999999999/0.png", "a link");
+    const Outcome none = batch_with_movie_maker(folder, {"--no-movie"});
+    EXPECT_EQ(none.code, 0) << none.err;
+    EXPECT_FALSE(fs::exists(folder / ".preview.mp4.tmp-999999999"));
+    EXPECT_FALSE(fs::exists(folder / "told"));
+    const Outcome batch = batch_with_movie_maker(folder);
+    EXPECT_EQ(batch.code, 0) << batch.err;
+    EXPECT_EQ(bytes_of(folder / "preview.mp4"), "movie\n");
+    EXPECT_EQ(bytes_of(folder / "told"), "rate 10\n" + folder / "f.0002.png" + "\n" + folder / "f.0005.png" + "\n" +
+                                             folder / "f.0008.png" + "\n");
+    EXPECT_NE(bytes_of(folder / "report.html").find("href=\"preview.mp4\""), std::string::npos);
+    EXPECT_EQ(json::parse(bytes_of(folder / "report.json")).at("movie"), "preview.mp4");
+    batch_with_movie_maker(folder);
+    EXPECT_EQ(bytes_of(folder / "told").find("rate", 1), std::string::npos) << "nothing has changed";
+    EXPECT_EQ(json::parse(bytes_of(folder / "report.json")).at("movie"), "preview.mp4");
+}
+
+TEST(BatchCommand, SaysWhyThereIsNoMovie)
+{
+    const TemporaryFolder folder;
+    write_movie_maker(folder, "echo first; echo no such encoder >&2; exit 1\n");
+    const Outcome batch = batch_with_movie_maker(folder);
+    EXPECT_EQ(batch.code, 0) << "the frames are there";
+    EXPECT_NE(batch.err.find("preview.mp4 is not made: no such encoder"), std::string::npos) << batch.err;
+    EXPECT_FALSE(fs::exists(folder / "preview.mp4"));
+    for (const auto& entry : fs::directory_iterator(folder.path()))
+        EXPECT_EQ(entry.path().filename().string().find(".tmp-"), std::string::npos) << entry.path();
+    EXPECT_TRUE(json::parse(bytes_of(folder / "report.json")).at("movie").is_null());
 }
 
 TEST(BatchCommand, TakesARateAsAFraction)

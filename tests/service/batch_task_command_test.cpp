@@ -91,6 +91,17 @@ TEST(BatchTasks, MakeTheBatchTogether)
     EXPECT_EQ(report_of(folder).at("counts").at("kept"), 8) << "a batch in one task finds nothing to do";
 }
 
+TEST(BatchTasks, SayThatTheRecordsOfTheOvertureAreMissing)
+{
+    const TemporaryFolder folder;
+    const Outcome part =
+        rcsplat(words_of(folder, {"--records", folder / "lost.records", "--exposure", "0", "--task", "2/4"}));
+    EXPECT_EQ(part.code, 80) << part.err;
+    EXPECT_NE(part.err.find("lost.records' does not exist: this part begins without records"), std::string::npos)
+        << part.err;
+    EXPECT_TRUE(fs::exists(folder / "f.0003.png"));
+}
+
 TEST(BatchTasks, ReportWhatOthersFailedAt)
 {
     const TemporaryFolder folder;
@@ -182,6 +193,7 @@ TEST(BatchDescription, StandsForTheWordsItHas)
     refused("[batch]\nscene = \"demo:furnace\"\n", test::kBadUsage, "bad.toml, line 1: expected an option, as in");
     refused("# a\nscene = 'x'\n", test::kBadUsage, "bad.toml, line 2: scene is no \"text\", number");
     EXPECT_EQ(rcsplat({"batch", "--config", folder / "none.toml"}).code, 66);
+    expect_error({"batch", "--config", folder.path()}, 73, "is no file", folder);
 }
 
 // How near to the deadline the end is says a bench on a quiet machine; here that the time is used, and that it is said.

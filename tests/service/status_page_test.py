@@ -30,7 +30,7 @@ def status_of(url: str, host: str = "") -> int:
 
 
 def wait_for(holds):
-    for _ in range(600):
+    for _ in range(2400):  # two minutes: the machine may be busy
         if holds():
             return
         time.sleep(0.05)
@@ -61,8 +61,11 @@ def main() -> int:
 
             submit("demo:cornell", "--size", "64x64", "--frames", "1-3", "-o", "a.####.exr", "--label", "shot=s1")
             submit("demo:cornell", "--camera", "<b>nowhere</b>", "--size", "16x16", "-o", "a.png")
-            submit("demo:atrium", "--size", "1200x1200", "--aa", "32", "-o", "a.png")
-            wait_for(lambda: len(jobs()) == 3 and jobs()[0]["running"] and "preview" in jobs()[0]["running"][0])
+            # A first pass that is soon there, and many more.
+            submit("demo:atrium", "--size", "800x800", "--aa", "256", "--accuracy", "0.5", "--rays", "16", "-o",
+                   "a.png")
+            submit("demo:cornell", "--frames", "1-2", "-o", "b.####.png", "--after", "3")
+            wait_for(lambda: len(jobs()) == 4 and jobs()[1]["running"] and "preview" in jobs()[1]["running"][0])
             by_number = {job["job"]: job for job in jobs()}
             assert by_number[1]["state"] == "completed", by_number[1]
             assert by_number[2]["state"] == "failed" and "nowhere" in by_number[2]["reason"], by_number[2]
@@ -72,7 +75,8 @@ def main() -> int:
             assert fetch(page + done[0]["thumbnail"]).startswith(b"\xff\xd8\xff"), "and a picture of it"
             assert json.loads(fetch(page + "/status.json/3"))["jobs"][0]["job"] == 2
             assert fetch(page + by_number[3]["running"][0]["preview"]).startswith(b"\xff\xd8\xff")
-            assert b"rcsplat_jobs_submitted_total 3\n" in fetch(page + "/metrics")
+            assert by_number[4]["state"] == "queued" and by_number[4]["waits_for"] == [3], by_number[4]
+            assert b"rcsplat_jobs_submitted_total 4\n" in fetch(page + "/metrics")
             assert status_of(page + "/etc/passwd") == 404
             assert status_of(page + "/picture/1/0/..%2f..%2fqueue.db") == 404
             assert status_of(page + "/picture/x/y/z") == 404
@@ -87,8 +91,9 @@ def main() -> int:
                  "--virtual-time-budget=3000",
                  "--dump-dom", page + "#job-1"], capture_output=True, text=True, timeout=120).stdout
             assert "serving; 1 of 1 workers busy" in dom, dom
-            places = [dom.index(f'id="job-{number}"') for number in (2, 3, 1)]
-            assert places == sorted(places), "failures first, then what runs"
+            assert "waits for job 3" in dom, dom
+            places = [dom.index(f'id="job-{number}"') for number in (2, 3, 4, 1)]
+            assert places == sorted(places), "failures first, then what runs, what waits, what is done"
             assert 'aria-label="error over the frames 1 to 3: ' in dom and dom.count('src="/thumbnail/1/') == 3, dom
             assert 'shot: s1' in dom and 'class="reason"' in dom and '<details id="job-2" open' in dom, dom
             assert "&lt;b&gt;nowhere&lt;/b&gt;" in dom and "<b>nowhere</b>" not in dom, "names are text"

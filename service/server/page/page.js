@@ -126,11 +126,19 @@ function drawJob(job) {
   const told = [new Date(job.submitted).toLocaleString(), job.owner, "priority " + job.priority];
   if (job.started) told.push("waited " + seconds((job.started - job.submitted) / 1000));
   if (job.finished && job.started) told.push("took " + seconds((job.finished - job.started) / 1000));
+  if (job.error_estimate !== undefined) told.push("error " + percent(job.error_estimate) + " in the mean");
+  if (job.delivered) told.push(job.delivered + " delivered");
   part.head.replaceChildren(element("b", {}, "job " + job.job), element("span", {className: "state " + job.state}, job.state),
     element("span", {}, job.scene), element("span", {}, `${job.completed} of ${job.frames} frames` + (job.failed ? `, ${job.failed} failed` : "")),
     ...Object.entries(job.labels).map(([name, value]) => element("span", {className: "label"}, `${name}: ${value}`)),
     element("span", {className: "dim"}, told.join(", ")));
-  part.news.replaceChildren(...(job.reason ? [element("div", {className: "reason"}, job.reason)] : []), ...job.running.map(runningFrame));
+  const isOpen = ["queued", "paused", "running", "cancel-requested"].includes(job.state), news = [];
+  if (job.reason) news.push(element("div", {className: "reason"}, job.reason));
+  if (job.delivery_error) news.push(element("div", {className: "reason"}, "not delivered yet: " + job.delivery_error));
+  if (isOpen && job.waits_for) news.push(element("div", {className: "dim"}, "waits for job " + job.waits_for.join(", ")));
+  if (isOpen && job.frames > 1)
+    news.push(element("div", {}, element("progress", {value: job.fraction, max: 1}), job.eta === undefined ? "" : ` about ${seconds(job.eta)} to go`));
+  part.news.replaceChildren(...news, ...job.running.map(runningFrame));
   const progress = job.completed + "/" + job.failed;
   if (part.loaded && part.progress !== progress) loadFrames(part, job.job);
   const asked = location.hash === "#" + part.box.id;
@@ -168,7 +176,8 @@ async function refresh() {
   try {
     const status = await ask("/status.json");
     health.textContent = (status.serving ? "serving" : "NOT serving: " + status.message) +
-      `; ${status.busy} of ${status.workers} workers busy, ${status.waiting} frames waiting, up for ${seconds(status.uptime)}` +
+      `; ${status.busy} of ${status.workers} workers busy, ${status.waiting} frames waiting` +
+      (status.paused ? ", the queue is PAUSED" : status.eta === undefined ? "" : `, about ${seconds(status.eta)} of work`) + `, up for ${seconds(status.uptime)}` +
       (status.seal ? `; workers are kept from ${status.seal}` : "");
     take(status, true);
     draw();

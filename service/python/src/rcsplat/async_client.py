@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, AsyncGenerator, AsyncIterator, Awaitable, Call
 
 import numpy
 import numpy.typing
-from PIL import Image
 
 from rcsplat.connection import Connection, default_address
 from rcsplat.errors import ConnectionLost, RenderError, error_of
@@ -314,5 +313,7 @@ class AsyncJob:
             raise ValueError(f"{name} is no PNG or JPEG; read() gives its bytes")
         if (await self.details(frames=1)).status.state not in _ENDED:
             await self.wait()
+        from PIL import Image  # programs that show pictures by other means may lack it
+
         picture = Image.open(io.BytesIO(await self.read(name, frame))).convert("RGB")
         return numpy.asarray(picture, dtype=numpy.uint8)
