@@ -282,7 +282,7 @@ TEST(BatchCommand, AFrameThatFailsDoesNotStopTheOthers)
 TEST(BatchCommand, GoesOnAfterBeingKilled)
 {
     const TemporaryFolder folder, logs;
-    const auto words = small_batch("demo:furnace", "1-40", folder / "f.####.png", {"-q"});
+    const auto words = small_batch("demo:furnace", "1-40", folder / "f.####.png", {"-q", "--no-movie"});
     for (const char* frame : {"f.0002.png", "f.0009.png", "f.0020.png"}) {
         const pid_t pid = start(logs, words);
         while (!fs::exists(folder / frame)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
