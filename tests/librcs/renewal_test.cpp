@@ -108,7 +108,7 @@ TEST(RecordWatcher, SeesNothingChangeInTheSameSceneAndAllOfALamp)
     for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<std::uint32_t>(i);
     RecordStats stats;
     for (const Record& change :
-         RecordWatcher({walk.session.rays()}, settings()).look(records, all, 7, walk.pool, stats)) {
+         RecordWatcher({walk.session.rays()}, settings()).look(records, all, {.now = 7}, walk.pool, stats)) {
         EXPECT_EQ(change.irradiance, glm::vec3(0.0f));
         EXPECT_EQ(change.noise, 0.0f);
         EXPECT_EQ(change.translation_gradient[0], glm::vec3(0.0f));
@@ -119,7 +119,7 @@ TEST(RecordWatcher, SeesNothingChangeInTheSameSceneAndAllOfALamp)
     const RayScene rays = build_ray_scene(lit, walk.pool);
     std::vector<Record> fresh = records;
     RecordGatherer({rays}, settings()).renew(fresh, all, walk.pool, stats);
-    const std::vector<Record> changes = RecordWatcher({rays}, settings()).look(records, all, 8, walk.pool, stats);
+    const std::vector<Record> changes = RecordWatcher({rays}, settings()).look(records, all, {.now = 8}, walk.pool, stats);
     double told = 0.0, truth = 0.0;
     for (std::size_t i = 0; i < all.size(); ++i) {
         told += static_cast<double>(luminance(changes[i].irradiance));
@@ -127,6 +127,80 @@ TEST(RecordWatcher, SeesNothingChangeInTheSameSceneAndAllOfALamp)
     }
     EXPECT_GT(truth, 0.0);
     EXPECT_NEAR(told / truth, 1.0, 0.05);
+}
+
+TEST(RecordWatcher, SparesRecordsThatAChangeCannotReachAndTellsTheSame)
+{
+    const auto with_pebble_at = [](double distance) {
+        Scene scene = moved_by(distance);
+        glm::dmat4& matrix = scene.instances[1].world_from_object;
+        matrix = glm::scale(matrix, glm::dvec3(0.2));
+        return scene;
+    };
+    Walk walk;
+    walk.show(with_pebble_at(0.0));
+    std::vector<Record> records = walk.session.records();
+    std::vector<std::uint32_t> all(records.size());
+    for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<std::uint32_t>(i);
+    walk.session.show(with_pebble_at(0.1));
+    const RecordWatcher watcher({walk.session.rays()}, settings());
+    const SceneStates states = walk.session.state().states();
+    ASSERT_EQ(states.changes.size(), 1u);
+    RecordStats spared, none_spared;
+    std::vector<Record> copy = records;
+    const std::vector<Record> some = watcher.look(records, all, states, walk.pool, spared);
+    const std::vector<Record> each = watcher.look(copy, all, {.now = states.now}, walk.pool, none_spared);
+    EXPECT_EQ(none_spared.looked_again, all.size());
+    EXPECT_LT(spared.looked_again, all.size() * 9 / 10);
+    std::size_t changed = 0;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        ASSERT_EQ(some[i].irradiance, each[i].irradiance) << i;
+        ASSERT_EQ(some[i].noise, each[i].noise) << i;
+        ASSERT_EQ(records[i].watch.seen, copy[i].watch.seen) << i;
+        EXPECT_EQ(records[i].watch.state, states.now);
+        changed += each[i].irradiance != glm::vec3(0.0f);
+    }
+    EXPECT_GT(changed, 0u);
+    EXPECT_LT(changed, spared.looked_again);
+
+    // Without knowing what happened meanwhile, and where light may be another, all are looked at.
+    const auto looked_at = [&](std::span<const SceneChange> changes, std::uint32_t now) {
+        RecordStats stats;
+        std::vector<Record> others = records;
+        watcher.look(others, all, {.now = now, .changes = changes, .box = states.box}, walk.pool, stats);
+        return stats.looked_again;
+    };
+    const SceneChange nowhere{.state = states.now + 1}, lamps{.state = states.now + 1, .has_other_lamps = true};
+    EXPECT_EQ(looked_at({&nowhere, 1}, states.now + 1), 0u);
+    EXPECT_EQ(looked_at({&lamps, 1}, states.now + 1), all.size());
+    EXPECT_EQ(looked_at({&nowhere, 1}, states.now + 2), all.size());
+    const SceneChange then[] = {lamps, {.state = states.now + 2}};
+    EXPECT_EQ(looked_at(then, states.now + 2), all.size());
+    const SceneChange all_over{.state = states.now + 1, .where = {states.box}};
+    EXPECT_EQ(looked_at({&all_over, 1}, states.now + 1), all.size());
+}
+
+TEST(RecordWatcher, LooksEverywhereWhereASurfaceThatShinesMoves)
+{
+    Walk walk;
+    const auto shine = [](Scene s) {
+        const Mesh& mesh = s.meshes[static_cast<std::size_t>(s.instances[1].mesh)];
+        s.materials[static_cast<std::size_t>(mesh.material)].emission = glm::vec3(1.0f);
+        return s;
+    };
+    walk.show(shine(moved_by(0.0)));
+    EXPECT_TRUE(walk.session.state().states().changes.empty());
+    walk.session.show(shine(moved_by(0.1)));
+    EXPECT_TRUE(walk.session.state().states().changes.back().has_other_lamps);
+    walk.session.show(moved_by(0.1));
+    EXPECT_TRUE(walk.session.state().states().changes.back().has_other_lamps) << "it has gone out";
+    walk.session.show(moved_by(0.2));
+    const SceneChange change = walk.session.state().states().changes.back();
+    EXPECT_FALSE(change.has_other_lamps);
+    ASSERT_EQ(change.where.size(), 2u) << "where it was and where it is";
+    EXPECT_NEAR(change.where[1].min.x - change.where[0].min.x, 0.1, 1e-6);
+    walk.session.show(with_lamp(moved_by(0.3)));
+    EXPECT_TRUE(walk.session.state().states().changes.back().has_other_lamps) << "both at once";
 }
 
 TEST(Renewal, RecordsThatAreKeptHoldWhatTheyWouldGather)
@@ -216,7 +290,7 @@ TEST(Renewal, EveryRecordIsGatheredAgainOnceItsLifeIsOver)
     walk.show(moved_by(0.0));
     const std::uint32_t first = walk.session.state().scene_number;
     std::uint64_t renewed = 0;
-    for (int frame = 1; frame <= 64; ++frame) {
+    for (int frame = 1; frame <= 256; ++frame) {
         Scene scene = moved_by(0.0);
         scene.instances[1].world_from_object[3].y += 1e-9 * frame;
         const RenderStats stats = walk.show(scene).stats;

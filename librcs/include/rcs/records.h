@@ -26,8 +26,10 @@ struct RecordWatch {
     std::uint32_t instance = 0;        ///< it lies on
     std::uint32_t state = 0;           ///< of the scene, counted by the session, when it was looked at
     std::uint32_t gathered = 0;        ///< ... when it was gathered
+    std::uint32_t touched = 0;         ///< ... when it or a record around last saw a change
     std::uint32_t view = 0;            ///< of the session, the last one that it was in
     std::vector<glm::vec3> seen;       ///< radiance by ray [W m^-2 sr^-1]; empty: it is not watched
+    std::vector<std::uint64_t> ways;   ///< bit set: cells of a grid over the scene that those rays go through
 };
 
 /// One irradiance record: what the hemisphere over p_k, n_k sends, how that changes nearby, and how
@@ -94,8 +96,9 @@ struct RecordStats {
     std::uint64_t waves = 0;            ///< of holes that were filled
     std::uint64_t refined = 0;          ///< records that got more rays because their neighbourhood was noisy
     std::uint64_t refining_rays = 0;    ///< those rays and looks, also part of the others
-    std::uint64_t watched = 0;          ///< records of earlier views that were looked at again: the scene has changed
-    std::uint64_t renewed = 0;          ///< of those, gathered again where they are
+    std::uint64_t watched = 0;          ///< records of earlier views that were brought up to date: the scene has changed
+    std::uint64_t looked_again = 0;     ///< of those, whose rays may meet what has changed
+    std::uint64_t renewed = 0;          ///< of those brought up to date, gathered again where they are
 };
 
 /// Where gathers look for light besides where their rays lead: made by the renderer for a view (method.md).

@@ -148,11 +148,6 @@ inline glm::vec3 total_albedo(const Bsdf& bsdf, glm::vec3 outgoing)
     return albedo(bsdf, outgoing, ~transmitting_lobes(bsdf));
 }
 
-inline glm::vec3 ray_direction(const RayPacket& ray, int lane)
-{
-    return {ray.direction_x[lane], ray.direction_y[lane], ray.direction_z[lane]};
-}
-
 template <typename Add>
 void HitRadiance::each_light(const SurfacePoint& point, RandomStream& random, const Add& add) const
 {

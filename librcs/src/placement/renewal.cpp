@@ -11,7 +11,6 @@
 #include "placement/spacing.h"
 #include "rays/ray_scene_impl.h"
 #include "records/gather.h"
-#include "records/watch.h"
 #include "splat/tiles.h"
 #include "util/color.h"
 #include "util/random.h"
@@ -27,6 +26,8 @@ constexpr float kMostChange = 0.2f;
 constexpr float kDark = 0.01f;
 // So many scenes after the last gather a record is gathered again whatever was seen; those of a picture take turns.
 constexpr std::uint32_t kLife = 64;
+// ... where neither it nor the records around have seen any change since.
+constexpr std::uint32_t kQuietLife = 256;
 // Of an object's extent: as near to its bounds a place is not inside.
 constexpr double kRim = 0.02;
 
@@ -113,8 +114,9 @@ std::uint64_t place_hash(glm::vec3 p)
 /// Whether its life has ended since it was last seen.
 bool is_over(const Record& r, std::uint32_t seen, std::uint32_t now)
 {
-    const auto turn = static_cast<std::uint32_t>(place_hash(r.position) % kLife);
-    return (now + turn) / kLife != (seen + turn) / kLife;
+    const std::uint32_t life = r.watch.touched > r.watch.gathered ? kLife : kQuietLife;
+    const auto turn = static_cast<std::uint32_t>(place_hash(r.position) % life);
+    return (now + turn) / life != (seen + turn) / life;
 }
 
 /// What the records around each say of its change, too: light that few rays find would else be missed by most.
@@ -176,13 +178,14 @@ void renew_records(const Renewal& n, ThreadPool& pool, std::vector<Record>& reco
     std::vector<std::uint32_t> seen(stale.records.size());
     for (std::size_t k = 0; k < seen.size(); ++k) seen[k] = records[stale.records[k]].watch.state;
     const RecordWatcher watcher(n.scene, n.settings);
-    const std::vector<Record> changes = watcher.look(records, stale.records, n.states.now, pool, stats);
+    const std::vector<Record> changes = watcher.look(records, stale.records, n.states, pool, stats);
     const ChangesAround around(n, records, stale, changes, pool);
     const float widest = n.settings.error_tolerance * n.settings.max_reach;
     std::vector<std::uint32_t> again;
     for (std::size_t k = 0; k < seen.size(); ++k) {
         Record& r = records[stale.records[k]];
         const ChangesAround::Part part = around.at(stale.pixels[k], r, changes[k]);
+        if (part.change > 0.0f) r.watch.touched = n.states.now;
         const float allowed = n.settings.noise_target * noise_allowed(r, widest);
         if (part.change > kMostChange || part.error > allowed || is_over(r, seen[k], n.states.now) ||
             !add_change(r, changes[k]))

@@ -5,14 +5,9 @@
 #include <vector>
 
 #include "rcs/records.h"
+#include "records/watch.h"
 
 namespace rcs {
-
-/// The scenes that a session has shown one after the other, by number.
-struct SceneStates {
-    std::uint32_t now = 0;
-    std::span<const std::uint32_t> changed;  ///< per instance: since when it has been where and what it is
-};
 
 /// What records of earlier views are brought up to date for.
 struct Renewal {

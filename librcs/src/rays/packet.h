@@ -55,6 +55,16 @@ inline void set_lane(RayPacket& packet, std::size_t lane, const Ray& ray)
     packet.t_max[lane] = ray.t_max;
 }
 
+inline glm::vec3 ray_direction(const RayPacket& ray, int lane)
+{
+    return {ray.direction_x[lane], ray.direction_y[lane], ray.direction_z[lane]};
+}
+
+inline glm::vec3 ray_origin(const RayPacket& ray, int lane)
+{
+    return {ray.origin_x[lane], ray.origin_y[lane], ray.origin_z[lane]};
+}
+
 /// What becomes of rays at surfaces that let light through. Masked texels below the cutoff never stop one.
 enum class RayFilter {
     by_chance,  ///< goes on with the probability of the transmittance's largest channel; unbiased with the ray's weight

@@ -25,6 +25,17 @@ public:
         ++count_;
     }
 
+    /// Calls visit(origin, direction, length) for each ray; before trace().
+    template <typename Visit>
+    void each_ray(const Visit& visit) const
+    {
+        for (std::size_t i = 0; i < count_; ++i) {
+            const RayPacket& p = packets_[i / RayPacket::kWidth];
+            const std::size_t lane = i % RayPacket::kWidth;
+            visit(ray_origin(p, static_cast<int>(lane)), ray_direction(p, static_cast<int>(lane)), p.t_max[lane]);
+        }
+    }
+
     void trace(const RayScene& rays)
     {
         for (std::size_t first = 0; first < count_; first += RayPacket::kWidth) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "rays/shadow_batch.h"
 #include "rcs/records.h"
 #include "records/hemisphere.h"
+#include "records/ways.h"
 #include "util/basis.h"
 
 namespace rcs {
@@ -80,6 +82,7 @@ struct GatherWorkspace {
     /// Of the last record: standard errors of what rays and what looks brought, and of the lit points that all records
     /// share, on luminance [W m^-2].
     float error_of_rays = 0.0f, error_of_looks = 0.0f, error_of_points = 0.0f;
+    std::optional<Ways> ways;  ///< of all rays traced, if that is wanted: set it to empty ones
     std::uint64_t hemisphere_rays = 0;
     std::uint64_t shadow_rays = 0;
     std::uint64_t looks_shot = 0;  ///< at lit points

@@ -14,30 +14,62 @@ constexpr int kRays = 32;
 // Streams of their own, whatever the seed of the view: looks of different views are compared.
 constexpr std::uint64_t kSeed = 0x77617463;
 
+/// What has changed between the scenes that records know and the one now.
+class Reach {
+public:
+    /// @param cached  surfaces have light of further bounces
+    Reach(const SceneStates& states, bool cached) : now_(states.now)
+    {
+        Ways ways(states.box);
+        for (auto change = states.changes.rbegin(); change != states.changes.rend() && !cached; ++change) {
+            if (change->has_other_lamps || change->state != now_ - since_.size()) return;
+            for (const Bounds& box : change->where) ways.add_box(box);
+            since_.push_back(ways);
+        }
+    }
+
+    /// Whether what a record's rays would bring can be another than it was.
+    bool includes(const RecordWatch& watch) const
+    {
+        if (watch.state == now_) return false;
+        const std::size_t scenes = now_ - watch.state;
+        return watch.ways.empty() || scenes > since_.size() || since_[scenes - 1].meet(watch.ways);
+    }
+
+private:
+    std::uint32_t now_;
+    std::vector<Ways> since_;  // one scene before, two, ...
+};
+
 }  // namespace
 
 struct RecordWatcher::Impl {
     Gatherer gatherer;
     HemisphereGrid grid = make_hemisphere_grid(kRays);
+    bool cached;
 
     Impl(const LitScene& scene, const RecordSettings& options)
-        : gatherer({scene.rays, options.bounces > 1 ? scene.cache : nullptr, nullptr, scene.gathered}, options)
+        : gatherer({scene.rays, options.bounces > 1 ? scene.cache : nullptr, nullptr, scene.gathered}, options),
+          cached(options.bounces > 1)
     {
     }
 
     /// Looks at each of the records. @param keep  (number in `which`, difference)
     template <typename Keep>
-    void look(std::span<Record> records, std::span<const std::uint32_t> which, std::uint32_t state, ThreadPool& pool,
-              RecordStats& stats, const Keep& keep) const
+    void look(std::span<Record> records, std::span<const std::uint32_t> which, const SceneStates& states,
+              ThreadPool& pool, RecordStats& stats, const Keep& keep) const
     {
         std::vector<GatherWorkspace> workspaces(static_cast<std::size_t>(pool.size()), GatherWorkspace(grid.cells));
+        for (GatherWorkspace& w : workspaces) w.ways.emplace(states.box);
         pool.parallel_for(which.size(), 16, [&](std::size_t begin, std::size_t end, int thread) {
             for (std::size_t i = begin; i < end; ++i) {
                 Record& r = records[which[i]];
+                GatherWorkspace& w = workspaces[static_cast<std::size_t>(thread)];
                 r.watch.seen.resize(static_cast<std::size_t>(grid.cells), glm::vec3(0.0f));
-                keep(i, gatherer.difference(birth_of(r, kSeed), grid, r.watch.seen,
-                                            workspaces[static_cast<std::size_t>(thread)]));
-                r.watch.state = state;
+                w.ways->clear();
+                keep(i, gatherer.difference(birth_of(r, kSeed), grid, r.watch.seen, w));
+                r.watch.ways.assign(w.ways->bits().begin(), w.ways->bits().end());
+                r.watch.state = states.now;
             }
         });
         for (const GatherWorkspace& w : workspaces) {
@@ -50,24 +82,36 @@ struct RecordWatcher::Impl {
 RecordWatcher::RecordWatcher(const LitScene& scene, const RecordSettings& options) : impl_(new Impl(scene, options)) {}
 RecordWatcher::~RecordWatcher() = default;
 
-void RecordWatcher::begin(std::span<Record> records, std::uint32_t state, ThreadPool& pool, RecordStats& stats) const
+void RecordWatcher::begin(std::span<Record> records, const SceneStates& states, ThreadPool& pool,
+                          RecordStats& stats) const
 {
     std::vector<std::uint32_t> fresh;
     for (std::size_t i = 0; i < records.size(); ++i) {
         RecordWatch& watch = records[i].watch;
         if (!watch.seen.empty() || watch.geometric_normal == glm::vec3(0.0f)) continue;
-        watch.gathered = state;
+        watch.gathered = states.now;
         fresh.push_back(static_cast<std::uint32_t>(i));
     }
-    impl_->look(records, fresh, state, pool, stats, [](std::size_t, const Record&) {});
+    impl_->look(records, fresh, states, pool, stats, [](std::size_t, const Record&) {});
 }
 
 std::vector<Record> RecordWatcher::look(std::span<Record> records, std::span<const std::uint32_t> which,
-                                        std::uint32_t state, ThreadPool& pool, RecordStats& stats) const
+                                        const SceneStates& states, ThreadPool& pool, RecordStats& stats) const
 {
     std::vector<Record> changes(which.size());
-    impl_->look(records, which, state, pool, stats,
-                [&](std::size_t i, Record&& change) { changes[i] = std::move(change); });
+    const Reach reach(states, impl_->cached);
+    std::vector<std::uint32_t> reached, number;
+    for (std::size_t i = 0; i < which.size(); ++i) {
+        RecordWatch& watch = records[which[i]].watch;
+        if (reach.includes(watch)) {
+            reached.push_back(which[i]);
+            number.push_back(static_cast<std::uint32_t>(i));
+        }
+        watch.state = states.now;
+    }
+    impl_->look(records, reached, states, pool, stats,
+                [&](std::size_t i, Record&& change) { changes[number[i]] = std::move(change); });
+    stats.looked_again += reached.size();
     return changes;
 }
 

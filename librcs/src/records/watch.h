@@ -6,9 +6,25 @@
 #include <vector>
 
 #include "rcs/records.h"
+#include "rcs/scene.h"
 #include "rcs/thread_pool.h"
 
 namespace rcs {
+
+/// What became another in a scene.
+struct SceneChange {
+    std::uint32_t state = 0;      ///< since when it is so
+    bool has_other_lamps = false;  ///< light may have changed everywhere
+    std::vector<Bounds> where{};  ///< of all else, as it was and as it is
+};
+
+/// The scenes that a session has shown one after the other, by number.
+struct SceneStates {
+    std::uint32_t now = 0;
+    std::span<const std::uint32_t> changed{};  ///< per instance: since when it has been where and what it is
+    std::span<const SceneChange> changes{};    ///< of the last scenes, ascending
+    Bounds box{};                              ///< around what most ways lie in; the same for all of the scenes
+};
 
 /// Looks at records' light along a few rays, the same ones each time: what they bring now less what they brought before
 /// is what has changed, free of the noise that both have (a control variate). Where nothing that the rays meet has
@@ -19,12 +35,12 @@ public:
     ~RecordWatcher();
 
     /// Begins to watch those records that are not watched yet, if it is known where they were born.
-    /// @param state  of the scene
-    void begin(std::span<Record> records, std::uint32_t state, ThreadPool& pool, RecordStats& stats) const;
+    void begin(std::span<Record> records, const SceneStates& states, ThreadPool& pool, RecordStats& stats) const;
 
     /// Looks again at some of the records, all watched. @param which  their indices
-    /// @return for each what has changed since: Gatherer::difference()
-    std::vector<Record> look(std::span<Record> records, std::span<const std::uint32_t> which, std::uint32_t state,
+    /// @return for each what has changed since: Gatherer::difference(); those whose rays would meet nothing that has
+    /// changed are spared them
+    std::vector<Record> look(std::span<Record> records, std::span<const std::uint32_t> which, const SceneStates& states,
                              ThreadPool& pool, RecordStats& stats) const;
 
 private:

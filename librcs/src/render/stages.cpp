@@ -79,7 +79,7 @@ void part_lamps(Frame& f)
 void bring_up_to_date(Frame& f)
 {
     const Session::State& session = f.session.state();
-    const SceneStates states{session.scene_number, session.changed_in};
+    const SceneStates states = session.states();
     if (!session.watches() || !are_stale(f.records, states)) return;
     RecordStats& stats = f.stats().records;
     renew_records({f.lit(), f.gbuffer, f.view(), f.course.records, states}, f.session.pool(), f.records, f.aside,
@@ -301,7 +301,7 @@ void watch_records(Frame& f)
     if (!session.watches() || !f.needs(Effect::indirect_diffuse) || f.gathered.any()) return;
     timed(f, "watch", [&] {
         RecordWatcher({f.rays, f.light_cache, nullptr, &f.gathered}, f.course.records)
-            .begin(f.records, session.scene_number, f.session.pool(), f.stats().records);
+            .begin(f.records, session.states(), f.session.pool(), f.stats().records);
     });
 }
 

@@ -223,19 +223,29 @@ void validate(const Scene& scene)
     }
 }
 
+Bounds bounds_of(const Scene& scene, std::size_t instance)
+{
+    const glm::dmat4& matrix = scene.instances[instance].world_from_object;
+    const Mesh& mesh = scene.meshes[static_cast<std::size_t>(scene.instances[instance].mesh)];
+    Bounds bounds;
+    // By triangles, as a vertex that none uses is not there to be seen.
+    for (const glm::uvec3 triangle : mesh.triangles) {
+        for (int i = 0; i < 3; ++i) {
+            const glm::dvec3 p = matrix * glm::dvec4(mesh.positions[triangle[i]], 1.0);
+            bounds.min = glm::min(bounds.min, p);
+            bounds.max = glm::max(bounds.max, p);
+        }
+    }
+    return bounds;
+}
+
 Bounds bounds_of(const Scene& scene)
 {
     Bounds bounds;
-    for (const Instance& instance : scene.instances) {
-        const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
-        // By triangles, as a vertex that none uses is not there to be seen.
-        for (const glm::uvec3 triangle : mesh.triangles) {
-            for (int i = 0; i < 3; ++i) {
-                const glm::dvec3 p = instance.world_from_object * glm::dvec4(mesh.positions[triangle[i]], 1.0);
-                bounds.min = glm::min(bounds.min, p);
-                bounds.max = glm::max(bounds.max, p);
-            }
-        }
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const Bounds of_one = bounds_of(scene, i);
+        bounds.min = glm::min(bounds.min, of_one.min);
+        bounds.max = glm::max(bounds.max, of_one.max);
     }
     return bounds;
 }

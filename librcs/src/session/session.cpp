@@ -35,6 +35,25 @@ void take_lamps(Scene& from, Scene& to)
     to.environment = std::move(from.environment);
 }
 
+bool is_lamp(const Scene& scene, const Instance& instance)
+{
+    const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
+    return scene.materials[static_cast<std::size_t>(mesh.material)].emission != glm::vec3(0.0f);
+}
+
+/// @param changed  instances
+SceneChange change_between(const Scene& a, const Scene& b, const std::vector<bool>& changed)
+{
+    SceneChange change{.has_other_lamps = !same_lamps(a, b)};
+    for (std::size_t i = 0; i < changed.size(); ++i) {
+        if (!changed[i]) continue;
+        change.has_other_lamps = change.has_other_lamps || is_lamp(a, a.instances[i]) || is_lamp(b, b.instances[i]);
+        change.where.push_back(bounds_of(a, i));
+        change.where.push_back(bounds_of(b, i));
+    }
+    return change;
+}
+
 /// Whether a record lies where the view looks, be it hidden or not.
 bool shows(const View& view, const Record& record)
 {
@@ -112,15 +131,17 @@ void Session::show(Scene scene)
             relight(*s.rays);
             s.note(SessionPart::ray_scene, true, "only lamps or the sky have changed");
         }
-        return s.change_light("lamps or the sky have changed", std::vector<bool>(s.scene->instances.size()));
+        return s.change_light("lamps or the sky have changed", std::vector<bool>(s.scene->instances.size()),
+                              {.has_other_lamps = true});
     }
     const std::string why = s.scene ? "surfaces have moved or changed" : "the scene is new";
     const auto changed = s.scene && s.watches() ? changed_instances(*s.scene, scene) : std::nullopt;
     s.note(SessionPart::ray_scene, false, why);
     if (changed)
-        s.change_light(why, *changed);
+        s.change_light(why, *changed, change_between(*s.scene, scene, *changed));
     else
         s.drop_light(why);
+    if (s.watches() && !changed) s.box = bounds_of(scene);
     s.changed_in.resize(scene.instances.size(), s.scene_number);
     s.rays.reset();  // before what it refers to
     s.scene = std::make_unique<Scene>(std::move(scene));
@@ -191,11 +212,14 @@ void Session::State::drop_light(const std::string& why)
     guide.reset();
     error_scale.reset();
     changed_in.clear();
+    changes.clear();
     ++scene_number;
 }
 
-void Session::State::change_light(const std::string& why, const std::vector<bool>& changed)
+void Session::State::change_light(const std::string& why, const std::vector<bool>& changed, SceneChange change)
 {
+    // A record that knows an earlier one is looked at whatever has changed.
+    constexpr std::size_t kMostChanges = 64;
     if (!watches()) return drop_light(why);
     note(SessionPart::light_cache, false, why);
     light_cache.reset();
@@ -203,6 +227,9 @@ void Session::State::change_light(const std::string& why, const std::vector<bool
     changed_in.resize(changed.size(), scene_number);
     for (std::size_t i = 0; i < changed.size(); ++i)
         if (changed[i]) changed_in[i] = scene_number;
+    change.state = scene_number;
+    if (changes.size() == kMostChanges) changes.erase(changes.begin());
+    changes.push_back(std::move(change));
 }
 
 std::vector<Record> Session::State::take_records(const RenderOptions& asked)

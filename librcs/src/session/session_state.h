@@ -13,6 +13,7 @@
 #include "rcs/light_cache.h"
 #include "rcs/render_options.h"
 #include "rcs/session.h"
+#include "records/watch.h"
 
 namespace rcs {
 
@@ -49,6 +50,8 @@ struct [[gnu::visibility("hidden")]] Session::State {
     std::uint32_t view_number = 0;
     std::uint32_t scene_number = 0;         ///< of the scene: another one for each change
     std::vector<std::uint32_t> changed_in;  ///< per instance: since which scene it has been where and what it is
+    std::vector<SceneChange> changes;       ///< of the last scenes
+    Bounds box;                             ///< of the first of them
     std::optional<KeptGuide> guide;
     std::optional<KeptScale> error_scale;
     std::string record_settings;  // that they were gathered with; empty: none are kept, or they come from outside
@@ -61,7 +64,8 @@ struct [[gnu::visibility("hidden")]] Session::State {
     void drop_light(const std::string& why);
     bool watches() const { return options.keep_records && options.watch_records; }
     /// All light goes but records that are watched. @param changed  instances; those of the scene shown now
-    void change_light(const std::string& why, const std::vector<bool>& changed);
+    void change_light(const std::string& why, const std::vector<bool>& changed, SceneChange change);
+    SceneStates states() const { return {scene_number, changed_in, changes, box}; }
 
     /// The records that a view with these options begins with; keeps none of them.
     std::vector<Record> take_records(const RenderOptions& options);
