@@ -96,12 +96,11 @@ void add_scene_arguments(CLI::App& app, SceneArguments& arguments, Size default_
     add_number(app, "--threads", arguments.threads, {0, kMostThreads}, "Worker threads; 0 takes every core");
 }
 
-void add_fps(CLI::App& app, double& fps)
+void add_fps(CLI::App& app, double& fps, const std::string& help)
 {
     app.add_option_function<std::string>(
            "--fps", [&fps](const std::string& text) { fps = parse_fps(text); },
-           "Frames a second, as a number or a fraction such as 24000/1001, in (0, 1e6]: frame N shows the scene at "
-           "N / fps")
+           help + ", as a number or a fraction such as 24000/1001, in (0, 1e6]")
         ->check(checked_by(parse_fps), "")
         ->type_name("N")
         ->default_str(number_text(fps));

@@ -54,7 +54,8 @@ private:
 };
 
 /// --fps of commands that render frames.
-void add_fps(CLI::App& app, double& fps);
+void add_fps(CLI::App& app, double& fps,
+             const std::string& help = "Frames a second: frame N shows the scene at N / fps");
 
 /// Where pictures go and how they are shown.
 struct OutputArguments {

@@ -146,6 +146,7 @@ FrameMaker::FrameMaker(const BatchArguments& arguments, ProgressBar& bar, std::f
     const ToneMapper* mapper = outputs_.tone_mapper();
     settings_.emplace_back("colour configuration", ocio_text(mapper));
     settings_.emplace_back("display", mapper->display() + ", " + mapper->view());
+    if (arguments.shutter.blurs()) settings_.emplace_back("shutter", number_text(arguments.shutter.open));
     settings_.emplace_back("motion", arguments.render.motion_time + " " + arguments.render.motion_camera);
 }
 
@@ -153,7 +154,11 @@ FrameRecord FrameMaker::wanted(int number) const
 {
     FrameRecord wanted;
     wanted.number = number;
-    wanted.source = scene_.source_at(time_of(number));
+    const double time = time_of(number);
+    wanted.source = scene_.source_at(time);
+    if (arguments_.shutter.blurs())
+        for (const double part : {0.0, 1.0})
+            wanted.source += " " + scene_.source_at(arguments_.shutter.time(time, part));
     wanted.depends = {{"scene", ""}, {"camera", ""}};
     wanted.depends.insert(wanted.depends.end(), settings_.begin(), settings_.end());
     const std::string exposure = arguments_.render.output.exposure;
@@ -225,10 +230,16 @@ ProgressFunction FrameMaker::progress()
 /// Hashes of scene and camera, of what the session shows.
 void FrameMaker::identify(FrameRecord& wanted)
 {
-    scene_.show(session_, time_of(wanted.number), log());
     Fingerprint scene, camera;
-    add(scene, session_.scene());
-    add(camera, choose_camera(session_.scene(), scene_.camera_at(time_of(wanted.number))));
+    const auto add_moment = [&](double time) {
+        scene_.show(session_, time, log());
+        add(scene, session_.scene());
+        add(camera, choose_camera(session_.scene(), scene_.camera_at(time)));
+    };
+    const double time = time_of(wanted.number);
+    if (arguments_.shutter.blurs())
+        for (const double part : {0.0, 1.0}) add_moment(arguments_.shutter.time(time, part));
+    add_moment(time);
     for (auto& [name, text] : wanted.depends) {
         if (name == "scene") text = scene.text();
         if (name == "camera") text = camera.text();
@@ -279,7 +290,11 @@ RenderResult FrameMaker::render_picture(FrameRecord& wanted)
     options.quality = quality_;
     options.motion = motion_from(arguments, session_.scene());
     const Camera camera = choose_camera(session_.scene(), scene_.camera_at(time_of(wanted.number)));
-    RenderResult result = rcs::render(session_, camera, options, {.log = log(), .progress = progress()});
+    const RenderHooks hooks{.log = log(), .progress = progress()};
+    RenderResult result =
+        arguments_.shutter.blurs()
+            ? rcs::render(session_, scene_.moments(session_, arguments_.shutter, *arguments.scene.time), options, hooks)
+            : rcs::render(session_, camera, options, hooks);
     result.image.metadata["rcs:scene"] = arguments.scene.scene;
     result.image.metadata["rcs:environment"] = arguments.scene.environment;
     return result;

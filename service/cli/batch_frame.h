@@ -73,7 +73,7 @@ private:
     void try_frame(FrameRecord& wanted);
     RenderResult render_picture(FrameRecord& wanted);
     void judge(const FrameRecord& wanted, const LayeredImage& image, FrameFigures& figures);
-    double time_of(int number) const { return number / arguments_.fps; }
+    double time_of(int number) const { return number / arguments_.shutter.fps; }
     LogFunction log();
     ProgressFunction progress();
 

@@ -115,7 +115,7 @@ Batch::Batch(const BatchArguments& arguments)
     if (!report_folder_.empty() && reports()) fs::create_directories(report_folder_);
     report_.scene = fs::path(arguments.render.scene.scene).filename().string();
     report_.command = arguments.command_line;
-    report_.fps = arguments.fps;
+    report_.fps = arguments.shutter.fps;
     report_.width = maker_.options().width;
     report_.height = maker_.options().height;
     report_.threads = maker_.threads();
@@ -263,8 +263,9 @@ void Batch::show_movie()
     std::vector<std::string> pictures;
     for (const FrameResult& frame : report_.frames) {
         if (frame.end != FrameEnd::rendered && frame.end != FrameEnd::kept) continue;
-        const auto shown = std::find_if(frame.files.begin(), frame.files.end(),
-                                        [](const std::string& path) { return !is_exr({path, {}}); });
+        const auto shown = std::find_if(frame.files.begin(), frame.files.end(), [](const std::string& path) {
+            return !is_exr({path, {}});
+        });
         if (shown != frame.files.end()) pictures.push_back(*shown);
     }
     std::error_code ignored;
@@ -274,7 +275,7 @@ void Batch::show_movie()
     report_.has_movie = is_there && !is_new;
     if (maker.empty()) return;
     bar_.log()(LogLevel::info, "making " + file);
-    const std::string why = make_movie(maker, pictures, arguments_.fps, file);
+    const std::string why = make_movie(maker, pictures, arguments_.shutter.fps, file);
     if (!why.empty()) bar_.log()(LogLevel::warning, file + " is not made: " + why);
     report_.has_movie = why.empty();
 }

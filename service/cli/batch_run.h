@@ -8,13 +8,14 @@
 #include "batch/farm.h"
 #include "batch/tasks.h"
 #include "cli/render_arguments.h"
+#include "cli/shutter.h"
 
 namespace rcs::service {
 
 struct BatchArguments {
     RenderArguments render;
     std::string frames;         ///< as parse_frames() takes them
-    double fps = 24.0;          ///< frame N shows the scene at N / fps
+    Shutter shutter;            ///< frame N shows the scene at N / fps, or around it
     bool independent = false;   ///< nothing of a frame helps another
     bool overwrite = false;     ///< also frames that are done
     bool explain = false;       ///< tell of each frame why it is rendered or not

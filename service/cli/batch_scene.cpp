@@ -84,6 +84,12 @@ void BatchScene::show(Session& session, double time, const LogFunction& log)
     shown_ = time;
 }
 
+MomentFunction BatchScene::moments(const Session& session, const Shutter& shutter, double time)
+{
+    shown_.reset();
+    return moments_of(arguments_, camera_, session, shutter, time);
+}
+
 std::string BatchScene::stamps() const
 {
     std::string text;

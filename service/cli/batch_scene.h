@@ -4,6 +4,7 @@
 #include <string>
 
 #include "cli/arguments.h"
+#include "cli/shutter.h"
 #include "rcs/session.h"
 
 namespace rcs::service {
@@ -19,6 +20,8 @@ public:
     std::string source_at(double time) const;
     /// Makes the session show it. Nothing is loaded where the last one shown looks the same.
     void show(Session& session, double time, const LogFunction& log);
+    /// What the session is to show while the shutter is open, which then shows the last of it.
+    MomentFunction moments(const Session& session, const Shutter& shutter, double time);
     bool is_animated() const { return is_animated_; }
     CameraChoice camera_at(double time) const { return camera_.at(time); }
     /// @throws rcs::Error io, if a file is another than when the batch began

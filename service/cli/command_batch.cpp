@@ -86,7 +86,8 @@ void add_batch_command(CLI::App& app, Action& action, const std::vector<std::str
         ->required()
         ->type_name("LIST")
         ->check(checked_by(parse_frames), "");
-    add_fps(command, arguments->fps);
+    add_fps(command, arguments->shutter.fps);
+    add_shutter(command, arguments->shutter);
     command.add_flag("--independent-frames", arguments->independent,
                      "Let no frame use records or exposure of another: each is what render makes of it, bit for bit");
     command.add_flag("--overwrite", arguments->overwrite, "Render also frames that are done");

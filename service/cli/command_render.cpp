@@ -17,6 +17,7 @@
 #include "cli/remote_render.h"
 #include "cli/render_arguments.h"
 #include "cli/run_support.h"
+#include "cli/shutter.h"
 #include "process/process.h"
 #include "rcs/rcs.h"
 
@@ -112,7 +113,21 @@ void tell_cost(RenderStats stats, const RenderArguments& arguments, RunReport& r
     if (!arguments.report.stats_file.empty() || arguments.report.json) deliver(report, arguments.report, begin);
 }
 
-void render_scene(const RenderArguments& arguments, const std::string& record_file, const CLI::App& command)
+/// @param camera  of a picture without motion blur
+RenderResult render_exposed(Session& session, const RenderArguments& arguments, const Shutter& shutter,
+                            const Camera& camera, const RenderOptions& options, const RenderHooks& hooks)
+{
+    const CameraSource source(arguments.scene);
+    const auto moments = [&] { return moments_of(arguments.scene, source, session, shutter, *arguments.scene.time); };
+    RenderResult result =
+        shutter.blurs() ? render(session, moments(), options, hooks) : render(session, camera, options, hooks);
+    result.image.metadata["rcs:scene"] = arguments.scene.scene;
+    result.image.metadata["rcs:environment"] = arguments.scene.environment;
+    return result;
+}
+
+void render_scene(const RenderArguments& arguments, const Shutter& shutter, const std::string& record_file,
+                  const CLI::App& command)
 {
     const auto begin = std::chrono::steady_clock::now();
     ProgressBar bar(parse_log_level(arguments.report.log_level), arguments.report.quiet);
@@ -156,12 +171,10 @@ void render_scene(const RenderArguments& arguments, const std::string& record_fi
             std::fflush(stdout);
         }
     };
-    const RenderHooks hooks{.log = bar.log(), .progress = bar.progress(), .forecast = tell_forecast};
+    const RenderHooks hooks{bar.log(), bar.progress(), tell_forecast, {}};
     if (arguments.dry_run) return tell_cost(forecast(session, camera, options, hooks), arguments, report, bar, begin);
-    RenderResult result = render(session, camera, options, hooks);
+    RenderResult result = render_exposed(session, arguments, shutter, camera, options, hooks);
     take_stages(result.stats, report);
-    result.image.metadata["rcs:scene"] = arguments.scene.scene;
-    result.image.metadata["rcs:environment"] = arguments.scene.environment;
     outputs.write(result.image, session.pool(), bar.progress(), report);
     kept.save(result, report);
     bar.finish();
@@ -181,6 +194,7 @@ void add_render_command(CLI::App& app, Action& action)
     const auto arguments = std::make_shared<RenderArguments>();
     const auto server = std::make_shared<ServerArguments>();
     const auto record_file = std::make_shared<std::string>();
+    const auto shutter = std::make_shared<Shutter>();
     add_render_arguments(command, *arguments);
     command.option_defaults()->group(option_group::kRecords);
     command
@@ -192,21 +206,26 @@ void add_render_command(CLI::App& app, Action& action)
         ->excludes("--target-error")
         ->excludes("--budget")
         ->excludes("--dry-run");
+    command.option_defaults()->group(option_group::kRecords);
+    add_shutter(command, *shutter);
+    add_fps(command, shutter->fps, "Frames a second that --shutter is a part of");
+    command.get_option("--shutter")->excludes("--records")->needs("--time");
+    command.get_option("--fps")->needs("--shutter");
     add_server_arguments(command, *server);
     command.get_option("--server")
         ->envname("")
         ->default_str("")
         ->description("Let this render server do it: a socket or HOST:PORT");
-    for (const char* local : {"--threads", "--dry-run", "--records", "--asset-root"})
+    for (const char* local : {"--threads", "--dry-run", "--records", "--asset-root", "--shutter"})
         command.get_option("--server")->excludes(local);
     command.footer("Example: rcsplat render sponza.glb --camera atrium --size 1000x1000 -o sponza.png -o sponza.exr");
-    command.callback([arguments, server, record_file, &command, &action] {
+    command.callback([arguments, server, record_file, shutter, &command, &action] {
         if (arguments->output.files.empty() && !arguments->dry_run) {
             throw CLI::RequiredError("--output");
         }
         const bool remote = command.get_option("--server")->count() > 0;
-        action = [arguments, server, record_file, remote, &command] {
-            remote ? render_on_server(*arguments, *server) : render_scene(*arguments, *record_file, command);
+        action = [arguments, server, record_file, shutter, remote, &command] {
+            remote ? render_on_server(*arguments, *server) : render_scene(*arguments, *shutter, *record_file, command);
         };
     });
 }

@@ -119,7 +119,8 @@ TEST(RecordWatcher, SeesNothingChangeInTheSameSceneAndAllOfALamp)
     const RayScene rays = build_ray_scene(lit, walk.pool);
     std::vector<Record> fresh = records;
     RecordGatherer({rays}, settings()).renew(fresh, all, walk.pool, stats);
-    const std::vector<Record> changes = RecordWatcher({rays}, settings()).look(records, all, {.now = 8}, walk.pool, stats);
+    const std::vector<Record> changes =
+        RecordWatcher({rays}, settings()).look(records, all, {.now = 8}, walk.pool, stats);
     double told = 0.0, truth = 0.0;
     for (std::size_t i = 0; i < all.size(); ++i) {
         told += static_cast<double>(luminance(changes[i].irradiance));

@@ -52,7 +52,7 @@ bool goes_through(const Bounds& box, glm::dvec3 from, glm::dvec3 direction, doub
 class WaysAt : public testing::TestWithParam<double> {
 protected:
     double scale = GetParam();
-    Bounds grid{scale * glm::dvec3(-3.0, 100.0, -0.5), scale * glm::dvec3(7.0, 104.0, 30.0)};
+    Bounds grid{scale * glm::dvec3(-3.0, 100.0, -0.5), scale* glm::dvec3(7.0, 104.0, 30.0)};
     RandomStream random{7};
 
     double next() { return static_cast<double>(random.next()); }

@@ -113,8 +113,8 @@ echo movie >"$1"
     const Outcome batch = batch_with_movie_maker(folder);
     EXPECT_EQ(batch.code, 0) << batch.err;
     EXPECT_EQ(bytes_of(folder / "preview.mp4"), "movie\n");
-    EXPECT_EQ(bytes_of(folder / "told"), "rate 10\n" + folder / "f.0002.png" + "\n" + folder / "f.0005.png" + "\n" +
-                                             folder / "f.0008.png" + "\n");
+    EXPECT_EQ(bytes_of(folder / "told"),
+              "rate 10\n" + folder / "f.0002.png" + "\n" + folder / "f.0005.png" + "\n" + folder / "f.0008.png" + "\n");
     EXPECT_NE(bytes_of(folder / "report.html").find("href=\"preview.mp4\""), std::string::npos);
     EXPECT_EQ(json::parse(bytes_of(folder / "report.json")).at("movie"), "preview.mp4");
     batch_with_movie_maker(folder);

@@ -96,9 +96,9 @@ struct RecordStats {
     std::uint64_t waves = 0;            ///< of holes that were filled
     std::uint64_t refined = 0;          ///< records that got more rays because their neighbourhood was noisy
     std::uint64_t refining_rays = 0;    ///< those rays and looks, also part of the others
-    std::uint64_t watched = 0;          ///< records of earlier views that were brought up to date: the scene has changed
-    std::uint64_t looked_again = 0;     ///< of those, whose rays may meet what has changed
-    std::uint64_t renewed = 0;          ///< of those brought up to date, gathered again where they are
+    std::uint64_t watched = 0;          ///< records brought up to date, of earlier views, as the scene has changed
+    std::uint64_t looked_again = 0;     ///< of those, with rays that may meet what has changed
+    std::uint64_t renewed = 0;          ///< of the watched, gathered again where they are
 };
 
 /// Where gathers look for light besides where their rays lead: made by the renderer for a view (method.md).

@@ -110,12 +110,29 @@ struct RenderHooks {
     PassFunction after_pass = {};    ///< of the picture so far
 };
 
+/// What a picture shows at a moment.
+struct Moment {
+    std::optional<Scene> scene;  ///< none: all stands where it stood the moment before
+    Camera camera;               ///< it is seen through
+};
+/// What is to be seen when so much of the time has passed that the shutter is open, in (0, 1).
+using MomentFunction = std::function<Moment(double part)>;
+
 /// Renders one view of the session's scene: emission, direct light, and indirect light by radiance cache
 /// splatting (Gautron et al. 2005).
 /// @throws Error bad_argument: options, naming field, value and range; not_found: the session shows nothing; cancelled;
 /// those of
 ///     Session::gl() and Session::rays(). What is shown stays; records that were kept may be lost
 RCS_API RenderResult render(Session& session, const Camera& camera, const RenderOptions& options,
+                            const RenderHooks& hooks = {});
+
+/// The same with motion blur: each of options.aa passes shows a moment of its own, in their order, evenly spread over
+/// the time that the shutter is open. The passes share records as views of a session that watches do
+/// (SessionOptions::watch_records). What is simulated is planned for the first moment. The session is left with the
+/// scene of the last one.
+/// @throws Error bad_argument also where there is but one pass, or motion vectors are wanted, which are of one moment;
+/// what `moments` throws
+RCS_API RenderResult render(Session& session, const MomentFunction& moments, const RenderOptions& options,
                             const RenderHooks& hooks = {});
 
 /// The same in a session of its own.

@@ -244,25 +244,6 @@ void Gatherer::shade(const Basis& frame, const PacketCells& cells, std::uint64_t
     }
 }
 
-namespace {
-
-/// Where rays went that have been traced, and shadow rays will go.
-void note_ways(const HemisphereGrid& grid, const GatherWorkspace& w, glm::vec3 above, Ways& ways)
-{
-    for (int c = 0; c < grid.cells; ++c) {
-        const HitPacket& packet = w.packets[static_cast<std::size_t>(c / kWidth)];
-        const int lane = c % kWidth;
-        const glm::vec3 direction = ray_direction(packet.ray, lane);
-        if (glm::dot(direction, above) > 0.0f)
-            ways.add_segment(ray_origin(packet.ray, lane), direction, packet.ray.t_max[lane]);
-    }
-    w.shadow.each_ray([&](glm::vec3 origin, glm::vec3 direction, float length) {
-        ways.add_segment(origin, direction, length);
-    });
-}
-
-}  // namespace
-
 void Gatherer::shoot_shadow_rays(GatherWorkspace& w) const
 {
     w.shadow.trace(rays_);
@@ -297,9 +278,10 @@ void Gatherer::trace(const Birth& birth, const HemisphereGrid& grid, const Basis
         const std::size_t packet = static_cast<std::size_t>(first / kWidth);
         intersect(rays_, cells.active, w.packets[packet], w.weights[packet]);
         w.hemisphere_rays += static_cast<std::uint64_t>(std::popcount(cells.active));
+        if (w.ways) w.ways->add_packet(cells.active, w.packets[packet].ray);
         shade(frame, cells, light_key, w);
     }
-    if (w.ways) note_ways(grid, w, birth.geometric_normal, *w.ways);
+    if (w.ways) w.shadow.each_ray([&](glm::vec3 o, glm::vec3 d, float length) { w.ways->add_segment(o, d, length); });
     shoot_shadow_rays(w);
     if (rays_.has_transparency()) tint(grid.cells, w);
 }

@@ -70,10 +70,17 @@ void Ways::add_segment(glm::vec3 origin, glm::vec3 direction, float length)
     }
 }
 
+void Ways::add_packet(std::uint32_t active, const RayPacket& rays)
+{
+    for (int i = 0; i < RayPacket::kWidth; ++i)
+        if ((active >> i & 1u) != 0u) add_segment(ray_origin(rays, i), ray_direction(rays, i), rays.t_max[i]);
+}
+
 void Ways::add_box(const Bounds& box)
 {
     if (!(box.min.x <= box.max.x)) return;
-    const glm::dvec3 low = (box.min - low_) * cells_per_length_ - kRim, high = (box.max - low_) * cells_per_length_ + kRim;
+    const glm::dvec3 low = (box.min - low_) * cells_per_length_ - kRim,
+                     high = (box.max - low_) * cells_per_length_ + kRim;
     if (std::min({low.x, low.y, low.z}) < 0.0 || std::max({high.x, high.y, high.z}) > kCells) bits_.back() = 1;
     const glm::ivec3 first(glm::clamp(glm::floor(low), 0.0, kLast)), last(glm::clamp(glm::floor(high), 0.0, kLast));
     for (int z = first.z; z <= last.z; ++z)

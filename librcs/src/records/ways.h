@@ -7,6 +7,7 @@
 
 #include <glm/glm.hpp>
 
+#include "rays/packet.h"
 #include "rcs/scene.h"
 
 namespace rcs {
@@ -21,6 +22,8 @@ public:
     explicit Ways(const Bounds& box);
     /// @param direction  unit   @param length  [m], may be +inf
     void add_segment(glm::vec3 origin, glm::vec3 direction, float length);
+    /// @param rays  traced   @param active  bit by lane
+    void add_packet(std::uint32_t active, const RayPacket& rays);
     void add_box(const Bounds& box);
     void clear() { bits_.fill(0); }
 

@@ -12,6 +12,7 @@
 #include "rcs/effect_plan.h"
 #include "rcs/option_table.h"
 #include "rcs/version.h"
+#include "render/moments.h"
 #include "render/stage_clock.h"
 
 namespace rcs {
@@ -108,6 +109,7 @@ void RenderStats::add(const std::string& stage, double seconds)
 Frame begin_frame(Session& session, const Camera& camera, const RenderOptions& asked, const RenderHooks& hooks)
 {
     validate(asked);
+    session.state().moves = false;
     const RayScene& rays = session.rays(asked.effects);
     GlContext& gl = session.gl();
     const EffectTally tally(gl, session.pool());
@@ -126,17 +128,33 @@ Frame begin_frame(Session& session, const Camera& camera, const RenderOptions& a
                 .asked = asked,
                 .hooks = hooks,
                 .settings = settings,
+                .moments = nullptr,
                 .layers = picture_layers(stats.plan, rays.scene(), asked.motion),
                 .deadline = Deadline(asked.quality),
                 .tally = tally,
                 .course = begin_course(settings),
-                .views = make_views(camera, asked.width, asked.height, settings.passes),
+                .views = views_of(camera, asked, settings.passes),
                 .result = {{}, {}, std::move(stats)},
                 .records = session.state().take_records(asked)};
-    open_lens(asked, frame.views);
-    crop_views(asked, frame.views);
-    if (asked.f_stop && frame.layers.motion) frame.layers.motion->seen_by_pinhole(camera);
+    if (asked.f_stop && frame.layers->motion) frame.layers->motion->seen_by_pinhole(camera);
     if (settings.records.radiance) frame.without_radiance = take_plain(frame.records);
+    return frame;
+}
+
+Frame begin_frame(Session& session, const MomentFunction& moments, const RenderOptions& asked, const RenderHooks& hooks)
+{
+    validate(asked);
+    if (asked.aa < 2)
+        throw Error(ErrorCode::bad_argument,
+                    "aa is 1, expected at least 2 with motion blur: each sample is of another moment");
+    if (asked.motion)
+        throw Error(ErrorCode::bad_argument, "motion is given beside motion blur: its vectors are of one moment");
+    Moment first = moments(part_of_shutter(asked, 0));
+    session.state().moves = true;
+    if (first.scene) session.show(std::move(*first.scene));
+    Frame frame = begin_frame(session, first.camera, asked, hooks);
+    session.state().moves = true;
+    frame.moments = &moments;
     return frame;
 }
 
@@ -161,7 +179,7 @@ RenderResult finish(Frame& f)
     if (f.needs(Effect::error_estimate))
         stats.errors = timed(stats, f.hooks.progress, "estimate",
                              [&] { return estimate_errors(result.image, f.error_scale, f.session.pool()); });
-    keep_layers(f.layers, result.image);
+    keep_layers(*f.layers, result.image);
     f.tally.finish(f.session.gl(), f.session.pool(), f.records, result.image, stats.counts);
     describe(f, result.image);
     warn(f);
@@ -173,6 +191,7 @@ RenderResult finish(Frame& f)
                    std::make_move_iterator(f.without_radiance.end()));
     result.records = f.session.state().keep_records(std::move(f.records), std::move(f.aside), f.asked, f.views.front());
     stats.kept = f.session.state().end_view();
+    f.session.state().moves = false;
     return std::move(result);
 }
 

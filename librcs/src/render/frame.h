@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -25,12 +26,13 @@ namespace rcs {
 /// A picture in the making.
 struct Frame {
     Session& session;
-    const RayScene& rays;
-    const Camera& camera;
+    std::reference_wrapper<const RayScene> rays;
+    Camera camera;  ///< of the moment
     const RenderOptions& asked;
     const RenderHooks& hooks;
     const Settings settings;
-    PictureLayers layers;  ///< that are made
+    const MomentFunction* moments;        ///< of the passes; null: all are of one
+    std::optional<PictureLayers> layers;  ///< that are made
     const Deadline deadline;
     const EffectTally tally;
     Course course;            ///< that quality steers
@@ -49,6 +51,8 @@ struct Frame {
     std::optional<SharedSamples> shared = {};
     std::unique_ptr<Probes> probes = {};  ///< that a goal was steered by, until the first view is judged
     ErrorScale error_scale = {};          ///< what probes found of the first view's error map
+
+    bool has_moved = false;  ///< another scene than the pass before's, which the light knows nothing of yet
 
     // The pass: surfaces in view, those seen through others one layer after the other, and their light.
     int pass = -1;
@@ -71,10 +75,13 @@ struct Frame {
 
 /// Plans what is to be simulated and begins with what the session keeps.
 Frame begin_frame(Session& session, const Camera& camera, const RenderOptions& asked, const RenderHooks& hooks);
+/// The same at the first of several moments.
+Frame begin_frame(Session& session, const MomentFunction& moments, const RenderOptions& asked,
+                  const RenderHooks& hooks);
 
 // The stages of a pass, in their order; each does nothing where the plan leaves it out.
 
-/// Goes on to the next pass. @return false: there are enough
+/// Goes on to the next pass, and its moment. @return false: there are enough
 bool begin_pass(Frame& frame);
 void draw_gbuffer(Frame& frame);
 /// Light of later bounces, spread over the surfaces that gather rays can meet: once for all passes.

@@ -5,12 +5,12 @@
 #include "render/frame.h"
 
 namespace rcs {
+namespace {
 
 // Gautron, Krivanek, Bouatouch, Pattanaik 2005: sparse records are gathered by rays where no record serves a visible
 // point yet, each is splatted over what it serves, and the normalised sum is the indirect light.
-RenderResult render(Session& session, const Camera& camera, const RenderOptions& asked, const RenderHooks& hooks)
+RenderResult render(Frame frame)
 {
-    Frame frame = begin_frame(session, camera, asked, hooks);  // options -> plan -> settings
     while (begin_pass(frame)) {
         draw_gbuffer(frame);
         spread_bounces(frame);
@@ -26,6 +26,20 @@ RenderResult render(Session& session, const Camera& camera, const RenderOptions&
     }
     watch_records(frame);
     return finish(frame);
+}
+
+}  // namespace
+
+// Options -> plan -> settings.
+RenderResult render(Session& session, const Camera& camera, const RenderOptions& asked, const RenderHooks& hooks)
+{
+    return render(begin_frame(session, camera, asked, hooks));
+}
+
+RenderResult render(Session& session, const MomentFunction& moments, const RenderOptions& asked,
+                    const RenderHooks& hooks)
+{
+    return render(begin_frame(session, moments, asked, hooks));
 }
 
 RenderStats forecast(Session& session, const Camera& camera, const RenderOptions& asked, const RenderHooks& hooks)

@@ -6,7 +6,6 @@
 
 #include "accuracy/error_estimate.h"
 #include "accuracy/probes.h"
-#include "gbuffer/views.h"
 #include "placement/renewal.h"
 #include "placement/view_fit.h"
 #include "rcs/option_table.h"
@@ -14,6 +13,7 @@
 #include "records/lamps_to_gather.h"
 #include "records/watch.h"
 #include "render/frame.h"
+#include "render/moments.h"
 #include "render/stage_clock.h"
 #include "util/random.h"
 
@@ -75,6 +75,12 @@ void part_lamps(Frame& f)
     f.gathered.finder = f.lamp_guide.get();
 }
 
+std::unique_ptr<GatherGuide> find_guide(const Frame& f)
+{
+    return make_gather_guide({f.rays, f.light_cache, nullptr, &f.gathered}, f.gbuffer, f.view(), f.course.records,
+                             f.session.pool());
+}
+
 /// Records of earlier scenes.
 void bring_up_to_date(Frame& f)
 {
@@ -99,11 +105,17 @@ void prepare_records(Frame& f)
     if (auto kept = f.session.state().take_guide())
         f.kept_guide = std::move(*kept);
     else
-        f.kept_guide = {make_gather_guide({f.rays, f.light_cache, nullptr, &f.gathered}, f.gbuffer, f.view(),
-                                          f.course.records, f.session.pool()),
-                        0, f.session.state().scene_number};
+        f.kept_guide = {find_guide(f), 0, f.session.state().scene_number};
     if (f.guide()) f.stats().records.lit_points = f.guide()->lit().points.size();
     bring_up_to_date(f);
+}
+
+/// What holds in the scene of another moment than the pass before's: where looks did no good they do none now.
+void follow_scene(Frame& f)
+{
+    if (f.kept_guide.guide) f.kept_guide = {find_guide(f), f.kept_guide.views, f.session.state().scene_number};
+    bring_up_to_date(f);
+    f.has_moved = false;
 }
 
 /// What independent gathers at some of the first view's pixels say of its error; those of an earlier view, where its
@@ -195,10 +207,35 @@ void warn_of_ghosts(const Frame& f)
 
 }  // namespace
 
+namespace {
+
+/// Goes on to the moment of a further pass.
+void show_moment(Frame& f)
+{
+    Moment moment = timed(f, "load", [&] { return (*f.moments)(part_of_shutter(f.asked, f.pass)); });
+    const auto pass = static_cast<std::size_t>(f.pass);
+    f.camera = moment.camera;
+    f.views[pass] = views_of(f.camera, f.asked, f.settings.passes)[pass];
+    if (!moment.scene) return;
+    const std::uint32_t before = f.session.state().scene_number;
+    timed(f, "bvh", [&] {
+        f.session.show(std::move(*moment.scene));
+        f.rays = f.session.rays(f.asked.effects);
+    });
+    if (f.session.state().scene_number == before) return;
+    f.has_moved = true;
+    f.light_cache = nullptr;
+    f.layers.emplace(picture_layers(f.stats().plan, f.rays.get().scene(), std::nullopt));
+}
+
+}  // namespace
+
 bool begin_pass(Frame& f)
 {
     if (!wants_pass(f.course, f.deadline, f.pass + 1, f.settings.passes)) return false;
+    if (f.moments && f.pass >= 0) watch_records(f);  // before what they see moves
     ++f.pass;
+    if (f.moments && f.pass > 0) show_moment(f);
     f.direct = f.course.direct;
     f.direct.seed = pass_seed(f.settings.seed, f.pass);
     return true;
@@ -233,12 +270,10 @@ void spread_bounces(Frame& f)
 void light_directly(Frame& f)
 {
     f.light = {};
-    f.light.layers = &f.layers;
+    f.light.layers = &*f.layers;
     if (!f.settings.has_lamps) return;
-    if (f.is_first_view()) {
-        timed(f, "lamps", [&] { part_lamps(f); });
-        f.direct = f.course.direct = affordable_direct(f);
-    }
+    if (f.is_first_view() || f.has_moved) timed(f, "lamps", [&] { part_lamps(f); });
+    if (f.is_first_view()) f.direct = f.course.direct = affordable_direct(f);
     f.direct.gathered = &f.gathered;
     f.light.direct = direct_round(f, f.direct.seed);
     ++f.stats().counts.direct_passes;
@@ -254,6 +289,7 @@ void place_records(Frame& f)
     if (!f.needs(Effect::indirect_diffuse)) return;
     timed(f, "records", [&] {
         if (f.is_first_view()) prepare_records(f);
+        if (f.has_moved) follow_scene(f);
         if (f.is_first_view() && has_goal(f.asked)) return steer_records(f, true);
         // Records of earlier passes are shared; this one adds where it sees what they did not.
         place_records(f.lit(), f.gbuffer, f.view(), f.course.records, f.session.pool(), f.records, f.stats().records,
@@ -328,7 +364,7 @@ void add_to_picture(Frame& f)
             accumulate_pass(f.gbuffer, f.view(), f.shading, f.light, f.weight, f.known(), sums);
         if (f.shared)
             f.stats().counts.shared_samples += add_shared(*f.shared, sums);
-        else if (f.is_first_view() && f.settings.shares_samples)
+        else if (f.is_first_view() && f.settings.shares_samples && !f.moments)
             f.shared = find_smooth(f.gbuffer, f.light.direct, sums, f.session.pool());
     });
 }

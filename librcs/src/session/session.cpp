@@ -144,7 +144,8 @@ void Session::show(Scene scene)
     if (s.watches() && !changed) s.box = bounds_of(scene);
     s.changed_in.resize(scene.instances.size(), s.scene_number);
     s.rays.reset();  // before what it refers to
-    s.scene = std::make_unique<Scene>(std::move(scene));
+    if (!s.scene) s.scene = std::make_unique<Scene>();
+    *s.scene = std::move(scene);  // views in the making refer to it
 }
 
 void Session::clear()

@@ -47,6 +47,7 @@ struct [[gnu::visibility("hidden")]] Session::State {
     std::optional<LightCache> light_cache;
     LightCacheUse light_cache_use;
     std::vector<Record> records;
+    bool moves = false;  ///< a view is in the making that shows several moments
     std::uint32_t view_number = 0;
     std::uint32_t scene_number = 0;         ///< of the scene: another one for each change
     std::vector<std::uint32_t> changed_in;  ///< per instance: since which scene it has been where and what it is
@@ -62,7 +63,8 @@ struct [[gnu::visibility("hidden")]] Session::State {
     void note(SessionPart part, bool kept, std::string why);
     bool holds(SessionPart part) const;
     void drop_light(const std::string& why);
-    bool watches() const { return options.keep_records && options.watch_records; }
+    /// Whether records outlive a change of the scene.
+    bool watches() const { return moves || (options.keep_records && options.watch_records); }
     /// All light goes but records that are watched. @param changed  instances; those of the scene shown now
     void change_light(const std::string& why, const std::vector<bool>& changed, SceneChange change);
     SceneStates states() const { return {scene_number, changed_in, changes, box}; }

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include "cli/arguments.h"
+#include "rcs/render.h"
+
+namespace rcs::service {
+
+/// How long a picture is exposed.
+struct Shutter {
+    double open = 0.0;  ///< part of the time from one frame to the next, in [0, 1]; 0: the picture is of one moment
+    double fps = 24.0;  ///< frames a second
+
+    bool blurs() const { return open > 0.0; }
+    /// When a part of the time has passed that it is open, around the picture's own time [s].
+    double time(double picture, double part) const { return picture + (part - 0.5) * open / fps; }
+};
+
+/// --shutter. The option --fps is left to the command.
+void add_shutter(CLI::App& command, Shutter& shutter);
+
+/// What is seen while the shutter is open.
+/// @param scene, camera, session  the latter shows the scene at any time; all three must outlive what is returned
+/// @param time  of the picture [s]
+MomentFunction moments_of(const SceneArguments& scene, const CameraSource& camera, const Session& session,
+                          const Shutter& shutter, double time);
+
+}  // namespace rcs::service
