@@ -171,7 +171,7 @@ TEST(RecordWatcher, SparesRecordsThatAChangeCannotReachAndTellsTheSame)
         watcher.look(others, all, {.now = now, .changes = changes, .box = states.box}, walk.pool, stats);
         return stats.looked_again;
     };
-    const SceneChange nowhere{.state = states.now + 1}, lamps{.state = states.now + 1, .has_other_lamps = true};
+    const SceneChange nowhere{.state = states.now + 1}, lamps{.state = states.now + 1, .everywhere = true};
     EXPECT_EQ(looked_at({&nowhere, 1}, states.now + 1), 0u);
     EXPECT_EQ(looked_at({&lamps, 1}, states.now + 1), all.size());
     EXPECT_EQ(looked_at({&nowhere, 1}, states.now + 2), all.size());
@@ -192,16 +192,16 @@ TEST(RecordWatcher, LooksEverywhereWhereASurfaceThatShinesMoves)
     walk.show(shine(moved_by(0.0)));
     EXPECT_TRUE(walk.session.state().states().changes.empty());
     walk.session.show(shine(moved_by(0.1)));
-    EXPECT_TRUE(walk.session.state().states().changes.back().has_other_lamps);
+    EXPECT_TRUE(walk.session.state().states().changes.back().everywhere);
     walk.session.show(moved_by(0.1));
-    EXPECT_TRUE(walk.session.state().states().changes.back().has_other_lamps) << "it has gone out";
+    EXPECT_TRUE(walk.session.state().states().changes.back().everywhere) << "it has gone out";
     walk.session.show(moved_by(0.2));
     const SceneChange change = walk.session.state().states().changes.back();
-    EXPECT_FALSE(change.has_other_lamps);
+    EXPECT_FALSE(change.everywhere);
     ASSERT_EQ(change.where.size(), 2u) << "where it was and where it is";
     EXPECT_NEAR(change.where[1].min.x - change.where[0].min.x, 0.1, 1e-6);
     walk.session.show(with_lamp(moved_by(0.3)));
-    EXPECT_TRUE(walk.session.state().states().changes.back().has_other_lamps) << "both at once";
+    EXPECT_TRUE(walk.session.state().states().changes.back().everywhere) << "both at once";
 }
 
 TEST(Renewal, RecordsThatAreKeptHoldWhatTheyWouldGather)

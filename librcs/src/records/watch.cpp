@@ -22,7 +22,7 @@ public:
     {
         Ways ways(states.box);
         for (auto change = states.changes.rbegin(); change != states.changes.rend() && !cached; ++change) {
-            if (change->has_other_lamps || change->state != now_ - since_.size()) return;
+            if (change->everywhere || change->state != now_ - since_.size()) return;
             for (const Bounds& box : change->where) ways.add_box(box);
             since_.push_back(ways);
         }

@@ -13,9 +13,9 @@ namespace rcs {
 
 /// What became another in a scene.
 struct SceneChange {
-    std::uint32_t state = 0;       ///< since when it is so
-    bool has_other_lamps = false;  ///< light may have changed everywhere
-    std::vector<Bounds> where{};   ///< of all else, as it was and as it is
+    std::uint32_t state = 0;      ///< since when it is so
+    bool everywhere = false;      ///< light may have changed everywhere
+    std::vector<Bounds> where{};  ///< of all else, as it was and as it is
 };
 
 /// The scenes that a session has shown one after the other, by number.

@@ -44,10 +44,13 @@ bool is_lamp(const Scene& scene, const Instance& instance)
 /// @param changed  instances
 SceneChange change_between(const Scene& a, const Scene& b, const std::vector<bool>& changed)
 {
-    SceneChange change{.has_other_lamps = !same_lamps(a, b)};
-    for (std::size_t i = 0; i < changed.size(); ++i) {
+    // Of so many things one or the other is in the way of any record.
+    constexpr std::ptrdiff_t kMostApart = 256;
+    SceneChange change{.everywhere =
+                           !same_lamps(a, b) || std::count(changed.begin(), changed.end(), true) > kMostApart};
+    for (std::size_t i = 0; i < changed.size() && !change.everywhere; ++i) {
         if (!changed[i]) continue;
-        change.has_other_lamps = change.has_other_lamps || is_lamp(a, a.instances[i]) || is_lamp(b, b.instances[i]);
+        change.everywhere = change.everywhere || is_lamp(a, a.instances[i]) || is_lamp(b, b.instances[i]);
         change.where.push_back(bounds_of(a, i));
         change.where.push_back(bounds_of(b, i));
     }
@@ -132,7 +135,7 @@ void Session::show(Scene scene)
             s.note(SessionPart::ray_scene, true, "only lamps or the sky have changed");
         }
         return s.change_light("lamps or the sky have changed", std::vector<bool>(s.scene->instances.size()),
-                              {.has_other_lamps = true});
+                              {.everywhere = true});
     }
     const std::string why = s.scene ? "surfaces have moved or changed" : "the scene is new";
     const auto changed = s.scene && s.watches() ? changed_instances(*s.scene, scene) : std::nullopt;
