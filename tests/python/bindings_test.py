@@ -3,6 +3,7 @@
 
 Skipped (exit code 77) where the bindings were not built or numpy is missing.
 """
+import os
 import pathlib
 import subprocess
 import sys
@@ -123,7 +124,7 @@ class Bindings(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             example = pathlib.Path(__file__).parents[2] / "librcs/examples/by_hand.py"
             subprocess.run([sys.executable, example, folder], check=True,
-                           env={"PYTHONPATH": sys.argv[1], "HOME": folder})
+                           env={**os.environ, "PYTHONPATH": sys.argv[1], "HOME": folder})
             self.assertEqual(sorted(p.name for p in pathlib.Path(folder).iterdir() if p.is_file()),
                              ["cornell.png", "irradiance.exr"])
 
