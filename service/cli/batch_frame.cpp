@@ -11,6 +11,7 @@
 #include "cli/outputs.h"
 #include "cli/run_support.h"
 #include "output/small_copy.h"
+#include "process/clock.h"
 #include "process/interrupt.h"
 #include "rcs/rcs.h"
 #include "report/encoding.h"
@@ -22,8 +23,6 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 constexpr int kThumbnailSide = 160;  ///< [px]
-
-double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
 /// A file that says that a frame is being made, and how often that was begun; only processes that died leave it.
 class RunningMark {

@@ -34,8 +34,6 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
-
 /// Whether a file was left half written by a process that was killed: FileWriter's ".NAME.tmp-PID" of one of `paths`.
 bool is_leftover(const fs::path& file, const std::set<std::string>& paths)
 {
@@ -263,9 +261,8 @@ void Batch::show_movie()
     std::vector<std::string> pictures;
     for (const FrameResult& frame : report_.frames) {
         if (frame.end != FrameEnd::rendered && frame.end != FrameEnd::kept) continue;
-        const auto shown = std::find_if(frame.files.begin(), frame.files.end(), [](const std::string& path) {
-            return !is_exr({path, {}});
-        });
+        const auto shown = std::find_if(frame.files.begin(), frame.files.end(),
+                                        [](const std::string& path) { return !is_exr({path, {}}); });
         if (shown != frame.files.end()) pictures.push_back(*shown);
     }
     std::error_code ignored;

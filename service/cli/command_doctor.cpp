@@ -81,7 +81,7 @@ std::string line_of(const Row& row)
     return line;
 }
 
-nlohmann::ordered_json to_json(const Row& row)
+nlohmann::ordered_json json_of(const Row& row)
 {
     return {{"id", row.says.id},
             {"group", row.says.group},
@@ -172,7 +172,7 @@ void examine(const DoctorArguments& arguments)
                                        {"machine", nlohmann::ordered_json::object()},
                                        {"cases", nlohmann::ordered_json::array()}};
         for (const auto& [name, value] : report) json["machine"][name] = value;
-        for (const Row& row : rows) json["cases"].push_back(to_json(row));
+        for (const Row& row : rows) json["cases"].push_back(json_of(row));
         std::puts(json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
     } else {
         std::printf("\n%zu cases, %td failed, %td skipped, %.0f s\n", rows.size(), failed, skipped, seconds);

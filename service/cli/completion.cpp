@@ -7,8 +7,6 @@
 namespace rcs::service {
 namespace {
 
-std::string last_word(const std::string& name) { return name.substr(name.rfind(' ') + 1); }
-
 std::string joined(const std::vector<std::string>& words, const char* between = " ")
 {
     std::string text;

@@ -52,6 +52,8 @@ CommandText describe(const CLI::App& app, const std::string& name)
     return text;
 }
 
+std::string last_word(const std::string& name) { return name.substr(name.rfind(' ') + 1); }
+
 const std::vector<std::string>& option_groups()
 {
     using namespace option_group;

@@ -31,6 +31,9 @@ struct CommandText {
 /// @param name  as its caller calls it
 CommandText describe(const CLI::App& app, const std::string& name);
 
+/// "render" of the command "rcsplat render".
+std::string last_word(const std::string& name);
+
 /// Under a group's name, where options of one kind stand in help and manual.
 namespace option_group {
 inline constexpr const char* kView = "What is seen";

@@ -5,6 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "output/json_number.h"
+
 namespace rcs::service {
 namespace {
 
@@ -23,9 +25,7 @@ const char* name_of(PlannedEffect::Basis basis)
     return "";
 }
 
-Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
-Json to_json(const PlannedEffect& e)
+Json json_of(const PlannedEffect& e)
 {
     Json json = {{"name", std::string(rcs::name_of(e.effect))},
                  {"needed", e.needed},
@@ -43,7 +43,7 @@ Json to_json(const PlannedEffect& e)
     return json;
 }
 
-Json to_json(const PlannedLayer& l)
+Json json_of(const PlannedLayer& l)
 {
     return {{"name", std::string(l.layer->name)}, {"kept", l.kept}, {"made", l.made}, {"bytes", l.bytes}};
 }
@@ -60,10 +60,10 @@ Json to_json(const EffectPlan& plan)
                  {"effects", Json::array()},
                  {"layers", Json::array()}};
     for (const PlannedEffect& e : plan.effects) {
-        json["effects"].push_back(to_json(e));
+        json["effects"].push_back(json_of(e));
     }
     for (const PlannedLayer& l : plan.layers) {
-        json["layers"].push_back(to_json(l));
+        json["layers"].push_back(json_of(l));
     }
     return json;
 }

@@ -13,6 +13,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "output/json_number.h"
 #include "output/plan_json.h"
 #include "rcs/error.h"
 #include "rcs/version.h"
@@ -38,9 +39,6 @@ double seconds_of(const RunReport& report, const std::string& stage)
     }
     return sum;
 }
-
-/// JSON knows no infinity and no NaN; null stands for both.
-Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 double per(double amount, double count) { return count > 0.0 ? amount / count : 0.0; }
 

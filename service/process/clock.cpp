@@ -19,6 +19,11 @@ Moment read_clocks() { return {milliseconds<std::chrono::system_clock>(), steady
 
 std::int64_t steady_ms() { return milliseconds<std::chrono::steady_clock>(); }
 
+double seconds_since(std::chrono::steady_clock::time_point begin)
+{
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
 std::string utc_text(std::int64_t wall_ms)
 {
     const std::time_t seconds = wall_ms / 1000;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <string>
 
@@ -15,6 +16,9 @@ struct Moment {
 
 Moment read_clocks();
 std::int64_t steady_ms();
+
+/// [s]
+double seconds_since(std::chrono::steady_clock::time_point begin);
 
 /// A moment of the wall's clock as text: "2026-11-22T10:31:05.120Z" for logs, "2026-11-22 11:31:05" where we are for
 /// people. @param wall_ms  Unix time [ms]

@@ -13,7 +13,7 @@
 namespace rcs::service {
 namespace {
 
-std::string number(double value)
+std::string field_of(double value)
 {
     char text[32];
     std::snprintf(text, sizeof text, "%.6g", value);
@@ -24,7 +24,7 @@ std::string number(double value)
 std::string metric_fields(const ErrorMetrics& m)
 {
     std::string fields;
-    for (const MetricRow& row : metric_table()) fields.append(",").append(number(m.*row.value));
+    for (const MetricRow& row : metric_table()) fields.append(",").append(field_of(m.*row.value));
     return fields;
 }
 
@@ -58,9 +58,9 @@ std::string to_csv(const AccuracyReport& report)
     for (std::size_t i = 0; i < report.points.size(); ++i) {
         const Measurement& m = report.points[i];
         csv += std::to_string(i + 1) + (m.is_render() ? ",splatting," : ",path tracer,") + csv_field(m.label) + "," +
-               number(m.seconds) + "," + number(m.processor_seconds) + "," + number(m.others) + "," +
+               field_of(m.seconds) + "," + field_of(m.processor_seconds) + "," + field_of(m.others) + "," +
                std::to_string(m.records) + "," + std::to_string(m.rays) + "," + std::to_string(m.paths) + "," +
-               (best[i] ? "1" : "0") + "," + (m.estimated_error ? number(*m.estimated_error) : "") +
+               (best[i] ? "1" : "0") + "," + (m.estimated_error ? field_of(*m.estimated_error) : "") +
                metric_fields(m.indirect) + metric_fields(m.beauty) + "\r\n";
     }
     return csv;

@@ -9,7 +9,7 @@
 namespace rcs::service {
 namespace {
 
-constexpr int kAtATime = 16;                                   // frames that the deliverer is given
+constexpr int kFramesAtATime = 16;                             // frames that the deliverer is given
 constexpr std::int64_t kFirstPause = 1000, kLongest = 60'000;  // after a delivery that failed [ms]
 
 }  // namespace
@@ -33,7 +33,7 @@ void Service::deliver(std::int64_t now)
         }
         queue_.commit();
         if (now < deliver_after_ms_ || !being_delivered_.empty()) return;
-        for (const JobQueue::Undelivered& frame : queue_.undelivered(kAtATime)) give_to_deliverer(frame);
+        for (const JobQueue::Undelivered& frame : queue_.undelivered(kFramesAtATime)) give_to_deliverer(frame);
     } catch (const ServiceError& e) {
         queue_.roll_back();  // it is delivered once more
         log_.write(Level::error, "not_delivered", {{"why", e.what()}});
@@ -65,7 +65,7 @@ void Service::announce(std::int64_t now)
         for (const std::uint64_t job : completion_command_.take(now)) queue_.end_announcement(job);
         queue_.commit();
         if (config_.on_completion.empty() || stopping_ || !completion_command_.has_room()) return;
-        for (const std::uint64_t job : queue_.unannounced(kAtATime)) {
+        for (const std::uint64_t job : queue_.unannounced(kFramesAtATime)) {
             if (completion_command_.has_room() && !completion_command_.runs_for(job))
                 completion_command_.start(*queue_.status(job), now);
         }

@@ -15,7 +15,7 @@ extern char** environ;
 namespace rcs::service {
 namespace {
 
-constexpr std::size_t kAtATime = 4;
+constexpr std::size_t kCommandsAtATime = 4;
 
 std::string state_name(v1::JobState state)
 {
@@ -58,7 +58,7 @@ CompletionCommand::~CompletionCommand()
 }
 
 bool CompletionCommand::is_idle() const { return running_.empty(); }
-bool CompletionCommand::has_room() const { return running_.size() < kAtATime; }
+bool CompletionCommand::has_room() const { return running_.size() < kCommandsAtATime; }
 
 bool CompletionCommand::runs_for(std::uint64_t job) const
 {

@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kCoresOfAWorker = 8;
 
-[[noreturn]] void refuse(const std::string& what) { throw Error(ErrorCode::bad_argument, what); }
+[[noreturn]] void refuse_setting(const std::string& what) { throw Error(ErrorCode::bad_argument, what); }
 
 /// @throws rcs::Error not_found
 std::string true_folder(const char* option, const std::string& folder)
@@ -64,9 +64,9 @@ std::string ServerConfig::adopt_reloadable(const ServerConfig& fresh)
 void complete(ServerConfig& c)
 {
     if (c.socket.empty() || c.socket.size() > 107)
-        refuse("--socket has " + std::to_string(c.socket.size()) + " bytes, expected [1, 107]");
+        refuse_setting("--socket has " + std::to_string(c.socket.size()) + " bytes, expected [1, 107]");
     if (c.state.empty())
-        refuse("--state is missing, and neither $XDG_STATE_HOME nor $HOME says where the queue is to be kept");
+        refuse_setting("--state is missing, and neither $XDG_STATE_HOME nor $HOME says where the queue is to be kept");
     if (c.state.front() != '/') c.state = std::filesystem::absolute(c.state).string();
     const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
     if (c.workers == 0) c.workers = std::max(1, cores / kCoresOfAWorker);
@@ -79,13 +79,14 @@ void complete(ServerConfig& c)
     c.queue.announces_ends = !c.on_completion.empty();
     if (!c.group.empty() && ::getgrnam(c.group.c_str()) == nullptr)
         throw Error(ErrorCode::not_found, "--group " + c.group + " is no group");
-    if (c.tls_certificate.empty() != c.tls_key.empty()) refuse("--tls-certificate and --tls-key need each other");
-    if (!c.client_ca.empty() && c.tls_certificate.empty()) refuse("--client-ca needs --tls-certificate");
+    if (c.tls_certificate.empty() != c.tls_key.empty())
+        refuse_setting("--tls-certificate and --tls-key need each other");
+    if (!c.client_ca.empty() && c.tls_certificate.empty()) refuse_setting("--client-ca needs --tls-certificate");
     if (!c.listen.empty() && !is_loopback(parse_host_port(c.listen).host) && c.tls_certificate.empty()) {
-        refuse("--listen " + c.listen + " is beyond loopback and needs --tls-certificate and --tls-key");
+        refuse_setting("--listen " + c.listen + " is beyond loopback and needs --tls-certificate and --tls-key");
     }
     if (!c.http.empty() && !is_loopback(parse_host_port(c.http).host))
-        refuse("--http " + c.http + " is beyond loopback");
+        refuse_setting("--http " + c.http + " is beyond loopback");
 }
 
 }  // namespace rcs::service

@@ -17,7 +17,7 @@ constexpr std::size_t kMostBrowsers = 32, kMostUnknown = 32;
 constexpr std::size_t kMostToldSo = 8;      // connections beyond the limit, each to be told that there is one
 constexpr std::int64_t kAcceptPause = 500;  // where file descriptors ran out [ms]
 constexpr std::int64_t kSilence = 1000;     // after which a place may be given to another [ms]
-constexpr int kAtATime = 64, kFromAfarAtATime = 8;
+constexpr int kGuestsAtATime = 64, kFromAfarAtATime = 8;
 
 /// Whether one more may come to the `most` that are silent. Newer ones stand behind older ones.
 template <typename Guest, typename IsSilent>
@@ -92,7 +92,7 @@ void Guests::let_in_clients(bool local)
 {
     const int listener = local ? listeners_.unix_fd() : listeners_.tcp_fd();
     const std::int64_t now = steady_ms();
-    for (int i = 0; i < (local ? kAtATime : kFromAfarAtATime) && has_room(local, now); ++i) {
+    for (int i = 0; i < (local ? kGuestsAtATime : kFromAfarAtATime) && has_room(local, now); ++i) {
         Fd fd(::accept4(listener, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
         if (!fd && (errno == EMFILE || errno == ENFILE || errno == ENOMEM || errno == ENOBUFS)) {
             accept_after_ms_ = now + kAcceptPause;  // it stays readable: without a pause this would go round and round

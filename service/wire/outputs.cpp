@@ -8,7 +8,7 @@
 namespace rcs::service {
 namespace {
 
-[[noreturn]] void refuse(const std::string& what) { throw Error(ErrorCode::bad_argument, what); }
+[[noreturn]] void refuse_output(const std::string& what) { throw Error(ErrorCode::bad_argument, what); }
 
 v1::PixelFormat to_wire(PixelFormat format)
 {
@@ -41,7 +41,7 @@ PixelFormat from_wire(v1::PixelFormat format)
         case v1::PIXEL_FORMAT_UINT16:
             return PixelFormat::uint16;
         default:
-            refuse("pixel_format is " + std::to_string(format) + ", expected a value in [0, 4]");
+            refuse_output("pixel_format is " + std::to_string(format) + ", expected a value in [0, 4]");
     }
 }
 

@@ -10,7 +10,7 @@
 namespace rcs::service {
 namespace {
 
-[[noreturn]] void refuse(const std::string& what) { throw Error(ErrorCode::bad_argument, what); }
+[[noreturn]] void refuse_scene(const std::string& what) { throw Error(ErrorCode::bad_argument, what); }
 
 }  // namespace
 
@@ -51,21 +51,21 @@ Camera from_message(const v1::Camera& m)
     camera.projection =
         m.projection() == v1::Camera::PROJECTION_ORTHOGRAPHIC ? Projection::orthographic : Projection::perspective;
     if (m.world_from_view_size() != 0 && m.world_from_view_size() != 16) {
-        refuse("world_from_view has " + std::to_string(m.world_from_view_size()) + " values, expected 16");
+        refuse_scene("world_from_view has " + std::to_string(m.world_from_view_size()) + " values, expected 16");
     }
     for (int i = 0; i < m.world_from_view_size(); ++i) {
         if (!(std::abs(m.world_from_view(i)) <= kLargestCoordinate))
-            refuse("world_from_view has the value " + std::to_string(m.world_from_view(i)) +
-                   ", expected one in [-1e18, 1e18]");
+            refuse_scene("world_from_view has the value " + std::to_string(m.world_from_view(i)) +
+                         ", expected one in [-1e18, 1e18]");
         camera.world_from_view[i / 4][i % 4] = m.world_from_view(i);
     }
     if (m.has_yfov()) camera.yfov = m.yfov();
     if (m.has_ymag()) camera.ymag = m.ymag();
     if (!(camera.yfov > 0.0 && camera.yfov < std::numbers::pi)) {
-        refuse("yfov is " + std::to_string(camera.yfov) + ", expected a value in (0, pi)");
+        refuse_scene("yfov is " + std::to_string(camera.yfov) + ", expected a value in (0, pi)");
     }
     if (!(camera.ymag > 0.0 && camera.ymag <= kLargestCoordinate)) {
-        refuse("ymag is " + std::to_string(camera.ymag) + ", expected a value in (0, 1e18]");
+        refuse_scene("ymag is " + std::to_string(camera.ymag) + ", expected a value in (0, 1e18]");
     }
     camera.lens_shift = from_message(m.lens_shift());
     return camera;
@@ -116,7 +116,7 @@ MotionChoice motion_choice(const v1::Frame& frame)
     const v1::Motion& m = frame.motion();
     MotionChoice choice;
     if (m.has_time()) {
-        if (!std::isfinite(m.time())) refuse("motion.time is not finite");
+        if (!std::isfinite(m.time())) refuse_scene("motion.time is not finite");
         choice.time = m.time();
     }
     if (m.has_camera_name() || m.has_camera_given()) {

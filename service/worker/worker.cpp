@@ -17,6 +17,7 @@
 #include "output/output_files.h"
 #include "output/plan_json.h"
 #include "output/stats_json.h"
+#include "process/clock.h"
 #include "process/process.h"
 #include "rcs/rcs.h"
 #include "wire/errors.h"
@@ -40,8 +41,6 @@ using Clock = std::chrono::steady_clock;
 constexpr auto kBetweenPreviews = std::chrono::milliseconds(500);
 constexpr auto kBetweenLooks = std::chrono::milliseconds(250);  ///< for room on the disk
 
-double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
-
 /// Everything that the loaded scene depends on; of files by path also when they were written.
 std::string key_of(const internal::Task& task)
 {
@@ -52,7 +51,7 @@ std::string key_of(const internal::Task& task)
     if (task.job().scene().has_path()) {
         const fs::path folder = fs::path(task.scene_file()).parent_path();
         for (const std::string& name : scene_files(task.scene_file())) {
-            struct stat status {};
+            struct stat status{};
             ::stat((folder / name).c_str(), &status);
             key.append("\n")
                 .append(name)

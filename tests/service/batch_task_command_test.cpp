@@ -199,7 +199,8 @@ TEST(BatchDescription, StandsForTheWordsItHas)
 TEST(BatchDeadline, IsWhatTheFramesMakeUseOf)
 {
     const TemporaryFolder folder;
-    const std::vector<std::string> words{"batch", "demo:cornell", "--frames", "1-6", "--size", "64x48", "--aa", "1", "-o"};
+    const std::vector<std::string> words{"batch", "demo:cornell", "--frames", "1-6", "--size",
+                                         "64x48", "--aa",         "1",        "-o"};
     const auto with = [&](const std::vector<std::string>& more) {
         std::vector<std::string> all = words;
         all.insert(all.end(), more.begin(), more.end());

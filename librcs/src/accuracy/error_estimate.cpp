@@ -164,13 +164,13 @@ void scale(ErrorMap& map, const ErrorScale& scale, ThreadPool& pool)
 
 namespace {
 
+}  // namespace
+
 double light_at(const SplatBuffer& sums, std::size_t i)
 {
     const float l = luminance({sums.weighted_r[i], sums.weighted_g[i], sums.weighted_b[i]});
     return sums.weight[i] > 0.0f ? static_cast<double>(l / sums.weight[i]) : 0.0;
 }
-
-}  // namespace
 
 double mean_light(const SplatBuffer& sums)
 {

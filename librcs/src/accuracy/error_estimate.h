@@ -29,6 +29,9 @@ ErrorEstimates estimate_errors(const LayeredImage& image, const ErrorScale& scal
 /// The mean absolute value of a normal variable, over its standard deviation: sqrt(2 / pi).
 inline constexpr double kMeanAbsolute = 0.7978845608028654;
 
+/// Luminance of what the records make of pixel `i`; 0 where none serves it.
+double light_at(const SplatBuffer& sums, std::size_t i);
+
 /// Means over all pixels, as ErrorEstimate::mean_relative, if all light were the irradiance. @param scale  of
 /// judging, not of the map
 struct MeanErrors {

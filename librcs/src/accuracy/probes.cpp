@@ -46,13 +46,6 @@ Sounding average(const Sounding& a, const Sounding& b)
     return {std::lerp(a.light, b.light, share), a.rays + b.rays};
 }
 
-double light_at(const SplatBuffer& sums, std::size_t i)
-{
-    if (!(sums.weight[i] > 0.0f)) return 0.0;
-    return static_cast<double>(luminance({sums.weighted_r[i], sums.weighted_g[i], sums.weighted_b[i]}) /
-                               sums.weight[i]);
-}
-
 /// As an error relative to the light and a little more.
 double told_at(const SplatBuffer& sums, const ErrorMap& map, std::size_t i, double dark)
 {

@@ -10,7 +10,7 @@ namespace rcs {
 namespace {
 
 // Squares around a pixel's own that tell of its error.
-constexpr int kReach = 1;
+constexpr int kBlockReach = 1;
 // Two samples of one normal error differ by 2 / sqrt(pi) standard errors in the mean.
 constexpr float kOfDifference = 0.886226925f;
 
@@ -60,8 +60,8 @@ public:
     {
         for (int y = 0; y < rows_; ++y)
             for (int x = 0; x < columns_; ++x)
-                for (int ny = std::max(0, y - kReach); ny <= std::min(rows_ - 1, y + kReach); ++ny)
-                    for (int nx = std::max(0, x - kReach); nx <= std::min(columns_ - 1, x + kReach); ++nx)
+                for (int ny = std::max(0, y - kBlockReach); ny <= std::min(rows_ - 1, y + kBlockReach); ++ny)
+                    for (int nx = std::max(0, x - kBlockReach); nx <= std::min(columns_ - 1, x + kBlockReach); ++nx)
                         around_[index(x, y)].add(sums_[index(nx, ny)]);
     }
     float error_at(int x, int y, float own) const

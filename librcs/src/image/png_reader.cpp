@@ -31,7 +31,7 @@ void failed(png_structp png, png_const_charp why)
     std::longjmp(read->leave, 1);
 }
 
-void ignore_warning(png_structp, png_const_charp) {}
+void read_on(png_structp, png_const_charp) {}
 
 void take_bytes(png_structp png, png_bytep to, std::size_t count)
 {
@@ -44,7 +44,7 @@ void take_bytes(png_structp png, png_bytep to, std::size_t count)
 /// Up to the first row: samples become 8 or 16 bits of grey or RGB, with or without alpha.
 void begin(PngRead& read)
 {
-    read.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &read, failed, ignore_warning);
+    read.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &read, failed, read_on);
     if (read.png) read.info = png_create_info_struct(read.png);
     if (!read.info) return;
     png_set_read_fn(read.png, &read, take_bytes);

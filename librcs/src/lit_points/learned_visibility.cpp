@@ -10,7 +10,7 @@ namespace {
 // Cells of the grid so many levels up: a view is about 20 high of the finer ones.
 constexpr int kUp[] = {1, 3};
 // A chance is taken for one of the coarser cell until there are a few looks.
-constexpr float kPrior = 1.5f;
+constexpr float kLooksOfCoarser = 1.5f;
 // What was never seen may be seen after all.
 constexpr float kLeastChance = 0.03f;
 
@@ -49,7 +49,7 @@ namespace {
 template <typename Counts>
 RCS_ALWAYS_INLINE float refined(const Counts& c, float coarser)
 {
-    return (static_cast<float>(c.free) + kPrior * coarser) / (static_cast<float>(c.looks) + kPrior);
+    return (static_cast<float>(c.free) + kLooksOfCoarser * coarser) / (static_cast<float>(c.looks) + kLooksOfCoarser);
 }
 
 }  // namespace

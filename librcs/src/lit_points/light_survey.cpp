@@ -17,9 +17,9 @@ constexpr double kSurveyRays = 0.125, kPilots = 0.06;
 constexpr double kPlaces = 0.03;
 constexpr std::size_t kLeastPlaces = 32768;
 constexpr double kLeast = 4096.0;
-constexpr std::size_t kGrain = 1024;
+constexpr std::size_t kPiecesAtATime = 1024;
 // Of all points, what is spread evenly over what is seen, and evenly over everything.
-constexpr double kSeenPart = 0.2, kEvenPart = 0.05;
+constexpr double kSeenPart = 0.2, kByAreaPart = 0.05;
 
 std::size_t count_for(const GBuffer& g, double per_pixel)
 {
@@ -93,7 +93,7 @@ void note_light(std::span<const PlaceToLight> pilots, const LitPoints& lit, Impo
 void look_up_importance(LightSurvey& survey, ThreadPool& pool)
 {
     survey.at_probes.resize(survey.pieces.size());
-    pool.parallel_for(survey.pieces.size(), kGrain, [&](std::size_t begin, std::size_t end, int) {
+    pool.parallel_for(survey.pieces.size(), kPiecesAtATime, [&](std::size_t begin, std::size_t end, int) {
         std::uint64_t cell = 0;
         Importance::Value value;
         for (std::size_t i = begin; i < end; ++i)
@@ -129,7 +129,8 @@ PointDensity mix(const LightSurvey& survey, double of_seen, double points)
     const auto part = [&](double share, double of) {
         return of > 0.0 ? static_cast<float>(share * points / of) : 0.0f;
     };
-    return {part(1.0 - of_seen - kEvenPart, survey.bright), part(of_seen, survey.seen), part(kEvenPart, survey.area)};
+    return {part(1.0 - of_seen - kByAreaPart, survey.bright), part(of_seen, survey.seen),
+            part(kByAreaPart, survey.area)};
 }
 
 }  // namespace
@@ -160,15 +161,15 @@ std::vector<PlaceToLight> draw_places(const LightSurvey& survey, const PointDens
         sum += static_cast<double>(most[i]) * static_cast<double>(pieces[i].area);
         for (; next < sum; next += 1.0) candidates.push_back(static_cast<std::uint32_t>(i));
     }
-    std::vector<std::vector<PlaceToLight>> parts((candidates.size() + kGrain - 1) / kGrain);
+    std::vector<std::vector<PlaceToLight>> parts((candidates.size() + kPiecesAtATime - 1) / kPiecesAtATime);
     pool.parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end, int) {
-        for (std::size_t k = begin * kGrain; k < std::min(candidates.size(), end * kGrain); ++k) {
+        for (std::size_t k = begin * kPiecesAtATime; k < std::min(candidates.size(), end * kPiecesAtATime); ++k) {
             RandomStream random(stream_key(seed, Stream::lit_points, k));
             const float u = random.next(), v = random.next();
             const PointOnPiece place = point_on(survey.light.rays, pieces[candidates[k]], {u, v});
             const float wanted = density.at(survey.importance, place.point.position, place.point.geometric_normal);
             const int copies = static_cast<int>(wanted / most[candidates[k]] + random.next());
-            for (int c = 0; c < copies; ++c) parts[k / kGrain].push_back({place, 1.0f / wanted});
+            for (int c = 0; c < copies; ++c) parts[k / kPiecesAtATime].push_back({place, 1.0f / wanted});
         }
     });
     std::vector<PlaceToLight> places;
@@ -191,7 +192,7 @@ LightSurvey survey_light(const PlaceLight& light, const GBuffer& gbuffer, const 
     s.seen = integral(s, {0.0f, 1.0f, 0.0f});
     if (!(s.seen > 0.0)) return s;
     const std::vector<PlaceToLight> pilots =
-        draw_places(s, mix(s, 1.0 - kEvenPart, static_cast<double>(count_for(gbuffer, kPilots))), s.seed + 3, pool);
+        draw_places(s, mix(s, 1.0 - kByAreaPart, static_cast<double>(count_for(gbuffer, kPilots))), s.seed + 3, pool);
     note_light(pilots, light_places(light, pilots, s.seed + 5, pool), s.importance);
     look_up_importance(s, pool);
     s.bright = integral(s, {1.0f, 0.0f, 0.0f});

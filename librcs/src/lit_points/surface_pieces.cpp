@@ -19,7 +19,7 @@ constexpr float kCellsLong = 6.0f;
 // ... and so many times that where nothing is seen: importance looks as far around.
 constexpr float kUnseenLonger = 8.0f;
 constexpr int kMostHalvings = 14;  // of a triangle
-constexpr std::size_t kGrain = 1024;
+constexpr std::size_t kPiecesOfARange = 1024;
 
 struct Corner {
     glm::vec2 weights;
@@ -111,8 +111,8 @@ std::vector<SurfacePiece> surface_pieces(const RayScene& rays, const GatheredLam
             lamps && !rays.scene().materials[static_cast<std::size_t>(instance_of(rays, i).material)].double_sided;
         const std::uint32_t count = static_cast<std::uint32_t>(instance_of(rays, i).mesh->triangles.size());
         triangles += count;
-        for (std::uint32_t first = 0; first < count; first += kGrain)
-            ranges.push_back({i, first, std::min<std::uint32_t>(kGrain, count - first), front_only});
+        for (std::uint32_t first = 0; first < count; first += kPiecesOfARange)
+            ranges.push_back({i, first, std::min<std::uint32_t>(kPiecesOfARange, count - first), front_only});
     }
     const float share = static_cast<float>(std::min(1.0, kMostTriangles / std::max(1.0, triangles)));
     std::vector<std::vector<SurfacePiece>> parts(ranges.size());

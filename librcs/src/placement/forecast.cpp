@@ -15,7 +15,7 @@ constexpr float kBehindNoise = 0.4f;     // of the noise, spread that shows once
 constexpr float kFallsShort = 0.85f;     // closer records leave more of the spread than planned: that to this power
 constexpr double kLooks = 1.5;           // at the error, in each step
 constexpr double kSharpening = 2.0;      // bringing records closer once takes as long as so many looks more
-constexpr double kStalled = 0.98;        // of the error, left by a step: the last one
+constexpr double kStalledStep = 0.98;    // of the error, left by a step: the last one
 constexpr double kMostCome = 0.75;       // part of the way from an error to kStep of it that steps come in most scenes
 
 /// The shares with the spread that is seen as long as there is their noise. @param shares  with all of it
@@ -90,7 +90,7 @@ std::vector<PathPoint> walk_ahead(std::vector<RecordShare> all, float gather, do
         at.rays += scale * rays;
         at.looks += kLooks;
         const double then = error();
-        const bool is_stalled = then > kStalled * at.error;
+        const bool is_stalled = then > kStalledStep * at.error;
         at.error = std::min(at.error, then);
         if (is_stalled) break;
         path.push_back(at);

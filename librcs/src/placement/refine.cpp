@@ -8,8 +8,6 @@
 namespace rcs {
 namespace {
 
-// A neighbourhood is what the final splat averages over.
-constexpr float kNeighbourhood = 3.0f;
 // Below this part of the mean irradiance, noise is judged against the part: it is too dark to be seen.
 constexpr float kDark = 0.01f;
 // Neighbours that weigh less in all say nothing.

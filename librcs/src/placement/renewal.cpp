@@ -18,12 +18,10 @@
 namespace rcs {
 namespace {
 
-// The final splat averages over as much.
-constexpr float kNeighbourhood = 3.0f;
 // A change beyond this part of the light is no mere correction: spacing rests on the light as it was.
 constexpr float kMostChange = 0.2f;
 // Where it is darker than this part of the mean, changes are judged as if it were as bright: they can hardly be seen.
-constexpr float kDark = 0.01f;
+constexpr float kDarkChange = 0.01f;
 // So many scenes after the last gather a record is gathered again whatever was seen; those of a picture take turns.
 constexpr std::uint32_t kLife = 64;
 // ... where neither it nor the records around have seen any change since.
@@ -146,10 +144,10 @@ public:
     };
     Part at(std::uint32_t pixel, const Record& r, const Record& change) const
     {
-        const float e = relative(luminance(r.irradiance)) + kDark;
+        const float e = relative(luminance(r.irradiance)) + kDarkChange;
         Part part{relative(std::abs(luminance(change.irradiance))) / e, relative(change.noise) / e};
         if (const float weight = sums_.weight[pixel]; weight > 0.0f) {
-            const float around = sums_.weighted_r[pixel] / weight + kDark;
+            const float around = sums_.weighted_r[pixel] / weight + kDarkChange;
             part.error = std::max(part.error, std::sqrt(std::max(0.0f, sums_.weighted_g[pixel] / weight)) / around);
             part.change = std::max(part.change, std::sqrt(std::max(0.0f, sums_.weighted_b[pixel] / weight)) / around);
         }

@@ -9,7 +9,6 @@
 #include "placement/spacing.h"
 
 namespace rcs {
-namespace {
 
 /// A k-d tree over records that also knows the least trusted distance below each node, for
 /// min over j of (R_j + |x_i - x_j|).
@@ -104,6 +103,8 @@ private:
     std::vector<Point> points_;
     std::vector<Node> nodes_;
 };
+
+namespace {
 
 /// All limits but the neighbours', which `near` already holds.
 void set_spacing(Record& r, float near, const RecordSettings& options)

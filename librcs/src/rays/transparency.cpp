@@ -8,12 +8,11 @@
 #include "rays/ray_scene_impl.h"
 #include "rays/surface.h"
 #include "rays/surface_material.h"
+#include "util/color.h"
 #include "util/random.h"
 
 namespace rcs {
 namespace {
-
-float largest(glm::vec3 v) { return std::max({v.r, v.g, v.b}); }
 
 const Material& material_of(const RayScene& rays, std::uint32_t instance)
 {

@@ -15,7 +15,7 @@
 namespace rcs {
 namespace {
 
-constexpr std::size_t kProbes = 192;
+constexpr std::size_t kTrials = 192;
 // Lit points to begin with, per pixel, and at least.
 constexpr double kPointsPerPixel = 0.3, kLeastPoints = 16384.0;
 // What the points that all records share may bring of error, relative to what a record receives. It takes so many times
@@ -116,7 +116,7 @@ std::unique_ptr<GatherGuide> make_gather_guide(const LitScene& scene, const GBuf
 {
     if (settings.bounces == 0) return nullptr;
     const LitScene lit{scene.rays, settings.bounces > 1 ? scene.cache : nullptr, nullptr, scene.gathered};
-    const Probes probes{gbuffer, spread_pixels(gbuffer, kProbes, settings.seed), settings.seed, pool};
+    const Probes probes{gbuffer, spread_pixels(gbuffer, kTrials, settings.seed), settings.seed, pool};
     const GatherSize all{make_hemisphere_grid(settings.rays), 0};
     const GatherSize half{make_hemisphere_grid(settings.rays / 2), settings.rays - settings.rays / 2};
     const Errors plain = gather_at(probes, Gatherer(lit, settings), all, 0, nullptr);

@@ -10,7 +10,7 @@ namespace rcs {
 namespace {
 
 // Of a look. Twice as many would cost twice as much, and leave 0.7 of the noise of what has changed.
-constexpr int kRays = 32;
+constexpr int kLookRays = 32;
 // Streams of their own, whatever the seed of the view: looks of different views are compared.
 constexpr std::uint64_t kSeed = 0x77617463;
 
@@ -45,7 +45,7 @@ private:
 
 struct RecordWatcher::Impl {
     Gatherer gatherer;
-    HemisphereGrid grid = make_hemisphere_grid(kRays);
+    HemisphereGrid grid = make_hemisphere_grid(kLookRays);
     bool cached;
 
     Impl(const LitScene& scene, const RecordSettings& options)

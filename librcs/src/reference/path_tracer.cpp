@@ -8,6 +8,7 @@
 #include "material/material_lobes.h"
 #include "reference/passage.h"
 #include "util/basis.h"
+#include "util/color.h"
 
 namespace rcs {
 namespace {
@@ -28,8 +29,6 @@ constexpr std::size_t kMostLayers = 32;
 
 // Of a vertex's lamp samples, where both sides have some.
 constexpr float kShareOfSide = 0.5f;
-
-float largest(glm::vec3 v) { return std::max({v.r, v.g, v.b}); }
 
 bool is_glossy(const Bsdf& bsdf) { return glossy_lobes(bsdf) != 0u; }
 

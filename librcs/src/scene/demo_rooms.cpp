@@ -42,16 +42,16 @@ void add_reveal(Mesh& mesh, glm::vec3 corner, glm::vec3 right, glm::vec3 depth, 
 }
 
 /// Floor and ceiling of a room and its walls but those at the sides given.
-enum Side : unsigned { kLeft = 1, kRight = 2, kBack = 4, kFront = 8 };
+enum Side : unsigned { kLeftSide = 1, kRightSide = 2, kBackSide = 4, kFrontSide = 8 };
 void add_shell(Mesh& walls, Mesh& floor, glm::vec3 low, glm::vec3 high, unsigned without)
 {
     const float x = low.x, X = high.x, y = low.y, Y = high.y, z = low.z, Z = high.z;
     add_quad(floor, {x, y, Z}, {X, y, Z}, {X, y, z}, {x, y, z});
     add_quad(walls, {x, Y, z}, {X, Y, z}, {X, Y, Z}, {x, Y, Z});
-    if ((without & kLeft) == 0u) add_quad(walls, {x, y, Z}, {x, y, z}, {x, Y, z}, {x, Y, Z});
-    if ((without & kRight) == 0u) add_quad(walls, {X, y, z}, {X, y, Z}, {X, Y, Z}, {X, Y, z});
-    if ((without & kBack) == 0u) add_quad(walls, {x, y, z}, {X, y, z}, {X, Y, z}, {x, Y, z});
-    if ((without & kFront) == 0u) add_quad(walls, {X, y, Z}, {x, y, Z}, {x, Y, Z}, {X, Y, Z});
+    if ((without & kLeftSide) == 0u) add_quad(walls, {x, y, Z}, {x, y, z}, {x, Y, z}, {x, Y, Z});
+    if ((without & kRightSide) == 0u) add_quad(walls, {X, y, z}, {X, y, Z}, {X, Y, Z}, {X, Y, z});
+    if ((without & kBackSide) == 0u) add_quad(walls, {x, y, z}, {X, y, z}, {X, Y, z}, {x, Y, z});
+    if ((without & kFrontSide) == 0u) add_quad(walls, {X, y, Z}, {x, y, Z}, {x, Y, Z}, {X, Y, Z});
 }
 
 int add_glossy(Scene& scene, const char* name, glm::vec3 color, float metallic, float roughness)
@@ -151,10 +151,10 @@ Scene make_ajar()
     const Opening doorway{{2.9f, 0.0f}, {3.85f, 2.1f}};  // along a wall that begins at x = -2.4
     const glm::vec3 corner(-2.4f, 0.0f, -2.0f), right(1, 0, 0);
     Mesh walls, ground;
-    add_shell(walls, ground, {-2.4f, 0.0f, -2.0f}, {2.4f, 2.6f, 2.6f}, kBack);
+    add_shell(walls, ground, {-2.4f, 0.0f, -2.0f}, {2.4f, 2.6f, 2.6f}, kBackSide);
     add_wall(walls, corner, right, {4.8f, 2.6f}, doorway);
     add_reveal(walls, corner, right, {0.0f, 0.0f, -0.12f}, doorway);
-    add_shell(walls, ground, {-0.8f, 0.0f, -4.6f}, {2.4f, 2.6f, -2.12f}, kFront);
+    add_shell(walls, ground, {-0.8f, 0.0f, -4.6f}, {2.4f, 2.6f, -2.12f}, kFrontSide);
     add_wall(walls, {2.4f, 0.0f, -2.12f}, -right, {3.2f, 2.6f}, {{0.95f, 0.0f}, {1.9f, 2.1f}});
     add_object(scene, "walls", plaster, walls);
     add_object(scene, "floor", floor, ground);
@@ -189,7 +189,7 @@ Scene make_blinds()
     const Opening window{{1.6f, 0.9f}, {3.6f, 2.2f}};  // along a wall that begins at z = 2.6 and goes back
     const glm::vec3 corner(-2.5f, 0.0f, 2.6f), back(0, 0, -1);
     Mesh walls, ground;
-    add_shell(walls, ground, {-2.5f, 0.0f, -2.0f}, {2.5f, 2.7f, 2.6f}, kLeft);
+    add_shell(walls, ground, {-2.5f, 0.0f, -2.0f}, {2.5f, 2.7f, 2.6f}, kLeftSide);
     add_wall(walls, corner, back, {4.6f, 2.7f}, window);
     add_reveal(walls, corner, back, {-0.2f, 0.0f, 0.0f}, window);
     add_object(scene, "walls", plaster, walls);

@@ -9,12 +9,12 @@
 namespace rcs {
 namespace {
 
-constexpr float kHalfWidth = 5.0f, kHeight = 3.2f, kFront = 8.0f, kBack = -2.0f;
+constexpr float kHallHalfWidth = 5.0f, kHallHeight = 3.2f, kHallFront = 8.0f, kHallBack = -2.0f;
 
 /// Two tones on the walls, so that a mirror has something to show.
 void add_room(Scene& scene)
 {
-    const float x = kHalfWidth, y = kHeight;
+    const float x = kHallHalfWidth, y = kHallHeight;
     const int wall = add_material(scene, "wall", {0.6f, 0.58f, 0.55f});
     const int dado = add_material(scene, "dado", {0.25f, 0.32f, 0.36f});
     const int floor = add_material(scene, "floor", {0.42f, 0.3f, 0.2f});
@@ -25,12 +25,12 @@ void add_room(Scene& scene)
         add_quad(lower, at(a, 0), at(b, 0), at(b, band), at(a, band));
         add_quad(upper, at(a, band), at(b, band), at(b, y), at(a, y));
     };
-    side({-x, 0, kBack}, {x, 0, kBack});
-    side({x, 0, kBack}, {x, 0, kFront});
-    side({x, 0, kFront}, {-x, 0, kFront});
-    side({-x, 0, kFront}, {-x, 0, kBack});
-    add_quad(upper, {-x, y, kBack}, {x, y, kBack}, {x, y, kFront}, {-x, y, kFront});
-    add_quad(ground, {-x, 0, kFront}, {x, 0, kFront}, {x, 0, kBack}, {-x, 0, kBack});
+    side({-x, 0, kHallBack}, {x, 0, kHallBack});
+    side({x, 0, kHallBack}, {x, 0, kHallFront});
+    side({x, 0, kHallFront}, {-x, 0, kHallFront});
+    side({-x, 0, kHallFront}, {-x, 0, kHallBack});
+    add_quad(upper, {-x, y, kHallBack}, {x, y, kHallBack}, {x, y, kHallFront}, {-x, y, kHallFront});
+    add_quad(ground, {-x, 0, kHallFront}, {x, 0, kHallFront}, {x, 0, kHallBack}, {-x, 0, kHallBack});
     add_object(scene, "walls", wall, upper);
     add_object(scene, "dado", dado, lower);
     add_object(scene, "floor", floor, ground);
@@ -40,7 +40,7 @@ void add_room(Scene& scene)
 void add_window(Scene& scene)
 {
     Mesh pane;
-    const float x = -kHalfWidth + 0.02f;
+    const float x = -kHallHalfWidth + 0.02f;
     add_quad(pane, {x, 1.2f, 1.8f}, {x, 1.2f, -0.2f}, {x, 2.7f, -0.2f}, {x, 2.7f, 1.8f});
     add_object(scene, "window", add_material(scene, "window", glm::vec3(0.0f), {16.0f, 17.0f, 19.0f}), pane);
 }

@@ -22,8 +22,6 @@ constexpr int kSoftHeight = 128;
 
 constexpr float kBelowOne = 0x1.fffffep-1f;
 
-float largest(glm::vec3 v) { return std::max({v.r, v.g, v.b}); }
-
 /// Offset in (-1, 1) with the density of a tent.
 float sample_tent(float u) { return u < 0.5f ? std::sqrt(2.0f * u) - 1.0f : 1.0f - std::sqrt(2.0f - 2.0f * u); }
 

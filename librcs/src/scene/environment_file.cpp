@@ -17,8 +17,8 @@ namespace rcs {
 namespace {
 
 /// Beyond: taken for damage, or too much for memory (768 MiB of radiance).
-constexpr int kMaxSide = 32768;
-constexpr std::int64_t kMaxTexels = std::int64_t{1} << 26;
+constexpr int kMaxSkySide = 32768;
+constexpr std::int64_t kMaxSkyTexels = std::int64_t{1} << 26;
 
 /// Rows read at a time, to keep what is beside the image small.
 constexpr int kRows = 64;
@@ -31,12 +31,12 @@ constexpr int kRows = 64;
 void check_size(const std::string& path, const ImageFileSpec& spec)
 {
     const std::int64_t texels = static_cast<std::int64_t>(spec.width) * spec.height;
-    if (spec.width >= 1 && spec.height >= 1 && spec.width <= kMaxSide && spec.height <= kMaxSide &&
-        texels <= kMaxTexels && spec.depth <= 1 && spec.channels >= 1 && spec.channels <= 64)
+    if (spec.width >= 1 && spec.height >= 1 && spec.width <= kMaxSkySide && spec.height <= kMaxSkySide &&
+        texels <= kMaxSkyTexels && spec.depth <= 1 && spec.channels >= 1 && spec.channels <= 64)
         return;
     fail(path, "it has " + std::to_string(spec.width) + " x " + std::to_string(spec.height) + " texels of " +
-                   std::to_string(spec.channels) + " channels, expected sides in [1, " + std::to_string(kMaxSide) +
-                   "] and at most " + std::to_string(kMaxTexels) + " texels");
+                   std::to_string(spec.channels) + " channels, expected sides in [1, " + std::to_string(kMaxSkySide) +
+                   "] and at most " + std::to_string(kMaxSkyTexels) + " texels");
 }
 
 /// Which three channels are red, green and blue: those with the names, else the first three; one alone is grey.

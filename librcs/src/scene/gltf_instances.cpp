@@ -29,7 +29,7 @@ struct Shown {
     auto operator<=>(const Shown&) const = default;
 };
 
-struct Context {
+struct Placing {
     const GltfFile& file;
     const tinygltf::Model& model;
     const Matrices& matrices;
@@ -45,24 +45,24 @@ struct Context {
     }
 };
 
-std::span<const int> meshes_of(Context& context, const Shown& shown, std::vector<glm::dmat4> joints)
+std::span<const int> meshes_of(Placing& placing, const Shown& shown, std::vector<glm::dmat4> joints)
 {
-    const auto [entry, is_new] = context.meshes.try_emplace(shown);
+    const auto [entry, is_new] = placing.meshes.try_emplace(shown);
     if (!is_new) return entry->second;
-    const tinygltf::Mesh& source = context.model.meshes[shown.mesh];
+    const tinygltf::Mesh& source = placing.model.meshes[shown.mesh];
     const Deformation deformation{shown.weights, std::move(joints)};
     for (std::size_t i = 0; i < source.primitives.size(); ++i) {
         const int material = source.primitives[i].material;
-        if (material >= 0 && static_cast<std::size_t>(material) >= context.model.materials.size()) {
-            bad_file(context.file, element_name("mesh", shown.mesh, source.name) + " names material " +
+        if (material >= 0 && static_cast<std::size_t>(material) >= placing.model.materials.size()) {
+            bad_file(placing.file, element_name("mesh", shown.mesh, source.name) + " names material " +
                                        std::to_string(material) + ", the file has " +
-                                       std::to_string(context.model.materials.size()));
+                                       std::to_string(placing.model.materials.size()));
         }
-        std::optional<Mesh> mesh = read_primitive(context.file, context.model, shown.mesh, i, deformation);
+        std::optional<Mesh> mesh = read_primitive(placing.file, placing.model, shown.mesh, i, deformation);
         if (!mesh) continue;
         mesh->material = material;
-        entry->second.push_back(static_cast<int>(context.scene.meshes.size()));
-        context.scene.meshes.push_back(std::move(*mesh));
+        entry->second.push_back(static_cast<int>(placing.scene.meshes.size()));
+        placing.scene.meshes.push_back(std::move(*mesh));
     }
     return entry->second;
 }
@@ -77,50 +77,50 @@ std::vector<double> weights_of(const tinygltf::Node& node, const tinygltf::Mesh&
 }
 
 /// Where each joint of the node's skin moves the mesh, in world space.
-std::vector<glm::dmat4> joints_of(const Context& context, std::size_t node)
+std::vector<glm::dmat4> joints_of(const Placing& placing, std::size_t node)
 {
-    const int number = context.model.nodes[node].skin;
-    if (static_cast<std::size_t>(number) >= context.model.skins.size()) {
-        bad_file(context.file, context.name_of(node) + " names skin " + std::to_string(number) + ", the file has " +
-                                   std::to_string(context.model.skins.size()));
+    const int number = placing.model.nodes[node].skin;
+    if (static_cast<std::size_t>(number) >= placing.model.skins.size()) {
+        bad_file(placing.file, placing.name_of(node) + " names skin " + std::to_string(number) + ", the file has " +
+                                   std::to_string(placing.model.skins.size()));
     }
     const auto index = static_cast<std::size_t>(number);
-    const tinygltf::Skin& skin = context.model.skins[index];
+    const tinygltf::Skin& skin = placing.model.skins[index];
     const std::string what = element_name("skin", index, skin.name);
     std::vector<glm::mat4> inverse_bind(skin.joints.size(), glm::mat4(1.0f));
     if (skin.inverseBindMatrices >= 0) {
-        inverse_bind = read_mat4(context.file, context.model, skin.inverseBindMatrices, what + ", inverseBindMatrices");
+        inverse_bind = read_mat4(placing.file, placing.model, skin.inverseBindMatrices, what + ", inverseBindMatrices");
     }
     if (skin.joints.empty() || inverse_bind.size() < skin.joints.size()) {
-        bad_file(context.file, what + " has " + std::to_string(skin.joints.size()) + " joints and " +
+        bad_file(placing.file, what + " has " + std::to_string(skin.joints.size()) + " joints and " +
                                    std::to_string(inverse_bind.size()) + " inverse bind matrices");
     }
     std::vector<glm::dmat4> joints;
     for (std::size_t i = 0; i < skin.joints.size(); ++i) {
         const int joint = skin.joints[i];
-        if (joint < 0 || static_cast<std::size_t>(joint) >= context.matrices.size() ||
-            !context.matrices[static_cast<std::size_t>(joint)]) {
-            bad_file(context.file,
+        if (joint < 0 || static_cast<std::size_t>(joint) >= placing.matrices.size() ||
+            !placing.matrices[static_cast<std::size_t>(joint)]) {
+            bad_file(placing.file,
                      what + " names the joint " + std::to_string(joint) + ", which is no node of the scene");
         }
-        joints.push_back(*context.matrices[static_cast<std::size_t>(joint)] * glm::dmat4(inverse_bind[i]));
-        check_entries(context.file, what + ", joint " + std::to_string(i) + " with its inverse bind matrix",
+        joints.push_back(*placing.matrices[static_cast<std::size_t>(joint)] * glm::dmat4(inverse_bind[i]));
+        check_entries(placing.file, what + ", joint " + std::to_string(i) + " with its inverse bind matrix",
                       joints.back());
     }
     return joints;
 }
 
 /// glTF 2.0, section 3.7.3.3: the joints alone place a skinned mesh, its node's matrix does not count.
-void add_skinned(Context& context, std::size_t node, Shown shown)
+void add_skinned(Placing& placing, std::size_t node, Shown shown)
 {
-    std::vector<glm::dmat4> joints = joints_of(context, node);
+    std::vector<glm::dmat4> joints = joints_of(placing, node);
     // Vertices stay near zero, where floats are fine, and the instance carries them to their place.
     const glm::dvec3 place = joints.front()[3];
     for (glm::dmat4& joint : joints) joint = glm::translate(glm::dmat4(1.0), -place) * joint;
     shown.skinned_node = static_cast<int>(node);
-    const std::span<const int> meshes = meshes_of(context, shown, std::move(joints));
+    const std::span<const int> meshes = meshes_of(placing, shown, std::move(joints));
     for (const int mesh : meshes) {
-        context.scene.instances.push_back({context.instance_name(node), mesh, glm::translate(glm::dmat4(1.0), place)});
+        placing.scene.instances.push_back({placing.instance_name(node), mesh, glm::translate(glm::dmat4(1.0), place)});
     }
 }
 
@@ -131,14 +131,14 @@ int instancing_accessor(const tinygltf::Value& attributes, const char* name)
 }
 
 /// The places of EXT_mesh_gpu_instancing in the space of its node; one of no effect for other nodes.
-std::vector<glm::dmat4> instance_matrices(const Context& context, std::size_t node)
+std::vector<glm::dmat4> instance_matrices(const Placing& placing, std::size_t node)
 {
-    const tinygltf::ExtensionMap& extensions = context.model.nodes[node].extensions;
+    const tinygltf::ExtensionMap& extensions = placing.model.nodes[node].extensions;
     const auto found = extensions.find("EXT_mesh_gpu_instancing");
     if (found == extensions.end()) return {glm::dmat4(1.0)};
-    const std::string what = context.name_of(node) + ", EXT_mesh_gpu_instancing";
+    const std::string what = placing.name_of(node) + ", EXT_mesh_gpu_instancing";
     if (!found->second.Has("attributes") || !found->second.Get("attributes").IsObject()) {
-        bad_file(context.file, what + " has no attributes");
+        bad_file(placing.file, what + " has no attributes");
     }
     const tinygltf::Value& attributes = found->second.Get("attributes");
     const int translations = instancing_accessor(attributes, "TRANSLATION");
@@ -148,9 +148,9 @@ std::vector<glm::dmat4> instance_matrices(const Context& context, std::size_t no
     bool any = false;
     for (const int accessor : {translations, rotations, scales}) {
         if (accessor < 0) continue;
-        const std::size_t own = accessor_count(context.file, context.model, accessor, what);
+        const std::size_t own = accessor_count(placing.file, placing.model, accessor, what);
         if (any && own != count) {
-            bad_file(context.file, what + " has attributes of " + std::to_string(count) + " and " +
+            bad_file(placing.file, what + " has attributes of " + std::to_string(count) + " and " +
                                        std::to_string(own) + " elements");
         }
         count = own;
@@ -161,9 +161,9 @@ std::vector<glm::dmat4> instance_matrices(const Context& context, std::size_t no
     // Each reader checks that as many elements lie in the file.
     std::vector<glm::vec3> moves, sizes;
     std::vector<glm::vec4> turns;
-    if (translations >= 0) moves = read_vec3(context.file, context.model, translations, what + ", TRANSLATION");
-    if (rotations >= 0) turns = read_vec4(context.file, context.model, rotations, what + ", ROTATION");
-    if (scales >= 0) sizes = read_vec3(context.file, context.model, scales, what + ", SCALE");
+    if (translations >= 0) moves = read_vec3(placing.file, placing.model, translations, what + ", TRANSLATION");
+    if (rotations >= 0) turns = read_vec4(placing.file, placing.model, rotations, what + ", ROTATION");
+    if (scales >= 0) sizes = read_vec3(placing.file, placing.model, scales, what + ", SCALE");
     std::vector<glm::dmat4> matrices(count, glm::dmat4(1.0));
     std::size_t unturned = 0;
     for (std::size_t i = 0; i < count; ++i) {
@@ -179,27 +179,27 @@ std::vector<glm::dmat4> instance_matrices(const Context& context, std::size_t no
         if (!sizes.empty()) matrices[i] = glm::scale(matrices[i], glm::dvec3(sizes[i]));
     }
     if (unturned > 0) {
-        context.file.notes->add(kBadRotation, short_name(node, context.model.nodes[node].name), unturned);
+        placing.file.notes->add(kBadRotation, short_name(node, placing.model.nodes[node].name), unturned);
     }
     return matrices;
 }
 
-void add_rigid(Context& context, std::size_t node, const Shown& shown)
+void add_rigid(Placing& placing, std::size_t node, const Shown& shown)
 {
-    const std::string& name = context.model.nodes[node].name;
-    const std::vector<glm::dmat4> places = instance_matrices(context, node);
+    const std::string& name = placing.model.nodes[node].name;
+    const std::vector<glm::dmat4> places = instance_matrices(placing, node);
     bool flattened = false;
     for (const glm::dmat4& place : places) {
-        const glm::dmat4 matrix = *context.matrices[node] * place;
-        check_matrix(context.file, context.model, node, matrix);
+        const glm::dmat4 matrix = *placing.matrices[node] * place;
+        check_matrix(placing.file, placing.model, node, matrix);
         if (is_singular(matrix)) {
             flattened = true;
             continue;
         }
-        const std::span<const int> meshes = meshes_of(context, shown, {});
-        for (const int mesh : meshes) context.scene.instances.push_back({context.instance_name(node), mesh, matrix});
+        const std::span<const int> meshes = meshes_of(placing, shown, {});
+        for (const int mesh : meshes) placing.scene.instances.push_back({placing.instance_name(node), mesh, matrix});
     }
-    if (flattened) context.file.notes->add(kSingularNode, short_name(node, name));
+    if (flattened) placing.file.notes->add(kSingularNode, short_name(node, name));
 }
 
 }  // namespace
@@ -207,20 +207,20 @@ void add_rigid(Context& context, std::size_t node, const Shown& shown)
 void add_instances(const GltfFile& file, const tinygltf::Model& model, const Matrices& matrices,
                    const std::vector<NodePose>& poses, const std::vector<bool>& visible, Scene& scene)
 {
-    Context context{file, model, matrices, scene};
+    Placing placing{file, model, matrices, scene};
     for (std::size_t i = 0; i < model.nodes.size(); ++i) {
         const tinygltf::Node& node = model.nodes[i];
         if (!matrices[i] || !visible[i] || node.mesh < 0) continue;
         if (static_cast<std::size_t>(node.mesh) >= model.meshes.size()) {
-            bad_file(file, context.name_of(i) + " names mesh " + std::to_string(node.mesh) + ", the file has " +
+            bad_file(file, placing.name_of(i) + " names mesh " + std::to_string(node.mesh) + ", the file has " +
                                std::to_string(model.meshes.size()));
         }
         const auto mesh = static_cast<std::size_t>(node.mesh);
         Shown shown{mesh, weights_of(node, model.meshes[mesh], poses[i])};
         if (node.skin >= 0)
-            add_skinned(context, i, std::move(shown));
+            add_skinned(placing, i, std::move(shown));
         else
-            add_rigid(context, i, shown);
+            add_rigid(placing, i, shown);
     }
 }
 

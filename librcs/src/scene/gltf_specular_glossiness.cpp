@@ -6,11 +6,10 @@
 
 #include "scene/material_fields.h"
 #include "scene/texture.h"
+#include "util/color.h"
 
 namespace rcs {
 namespace {
-
-float largest(glm::vec3 v) { return std::max({v.r, v.g, v.b}); }
 
 /// Square root of the reflectance that an index of refraction as large as can be stands for.
 constexpr float kRoot = (static_cast<float>(kLargeFactor) - 1.0f) / (static_cast<float>(kLargeFactor) + 1.0f);

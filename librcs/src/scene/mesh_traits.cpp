@@ -8,6 +8,7 @@
 #include "material/hand_over.h"
 #include "material/lobe_kinds.h"
 #include "scene/material_fields.h"
+#include "util/color.h"
 
 namespace rcs {
 namespace {
@@ -59,8 +60,6 @@ bool varies(const Texture& texture)
     const auto& texels = texture.levels[0].texels;
     return !std::all_of(texels.begin(), texels.end(), [&](const auto& texel) { return texel == texels[0]; });
 }
-
-float largest(glm::vec3 v) { return std::max({v.r, v.g, v.b}); }
 
 float least_alpha(const Material& m, const Mesh& mesh, TextureRanges& ranges)
 {

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +11,8 @@
 #include "stability/measures.h"
 
 namespace rcs::stability {
+
+inline constexpr double kPi = std::numbers::pi;
 
 /// What a case works with: renders, and a note of what was measured and what was wrong.
 class CaseRun {

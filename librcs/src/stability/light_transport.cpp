@@ -10,8 +10,6 @@
 namespace rcs::stability {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 /// Shares of n reflections: rho + rho^2 + ... + rho^n.
 double series(double rho, int n) { return rho * (1.0 - std::pow(rho, n)) / (1.0 - rho); }
 

@@ -14,8 +14,6 @@
 namespace rcs::stability {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 void nothing_there(CaseRun& run)
 {
     const auto black = [&](const Scene& scene, const std::string& words) {

@@ -11,8 +11,6 @@
 namespace rcs::stability {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 /// Two walls that meet at an angle of two degrees, lit from the open side.
 Scene crease()
 {

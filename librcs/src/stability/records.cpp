@@ -18,8 +18,6 @@
 namespace rcs::stability {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 SplatBuffer splat(CaseRun& run, SplatMethod method, const std::vector<Record>& records, const GBuffer& g,
                   const View& view, const SplatSettings& options)
 {

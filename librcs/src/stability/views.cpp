@@ -16,8 +16,6 @@
 namespace rcs::stability {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 /// Splats records gathered at the view's own pixels by both methods, and by a loop over all pixels without any bounds.
 void compare_splats(CaseRun& run, const Scene& scene, const View& view, std::vector<Record> more,
                     const std::string& words)

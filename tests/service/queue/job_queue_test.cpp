@@ -205,8 +205,9 @@ TEST_F(Queue, AnIdempotencyKeyMakesOneJobForOneOwner)
 TEST_F(Queue, LabelsInAnotherOrderAreTheSameJob)
 {
     v1::Job a = job_of(1, 0, "k"), b = a;
-    for (int i = 0; i < 20; ++i) (*a.mutable_labels())[std::to_string(i)] = "x";
-    for (int i = 19; i >= 0; --i) (*b.mutable_labels())[std::to_string(i)] = "x";
+    const std::string value = "x";
+    for (int i = 0; i < 20; ++i) (*a.mutable_labels())[std::to_string(i)] = value;
+    for (int i = 19; i >= 0; --i) (*b.mutable_labels())[std::to_string(i)] = value;
     submit(a);
     EXPECT_TRUE(queue_->submit(b, "uid:1", "scene", {}, at(kStart)).existed);
 }
