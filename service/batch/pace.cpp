@@ -80,9 +80,7 @@ double seconds_until(const std::string& text, std::int64_t now_ms)
     auto seconds = duration_of(text);
     if (!seconds) seconds = left(next_time(text, static_cast<std::time_t>(now_ms / 1000)));
     if (!seconds) seconds = left(time_of_date(text));
-    if (!seconds)
-        throw Error(ErrorCode::bad_argument,
-                    text + " is no time such as 06:00, 2026-11-24T06:00 or +1h30m");
+    if (!seconds) throw Error(ErrorCode::bad_argument, text + " is no time such as 06:00, 2026-11-24T06:00 or +1h30m");
     if (*seconds <= 0.0) throw Error(ErrorCode::bad_argument, text + " has passed");
     return *seconds;
 }

@@ -19,7 +19,7 @@ using Json = nlohmann::ordered_json;
 constexpr std::size_t kMostPictures = 240;
 
 /// What all frames that were rendered took on average [s]; 0 without any.
-double mean_of(const BatchReport& report, double FrameFigures::*value)
+double mean_of(const BatchReport& report, double FrameFigures::* value)
 {
     double sum = 0.0;
     std::size_t count = 0;

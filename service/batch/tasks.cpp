@@ -24,8 +24,7 @@ Task parse_task(const std::string& text)
     Task task{TaskKind::overture, 1, std::stoi(found[2])};
     if (found[1] != "overture") task = {TaskKind::part, std::stoi(found[1]), task.parts};
     if (task.part < 1 || task.part > task.parts)
-        throw Error(ErrorCode::bad_argument,
-                    text + " is none of the parts 1 to " + std::to_string(task.parts));
+        throw Error(ErrorCode::bad_argument, text + " is none of the parts 1 to " + std::to_string(task.parts));
     return task;
 }
 

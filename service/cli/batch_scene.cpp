@@ -94,7 +94,7 @@ std::string BatchScene::stamps() const
 {
     std::string text;
     for (const std::string& name : files_) {
-        struct stat status {};
+        struct stat status{};
         if (::stat(name.c_str(), &status) != 0) return name + " is gone";
         for (const auto number : {static_cast<long>(status.st_size), static_cast<long>(status.st_mtim.tv_sec),
                                   static_cast<long>(status.st_mtim.tv_nsec)})

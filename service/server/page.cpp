@@ -87,15 +87,10 @@ Json job_json(const v1::JobStatus& status)
 Json status_json(const Service& service, std::uint64_t before)
 {
     const v1::HealthReply health = service.health();
-    Json json = {{"serving", health.serving()},
-                 {"message", health.message()},
-                 {"workers", health.workers()},
-                 {"busy", health.busy()},
-                 {"waiting", health.queued_frames()},
-                 {"uptime", health.uptime_seconds()},
-                 {"seal", health.seal()},
-                 {"paused", health.paused()},
-                 {"jobs", Json::array()}};
+    Json json = {
+        {"serving", health.serving()}, {"message", health.message()},       {"workers", health.workers()},
+        {"busy", health.busy()},       {"waiting", health.queued_frames()}, {"uptime", health.uptime_seconds()},
+        {"seal", health.seal()},       {"paused", health.paused()},         {"jobs", Json::array()}};
     if (health.has_eta_seconds()) json["eta"] = health.eta_seconds();
     v1::ListRequest list;
     list.set_limit(kJobs);

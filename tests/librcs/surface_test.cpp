@@ -153,8 +153,8 @@ TEST_P(Surface, IsMetByFewerRaysThanAPacketHasLanesWhateverTheOthersHold)
     const Ray ray{glm::vec3(kCentre + glm::dvec3(0.0, 0.0, 6.0)), glm::vec3(0.0f, 0.0f, -1.0f)};
     const std::optional<Hit> expected = intersect(rays, ray);
     ASSERT_TRUE(expected);
-    for (const float held : {std::numeric_limits<float>::quiet_NaN(), -1.98071e28f,
-                             std::numeric_limits<float>::infinity(), 1.8e-39f}) {
+    for (const float held :
+         {std::numeric_limits<float>::quiet_NaN(), -1.98071e28f, std::numeric_limits<float>::infinity(), 1.8e-39f}) {
         for (const std::uint32_t active : {0x00ffu, 0xff00u, 0x0001u, 0x8421u}) {
             HitPacket packet;
             reset(packet.ray);

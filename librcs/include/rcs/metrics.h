@@ -16,15 +16,15 @@ inline constexpr double kRelativeErrorFloor = 0.01;
 /// Errors of image I against reference R, on luminance (Rec. 709: 0.2126, 0.7152, 0.0722), with
 /// eps = kRelativeErrorFloor mean(R). Pixels where either is not finite are counted, not averaged.
 struct ErrorMetrics {
-    std::size_t pixels = 0;            ///< that were compared
-    std::size_t not_finite = 0;        ///< that were not
-    double relmse = 0.0;               ///< mean (I-R)^2 / (R^2 + eps^2)
-    double rmse = 0.0;                 ///< sqrt mean (I-R)^2
-    double mean_relative_error = 0.0;  ///< MRE: mean |I-R| / (R + eps)
+    std::size_t pixels = 0;              ///< that were compared
+    std::size_t not_finite = 0;          ///< that were not
+    double relmse = 0.0;                 ///< mean (I-R)^2 / (R^2 + eps^2)
+    double rmse = 0.0;                   ///< sqrt mean (I-R)^2
+    double mean_relative_error = 0.0;    ///< MRE: mean |I-R| / (R + eps)
     double median_relative_error = 0.0;  ///< of |I-R| / (R + eps)
     double p95_relative_error = 0.0;     ///< 95th percentile of |I-R| / (R + eps)
-    double ratio_of_means = 1.0;      ///< mean(I) / mean(R); 1 is unbiased
-    double display_psnr = 0.0;        ///< [dB], of the sRGB-encoded, clipped RGB images; +inf if equal
+    double ratio_of_means = 1.0;         ///< mean(I) / mean(R); 1 is unbiased
+    double display_psnr = 0.0;           ///< [dB], of the sRGB-encoded, clipped RGB images; +inf if equal
     /// Mean FLIP (Andersson et al. 2020) of the clipped images at 67 pixels a degree, in [0, 1]; NaN if the reference
     /// was traced with a stride, since FLIP sees neighbours.
     double flip = std::numeric_limits<double>::quiet_NaN();
@@ -38,12 +38,12 @@ struct ErrorMetrics {
 /// A metric as files and tables show it.
 struct MetricRow {
     double ErrorMetrics::* value;  ///< where it lies
-    const char* name;    ///< in JSON: "mean_relative_error"
-    const char* column;  ///< in CSV: "mre"
-    const char* words;   ///< for people: "MRE"
-    const char* format;  ///< printf's, of the value times `scale`
-    double scale;          ///< of what is shown
-    double if_null;  ///< what JSON's null stands for, which knows no infinity and no NaN
+    const char* name;              ///< in JSON: "mean_relative_error"
+    const char* column;            ///< in CSV: "mre"
+    const char* words;             ///< for people: "MRE"
+    const char* format;            ///< printf's, of the value times `scale`
+    double scale;                  ///< of what is shown
+    double if_null;                ///< what JSON's null stands for, which knows no infinity and no NaN
 };
 /// All metrics of ErrorMetrics, in the order that they are shown in.
 RCS_API std::span<const MetricRow> metric_table();

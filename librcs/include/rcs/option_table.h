@@ -117,7 +117,7 @@ bool with_value(const OptionInfo& option, const RenderOptions& options, const Us
 
 /// Calls `change` with the value to be set, in options whose quality becomes that of the option.
 template <typename Owner, typename Value, typename Change>
-void change_value(RenderOptions& options, Value Owner::*field, const Change& change)
+void change_value(RenderOptions& options, Value Owner::* field, const Change& change)
 {
     if (owner_of(options, field) == nullptr) {
         if constexpr (std::is_constructible_v<Quality, Owner>) options.quality = Owner{};

@@ -115,9 +115,7 @@ struct Texture::Levels::Held {
 };
 
 Texture::Levels::Levels(std::vector<Level> levels)
-    : held_(std::make_shared<const Held>(std::move(levels))),
-      first_(held_->levels.data()),
-      count_(held_->levels.size())
+    : held_(std::make_shared<const Held>(std::move(levels))), first_(held_->levels.data()), count_(held_->levels.size())
 {
 }
 
