@@ -11,7 +11,7 @@
 namespace rcs {
 namespace {
 
-SampleType type_of(OIIO::TypeDesc type)
+SampleType type_of(const OIIO::TypeDesc& type)
 {
     switch (type.basetype) {
         case OIIO::TypeDesc::UINT8:
@@ -67,7 +67,7 @@ public:
         OIIO::ImageSpec wish;
         wish.attribute("oiio:UnassociatedAlpha", 1);  // glTF's colours are not multiplied by alpha
         // Named twice: readers that are given a wish look for the proxy there and forget the argument.
-        wish.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
+        wish.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, static_cast<const void*>(&proxy));
         begin(OIIO::ImageInput::open(name, &wish, proxy));
     }
 

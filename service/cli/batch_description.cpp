@@ -20,7 +20,7 @@ std::optional<std::string> take_value(std::vector<std::string>& words, const std
     for (auto word = words.begin(); word != words.end(); ++word) {
         const bool joined = word->starts_with(name + "=");
         if (!joined && (*word != name || word + 1 == words.end())) continue;
-        const std::string value = joined ? word->substr(name.size() + 1) : *(word + 1);
+        std::string value = joined ? word->substr(name.size() + 1) : *(word + 1);
         words.erase(word, word + (joined ? 1 : 2));
         return value;
     }

@@ -60,7 +60,7 @@ Fd connected_unix(const std::string& path)
         throw Error(ErrorCode::bad_argument, "the socket's path is too long: " + path);
     path.copy(address.sun_path, path.size());
     Fd fd(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
-    if (::connect(fd.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+    if (!fd || ::connect(fd.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
         unavailable("no server answers on " + path + ": " + std::strerror(errno) + " (rcsplat serve starts one)");
     }
     check_owner(path, fd.get());

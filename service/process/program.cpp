@@ -9,8 +9,6 @@
 #include <spawn.h>
 #include <unistd.h>
 
-extern char** environ;
-
 namespace rcs::service {
 namespace {
 

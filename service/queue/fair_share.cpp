@@ -232,10 +232,10 @@ double FairShare::left_seconds(const Job& job) const
            (static_cast<double>(frames.queued + frames.retried) + 0.5 * static_cast<double>(frames.active));
 }
 
-const FairShare::Outlook& FairShare::outlook() const
+const ShareOutlook& FairShare::outlook() const
 {
     if (outlook_) return *outlook_;
-    Outlook& made = outlook_.emplace();
+    ShareOutlook& made = outlook_.emplace();
     for (const auto& [number, job] : jobs_) {
         if (!job.held) made.levels[job.priority].left.push_back(left_seconds(job));
     }
@@ -254,7 +254,7 @@ std::optional<double> FairShare::eta_seconds(std::uint64_t job, int workers) con
     const auto found = jobs_.find(job);
     if (found == jobs_.end() || found->second.held || completed_ == 0 || workers == 0) return std::nullopt;
     const double own = left_seconds(found->second);
-    const Outlook::Level& level = outlook().levels.at(found->second.priority);
+    const ShareOutlook::Level& level = outlook().levels.at(found->second.priority);
     // Those of equal priority take turns with it until one of both has ended.
     const auto shorter =
         static_cast<std::size_t>(std::upper_bound(level.left.begin(), level.left.end(), own) - level.left.begin());

@@ -18,6 +18,16 @@ struct ShareOptions {
     int owner_running = 0;          ///< frames of one owner that run at a time; 0: as many as there are workers
 };
 
+/// What is left to do, for estimates.
+struct ShareOutlook {
+    struct Level {
+        std::vector<double> left, sums;  ///< of its jobs, ascending; sums[i] of the first i [s]
+        double before = 0.0;             ///< of levels that come first [s]
+    };
+    std::map<int, Level, std::greater<>> levels;
+    double all = 0.0;
+};
+
 /// Whose frame is started next. Jobs of equal priority are a level. The level with the highest priority comes first,
 /// each raised by a step for every `ageing_seconds` since a frame of it was started. Within a level owners share the
 /// workers' time, and the jobs of an owner share his: whoever has had fewest slices of it comes first, in doubt who had
@@ -93,17 +103,8 @@ private:
         std::map<std::string, std::set<Turn>> ready;  ///< jobs by owner
     };
 
-    /// What is left to do, for estimates: made when it is asked for, valid until something changes.
-    struct Outlook {
-        struct Level {
-            std::vector<double> left, sums;  ///< of its jobs, ascending; sums[i] of the first i [s]
-            double before = 0.0;             ///< of levels that come first [s]
-        };
-        std::map<int, Level, std::greater<>> levels;
-        double all = 0.0;
-    };
-
-    const Outlook& outlook() const;
+    /// Made when it is asked for, valid until something changes.
+    const ShareOutlook& outlook() const;
     std::int64_t slices(double used) const;
     void take_out(std::uint64_t number, Job& job);
     void put_in(std::uint64_t number, Job& job, std::int64_t clock_ms);
@@ -123,7 +124,7 @@ private:
     std::set<std::pair<std::int64_t, std::uint64_t>> sleeping_;
     double seconds_ = 0.0;  ///< of all completed frames that are known of
     std::int64_t completed_ = 0;
-    mutable std::optional<Outlook> outlook_;
+    mutable std::optional<ShareOutlook> outlook_;
 };
 
 }  // namespace rcs::service

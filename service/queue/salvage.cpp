@@ -46,7 +46,7 @@ public:
     {
         try {
             old_ = std::make_unique<Database>(old_path);
-            Statement(*old_, "SELECT sum FROM jobs");
+            const Statement readable(*old_, "SELECT sum FROM jobs");
             is_new_ = true;
         } catch (const ServiceError&) {
             // Nothing of it can be read, or an earlier version wrote it.

@@ -31,19 +31,16 @@ Style style_of(Role role)
         case Role::grid:
             return {faint, 1.0};
         case Role::front:
-            return {blue, 2.0};
         case Role::front_point:
             return {blue, 2.0};
         case Role::other_point:
             return {blue, 2.0, false, true};
         case Role::paths:
-            return {orange, 2.0};
         case Role::paths_point:
             return {orange, 2.0};
         case Role::floor:
             return {grey, 1.5, true};
         case Role::floor_mark:
-            return {grey, 0.0};
         case Role::tick:
             return {grey, 0.0};
         case Role::frame:

@@ -10,8 +10,6 @@
 
 #include "process/program.h"
 
-extern char** environ;
-
 namespace rcs::service {
 namespace {
 

@@ -341,7 +341,7 @@ void Server::tell_watchers()
 
 }  // namespace
 
-void serve(ServerConfig config, const std::function<ServerConfig()>& reload)
+void serve(const ServerConfig& config, const std::function<ServerConfig()>& reload)
 {
     google::protobuf::SetLogHandler(nullptr);  // what clients send wrong is told to them, and in this log's own form
     Server(config, reload).run();

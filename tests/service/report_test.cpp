@@ -33,7 +33,9 @@ Measurement render_point(const std::string& label, double seconds, double error)
 
 Measurement paths_point(int paths, double seconds, double error)
 {
-    Measurement m = render_point(std::to_string(paths) + " paths a pixel", seconds, error);
+    std::string name = std::to_string(paths);
+    name += " paths a pixel";
+    Measurement m = render_point(name, seconds, error);
     m.paths = paths;
     m.records = 0;
     m.pictures.records.clear();

@@ -213,7 +213,7 @@ ErrorScale Probes::compare(const SplatBuffer& sums, const ErrorMap& map) const
         const std::size_t first = part * findings.size() / parts, last = (part + 1) * findings.size() / parts;
         found.push_back(sum_up(std::span(findings).subspan(first, last - first)));
     }
-    return ErrorScale(std::move(found));
+    return ErrorScale(found);
 }
 
 }  // namespace rcs

@@ -10,6 +10,7 @@
 #include "rcs/error.h"
 #include "rcs/suggestion.h"
 #include "scene/material_fields.h"
+#include "scene/scene_parts.h"
 #include "util/text.h"
 
 namespace rcs {
