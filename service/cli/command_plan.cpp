@@ -64,7 +64,7 @@ void print_plan(const RenderArguments& arguments, const CLI::App& command)
 bool is_of_use(const CLI::Option& option)
 {
     const std::string& group = option.get_group();
-    const std::string name = option.get_single_name();
+    const std::string& name = option.get_single_name();
     const bool of_layers = name == "layers" || name == "output";
     return group == option_group::kView || group == option_group::kCamera || group == option_group::kEffects ||
            group == option_group::kQuality || group == option_group::kMachine || group == "Options" || of_layers ||

@@ -48,7 +48,7 @@ std::string check_name(const std::string& kind, const std::string& name, const s
 
 /// One of the functions above as a check: what is wrong with `text`, or nothing.
 template <typename Parse>
-std::string check_text(Parse parse, const std::string& text)
+std::string check_text(const Parse& parse, const std::string& text)
 {
     try {
         parse(text);
@@ -60,7 +60,7 @@ std::string check_text(Parse parse, const std::string& text)
 
 /// The same as a check of an option.
 template <typename Parse>
-std::function<std::string(const std::string&)> checked_by(Parse parse)
+std::function<std::string(const std::string&)> checked_by(const Parse& parse)
 {
     return [parse](const std::string& text) { return check_text(parse, text); };
 }

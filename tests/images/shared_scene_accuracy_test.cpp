@@ -32,7 +32,7 @@ TEST_P(SharedSceneAccuracy, AtDefaultSettingsIsWithinThePromisedLimits)
     const std::string path = std::string(RCS_SCENES_DIR "/") + c.file;
     if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is missing";
     const Scene scene = load_scene(path);
-    const Camera& camera = find_camera(scene, c.camera);
+    const Camera camera = find_camera(scene, c.camera);
     ThreadPool pool;
     Session session(test::shared_gl(), pool);
     session.show(scene);
