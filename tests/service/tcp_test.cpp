@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 
 #include <gtest/gtest.h>
 
@@ -29,10 +30,15 @@ protected:
     /// A certificate NAME.pem of the authority ca.pem with its key NAME.key, valid for 127.0.0.1.
     void certificate(const std::string& name, const std::string& validity)
     {
-        test::write_bytes(folder_ / (name + ".ext"), "subjectAltName=IP:127.0.0.1\n");
+        test::write_bytes(
+            folder_ / "ca.cnf",
+            "[ca]\ndefault_ca=own\n[own]\ndatabase=index\nnew_certs_dir=.\ndefault_md=sha256\nrand_serial=yes\n"
+            "policy=names\nx509_extensions=place\n[names]\ncommonName=supplied\n"
+            "[place]\nsubjectAltName=IP:127.0.0.1\n");
+        std::ofstream(folder_ / "index", std::ios::app);  // of what was signed: empty at first
         openssl("req -newkey rsa:2048 -nodes -keyout " + name + ".key -out " + name + ".csr -subj /CN=" + name);
-        openssl("x509 -req -in " + name + ".csr -CA ca.pem -CAkey ca.key -CAcreateserial -extfile " + name + ".ext " +
-                validity + " -out " + name + ".pem");
+        openssl("ca -batch -notext -config ca.cnf -cert ca.pem -keyfile ca.key -in " + name + ".csr " + validity +
+                " -out " + name + ".pem");
     }
     void authority() { openssl("req -x509 -newkey rsa:2048 -nodes -keyout ca.key -out ca.pem -days 2 -subj /CN=ca"); }
 
@@ -101,7 +107,7 @@ TEST_F(Tcp, TlsTakesATokenOrACertificateThatIsValid)
     authority();
     certificate("server", "-days 2");
     certificate("client", "-days 2");
-    certificate("expired", "-days -1");
+    certificate("expired", "-startdate 20200101000000Z -enddate 20200102000000Z");
     TestServer server(folder_.path(), {"--listen", "127.0.0.1:0", "--tls-certificate", folder_ / "server.pem",
                                        "--tls-key", folder_ / "server.key", "--client-ca", folder_ / "ca.pem"});
     ClientOptions options;
