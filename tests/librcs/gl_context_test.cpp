@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "gl/gl_context_impl.h"
+#include "gl/gl_libraries.h"
 #include "gl/shader_sources.h"
 #include "rcs/error.h"
 
@@ -89,6 +90,14 @@ TEST(GlContextDeathTest, ListsEveryAttemptWhenNoneWorks)
             std::exit(0);
         },
         ::testing::ExitedWithCode(3), "no OpenGL 4.5 through EGL; tried .*EGL devices: .*surfaceless");
+}
+
+TEST(GlLibraries, ThatAreMissingAreNamedWithTheirPackage)
+{
+    EXPECT_NO_THROW(expect_library({"libno-such-gl.so.7", "libEGL.so.1"}, "libegl1"));
+    EXPECT_EQ(
+        message_of([] { expect_library({"libno-such-gl.so.7", "libnone.so"}, "libgl7"); }, ErrorCode::gl_unavailable),
+        "there is no libno-such-gl.so.7 or libnone.so: install OpenGL (Debian: libgl7)");
 }
 
 TEST(CheckGl, NamesStageAndError)

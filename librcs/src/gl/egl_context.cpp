@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "gl/gl_context_impl.h"
+#include "gl/gl_libraries.h"
 #include "gl/shader_sources.h"
 #include "rcs/error.h"
 
@@ -182,6 +183,8 @@ GLuint GlContext::Impl::program(const std::string& vertex, const std::string& fr
 
 GlContext::GlContext(const LogFunction& log)
 {
+    expect_library({"libEGL.so.1"}, "libegl1");
+    expect_library({"libOpenGL.so.0", "libGL.so.1"}, "libopengl0");
     std::vector<std::string> failures;
     for (const Candidate& candidate : list_candidates(failures)) {
         auto attempt = std::make_unique<Impl>();
