@@ -2,7 +2,7 @@
 # on the release they are for.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME rcsplat)
-set(CPACK_PACKAGE_CONTACT "rcsplat developers <rcsplat@localhost.localdomain>")
+set(CPACK_PACKAGE_CONTACT "rcsplat developers <rcsplat@example.org>")
 set(CPACK_PACKAGE_FILE_NAME ${PROJECT_VERSION})
 set(CPACK_STRIP_FILES ON)
 set(CPACK_SET_DESTDIR ON)  # /etc as well as /usr
@@ -33,13 +33,13 @@ configure_file(${PROJECT_SOURCE_DIR}/docker/debian/changelog.in ${PROJECT_BINARY
 execute_process(COMMAND gzip -9nf ${PROJECT_BINARY_DIR}/debian/changelog.Debian COMMAND_ERROR_IS_FATAL ANY)
 
 rcs_package(runtime librcs${rcs_abi} libs "global illumination by radiance cache splatting, library"
-    "librcs renders glTF scenes with indirect light: sparse irradiance records are ray traced and splatted\nonto the image. No GPU is needed; one is used where it is there.")
+    "librcs renders glTF scenes with indirect light: sparse irradiance records\nare ray traced and splatted onto the image. No GPU is needed; one is used\nwhere it is there.")
 rcs_package(dev librcs-dev libdevel "global illumination by radiance cache splatting, headers"
-    "librcs renders glTF scenes with indirect light: sparse irradiance records are ray traced and splatted\nonto the image. These are its headers, for CMake and pkg-config.")
+    "librcs renders glTF scenes with indirect light: sparse irradiance records\nare ray traced and splatted onto the image. These are its headers, for CMake\nand pkg-config.")
 rcs_package(service rcsplat graphics "renders global illumination, from the command line and as a service"
-    "rcsplat renders pictures and animations of glTF scenes by radiance cache splatting, compares them with\na path tracer, and serves render jobs of many users.")
+    "rcsplat renders pictures and animations of glTF scenes by radiance cache\nsplatting, compares them with a path tracer, and serves render jobs of many\nusers.")
 rcs_package(python python3-rcsplat python "renders global illumination, modules for Python"
-    "The module rcs renders glTF scenes by radiance cache splatting within the process; the module rcsplat\nis a client of rcsplat's render service.")
+    "The module rcs renders glTF scenes by radiance cache splatting within the\nprocess; the module rcsplat is a client of rcsplat's render service.")
 # The service's client, with the messages that protoc makes for it.
 find_package(Python3 REQUIRED COMPONENTS Interpreter)
 set(rcs_client ${PROJECT_SOURCE_DIR}/service/python)
@@ -63,7 +63,8 @@ foreach(component runtime dev service python)
 endforeach()
 
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
-set(CPACK_DEBIAN_RUNTIME_PACKAGE_GENERATE_SHLIBS ON)
+configure_file(${PROJECT_SOURCE_DIR}/docker/debian/library/shlibs.in ${PROJECT_BINARY_DIR}/debian/shlibs @ONLY)
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_EXTRA ${PROJECT_BINARY_DIR}/debian/shlibs ${PROJECT_SOURCE_DIR}/docker/debian/library/triggers)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_DEPENDS "libegl1, libopengl0")  # opened by name: no tool sees it
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS "libgl1-mesa-dri, libegl-mesa0")
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "librcs${rcs_abi} (= ${PROJECT_VERSION}-1), libglm-dev")

@@ -10,4 +10,5 @@ mkdir -p "$folder/bash-completion/completions" "$folder/zsh/site-functions" "$fo
 for command in $(sed -n 's/^complete -c rcsplat -n __fish_use_subcommand -a \([a-z]*\) .*/\1/p' "$folder/fish/vendor_completions.d/rcsplat.fish"); do
     "$program" manual "$command" >"$folder/man/man1/rcsplat-$command.1"
 done
+gzip -9nf "$folder"/man/man1/*.1  # as Debian has them; man reads both
 touch "$folder/stamp"
