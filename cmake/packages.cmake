@@ -74,6 +74,7 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
 math(EXPR rcs_next_python "${Python3_VERSION_MINOR} + 1")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.${Python3_VERSION_MINOR}~), python3 (<< 3.${rcs_next_python}), python3-numpy, python3-protobuf, librcs${rcs_abi} (= ${PROJECT_VERSION}-1)")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS python3-pil)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/docker/debian/python/postinst ${PROJECT_SOURCE_DIR}/docker/debian/python/prerm)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${CMAKE_LIBRARY_OUTPUT_DIRECTORY})
 set(CPACK_DEBIAN_SERVICE_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/docker/debian/conffiles
     ${PROJECT_SOURCE_DIR}/docker/debian/postinst)
