@@ -1,6 +1,6 @@
 # Installs the build into a folder, moves that, and looks at what a user of it meets: programs built with CMake and with pkg-config,
 # rcsplat itself, the names of files, where libraries are looked for.
-# cmake -D build=FOLDER -D work=FOLDER -D compiler=FILE -D flags=FLAGS -D generator=NAME -D abi=VERSION -P check.cmake
+# cmake -D build=FOLDER -D work=FOLDER -D compiler=FILE -D flags=FLAGS -D generator=NAME -D python=FILE -D abi=VERSION -P check.cmake
 include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
 
 file(REMOVE_RECURSE ${work})
@@ -33,7 +33,13 @@ run(${work}/by_pkg_config)
 run(${prefix}/bin/rcsplat --version)
 run(${prefix}/bin/rcsplat render demo:cornell --size 16x16 --aa 1 --rays 16 --quiet --output ${work}/a.exr)
 run(${prefix}/bin/rcsplat compare ${work}/a.exr ${work}/a.exr)
-foreach(file ${library} ${prefix}/bin/rcsplat)
+# The module for Python, where it was built; sanitizers' libraries would have to be loaded before Python.
+if(EXISTS ${prefix}/lib/python3/dist-packages/rcs AND NOT flags MATCHES fsanitize)
+    file(GLOB module ${prefix}/lib/python3/dist-packages/rcs/_rcs*.so)
+    run(${CMAKE_COMMAND} -E env PYTHONPATH=${prefix}/lib/python3/dist-packages PYTHONDONTWRITEBYTECODE=1
+        ${python} -c "import rcs; print(rcs.__version__, rcs.demo_scene_names())")
+endif()
+foreach(file ${library} ${prefix}/bin/rcsplat ${module})
     file(READ_ELF ${file} RUNPATH searched RPATH searched_first)
     foreach(folder IN LISTS searched searched_first)
         if(NOT folder MATCHES "^\\$ORIGIN(/|$)")
