@@ -2,6 +2,7 @@
 """The scripts behind ./quickstart and tests/run: what they say while they work, and what tests/run -R builds."""
 
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -66,6 +67,32 @@ class Steps(unittest.TestCase):
         self.assertEqual(done.returncode, 1)
         self.assertIn("what went wrong", done.stderr)
         self.assertNotIn("on\n", done.stdout)
+
+
+class United(unittest.TestCase):
+    """cmake/unite.cmake: folders, and six and more sources of one first word, are each compiled as one."""
+
+    def test_groups_are_folders_and_first_words_wherever_the_sources_lie(self):
+        with tempfile.TemporaryDirectory() as folder:
+            source = pathlib.Path(folder) / "c++ (two)"
+            (source / "room").mkdir(parents=True)
+            names = ["room/gltf_%d" % i for i in range(6)] + ["room/lamp", "room/lens_flat", "alone", "left_out"]
+            for name in names:
+                # What each group has of its own: of two groups of one name, or of one, the compiler would say so.
+                own = {"gltf_0": "int own = 1;", "lamp": "int own = 2;"}.get(pathlib.Path(name).name, "")
+                (source / (name + ".cpp")).write_text("namespace { %s }\n" % own)
+            (source / "CMakeLists.txt").write_text(
+                "cmake_minimum_required(VERSION 3.25)\nproject(x CXX)\ninclude(%s)\n" % (ROOT / "cmake/unite.cmake")
+                + "add_library(x STATIC %s)\n" % " ".join(
+                    "${CMAKE_CURRENT_SOURCE_DIR}/%s.cpp" % name for name in names)
+                + "rcs_unite(x EXCEPT ${CMAKE_CURRENT_SOURCE_DIR}/left_out.cpp)\n")
+            for command in (["-G", "Ninja", "-S", source, "-B", source / "build", "-D", "RCS_UNITE=ON"],
+                            ["--build", source / "build"]):
+                done = subprocess.run(["cmake", *command], capture_output=True, text=True)
+                self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            united = sorted(len(re.findall(r"#include", file.read_text()))
+                            for file in (source / "build").rglob("unity_*.cxx"))
+            self.assertEqual(united, [1, 2, 6])
 
 
 if __name__ == "__main__":
