@@ -39,8 +39,12 @@ Connection::Connection(Stream stream, const std::string& owner, bool sees_all, s
 void Connection::receive(std::vector<v1::Request>& requests, std::int64_t now)
 {
     if (finishing_ || !may_read()) return;
+    if (has_asked()) {
+        requests = std::exchange(kept_, {});
+        return;
+    }
     char bytes[64 << 10];
-    for (std::size_t total = 0; total < kReadOfATurn && reader_.held() < kMaxMessage;) {
+    for (std::size_t total = 0; !backlog_ && total < kReadOfATurn && reader_.held() < kMaxMessage;) {
         const long count = stream_.read(bytes, sizeof bytes);
         if (count == Stream::kLater) break;
         if (count == Stream::kEnd) {
@@ -64,7 +68,7 @@ void Connection::receive(std::vector<v1::Request>& requests, std::int64_t now)
         parse(*message, request);
         requests.push_back(std::move(request));
         heard_ms_ = now;
-        if (requests.size() == kRequestsOfATurn) {
+        if (requests.size() == (hello_ ? kRequestsOfATurn : 1)) {
             backlog_ = reader_.half_sent();
             break;
         }

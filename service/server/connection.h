@@ -24,10 +24,16 @@ public:
     /// Reads what has arrived. Requests are appended to `requests`, at most a few at a time.
     /// @throws ServiceError protocol, version: the client is to be told and sent away
     void receive(std::vector<v1::Request>& requests, std::int64_t now);
+    /// What was received, but not answered yet: receive() returns it once more.
+    void keep(std::vector<v1::Request> requests) { kept_ = std::move(requests); }
+    bool has_asked() const { return !kept_.empty(); }
     void send(const v1::Response& response);
     void flush(std::int64_t now);
     /// No more is read; it closes once all is sent.
     void finish(const v1::Error& error, std::int64_t now);
+    bool is_finishing() const { return finishing_; }
+    /// Whatever was still to be sent is dropped.
+    void close() { closed_ = true; }
 
     /// Who it is. @param token  of the server @throws ServiceError unauthenticated
     void greet(const v1::HelloRequest& hello, const std::string& token);
@@ -46,7 +52,7 @@ public:
 
     int fd() const { return stream_.fd(); }
     short events() const;  ///< for poll()
-    bool has_pending() const { return !finishing_ && may_read() && (stream_.has_pending() || backlog_); }
+    bool has_pending() const { return !finishing_ && may_read() && (has_asked() || stream_.has_pending() || backlog_); }
     bool closed() const { return closed_ || (finishing_ && out_.empty()); }
     /// When it is sent away unless something happens. [ms]
     std::int64_t deadline(double message_seconds) const;
@@ -65,6 +71,7 @@ private:
     const std::shared_ptr<const void> presence_ = std::make_shared<char>();  ///< what callers are known to last by
     Caller caller_;
     FrameReader reader_;
+    std::vector<v1::Request> kept_;
     std::string out_;
     std::size_t sent_ = 0;  ///< of out_
     bool greeted_ = false, hello_ = false, finishing_ = false, closed_ = false;

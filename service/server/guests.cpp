@@ -1,151 +1,62 @@
 #include "server/guests.h"
 
-#include <algorithm>
-#include <cerrno>
-#include <cstring>
-
 #include <sys/socket.h>
-#include <unistd.h>
 
 #include "process/clock.h"
-#include "wire/errors.h"
 
 namespace rcs::service {
 namespace {
 
-constexpr std::size_t kMostBrowsers = 32, kMostUnknown = 32;
-constexpr std::size_t kMostToldSo = 8;      // connections beyond the limit, each to be told that there is one
-constexpr std::int64_t kAcceptPause = 500;  // where file descriptors ran out [ms]
-constexpr std::int64_t kSilence = 1000;     // after which a place may be given to another [ms]
-constexpr int kGuestsAtATime = 64, kFromAfarAtATime = 8;
-
-/// Whether one more may come to the `most` that are silent. Newer ones stand behind older ones.
-template <typename Guest, typename IsSilent>
-bool has_room_among_silent(const std::list<Guest>& guests, std::size_t most, std::int64_t now,
-                           const IsSilent& is_silent)
-{
-    if (static_cast<std::size_t>(std::count_if(guests.begin(), guests.end(), is_silent)) < most) return true;
-    return std::find_if(guests.begin(), guests.end(), is_silent)->since_ms() + kSilence <= now;
-}
-
-/// The oldest of them goes for one that has come.
-template <typename Guest, typename IsSilent>
-void make_room_among_silent(std::list<Guest>& guests, std::size_t most, const IsSilent& is_silent)
-{
-    if (static_cast<std::size_t>(std::count_if(guests.begin(), guests.end(), is_silent)) < most) return;
-    guests.erase(std::find_if(guests.begin(), guests.end(), is_silent));
-}
-
-auto silent_of_kind(bool local)
-{
-    return [local](const Connection& connection) { return connection.is_local() == local && !connection.known(); };
-}
-
-bool is_browser(const HttpConnection&) { return true; }
+constexpr std::size_t kMostBrowsers = 32;
+constexpr std::int64_t kBrowserSilence = 1000;  // after which a place may be given to another [ms]
 
 }  // namespace
 
 Guests::Guests(const ServerConfig& config, const ServerLog& log, Counters& counters)
-    : config_(config), log_(log), counters_(counters), listeners_(config, log)
+    : config_(config), log_(log), http_(listen_for_browsers(config, log)), reception_(config, log, counters)
 {
-}
-
-std::size_t Guests::most_silent() const
-{
-    return std::min(kMostUnknown, std::max<std::size_t>(1, static_cast<std::size_t>(config_.max_connections) / 2));
-}
-
-bool Guests::has_room(bool local, std::int64_t now) const
-{
-    const auto count = std::count_if(connections_.begin(), connections_.end(),
-                                     [&](const Connection& connection) { return connection.is_local() == local; });
-    return static_cast<std::size_t>(count) < static_cast<std::size_t>(config_.max_connections) + kMostToldSo &&
-           has_room_among_silent(connections_, most_silent(), now, silent_of_kind(local));
 }
 
 bool Guests::has_room_for_browser(std::int64_t now) const
 {
-    return has_room_among_silent(browsers_, kMostBrowsers, now, is_browser);
+    return browsers_.size() < kMostBrowsers || browsers_.front().since_ms() + kBrowserSilence <= now;
 }
 
-void Guests::add_listeners_to(std::vector<pollfd>& polled, std::int64_t now)
+void Guests::add_doors_to(std::vector<pollfd>& polled, std::int64_t now)
 {
-    const bool may = now >= accept_after_ms_;
-    listeners_.add_to(polled, may && has_room(true, now), may && has_room(false, now),
-                      may && has_room_for_browser(now));
+    first_door_ = polled.size();
+    polled.push_back({reception_.fd(), POLLIN, 0});
+    polled.push_back({http_.get(), static_cast<short>(has_room_for_browser(now) ? POLLIN : 0), 0});
 }
 
 void Guests::let_in(const std::vector<pollfd>& polled)
 {
-    const Listeners::Waiting waiting = listeners_.waiting(polled);
-    if (waiting.unix_client) let_in_clients(true);
-    if (waiting.tcp_client) let_in_clients(false);
-    for (std::int64_t now = steady_ms(); waiting.browser && has_room_for_browser(now);) {
-        Fd fd(::accept4(listeners_.http_fd(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+    if (polled[first_door_].revents != 0) connections_.splice(connections_.end(), reception_.take());
+    if (polled[first_door_ + 1].revents != 0) let_in_browsers();
+}
+
+void Guests::let_in_browsers()
+{
+    for (const std::int64_t now = steady_ms(); has_room_for_browser(now);) {
+        Fd fd(::accept4(http_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
         if (!fd) return;
-        make_room_among_silent(browsers_, kMostBrowsers, is_browser);
+        if (browsers_.size() >= kMostBrowsers) browsers_.pop_front();  // the oldest goes for one that has come
         browsers_.emplace_back(std::move(fd), now);
     }
-}
-
-void Guests::let_in_clients(bool local)
-{
-    const int listener = local ? listeners_.unix_fd() : listeners_.tcp_fd();
-    const std::int64_t now = steady_ms();
-    for (int i = 0; i < (local ? kGuestsAtATime : kFromAfarAtATime) && has_room(local, now); ++i) {
-        Fd fd(::accept4(listener, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
-        if (!fd && (errno == EMFILE || errno == ENFILE || errno == ENOMEM || errno == ENOBUFS)) {
-            accept_after_ms_ = now + kAcceptPause;  // it stays readable: without a pause this would go round and round
-            log_.write(Level::warning, "not_accepted", {{"why", std::strerror(errno)}});
-        }
-        if (!fd) return;
-        ++counters_.connections;
-        make_room_among_silent(connections_, most_silent(), silent_of_kind(local));
-        try {
-            let_in(std::move(fd), local, now);
-        } catch (const std::exception& e) {
-            log_.write(Level::warning, "not_accepted", {{"why", e.what()}});
-        }
-    }
-}
-
-void Guests::let_in(Fd fd, bool local, std::int64_t now)
-{
-    const auto count = std::count_if(connections_.begin(), connections_.end(),
-                                     [&](const Connection& connection) { return connection.is_local() == local; });
-    std::optional<v1::Error> refusal;
-    if (count >= config_.max_connections) {
-        refusal = error_message(v1::ERROR_CODE_LIMIT,
-                                "the server has " + std::to_string(count) + " such connections, no more are allowed");
-    }
-    if (local) {
-        const Peer peer = peer_of(fd.get());
-        if (!may_connect(peer, config_.group)) {
-            log_.write(Level::warning, "refused", {{"uid", peer.uid}});
-            refusal = error_message(v1::ERROR_CODE_FORBIDDEN, "this user may not use the server");
-        }
-        connections_.emplace_back(Stream(std::move(fd)), "uid:" + std::to_string(peer.uid), peer.uid == ::getuid(),
-                                  now);
-    } else {
-        connections_.emplace_back(listeners_.stream_of(std::move(fd)), "", false, now);
-    }
-    if (refusal) {
-        ++counters_.connections_refused;
-        connections_.back().finish(*refusal, now);
-    }
-    connections_.back().flush(now);
 }
 
 void Guests::drop(std::int64_t now)
 {
     browsers_.remove_if([&](const HttpConnection& browser) { return browser.done(now); });
-    connections_.remove_if([&](Connection& connection) {
-        if (!connection.closed() && now >= connection.deadline(config_.message_seconds)) {
-            log_.write(Level::warning, "timed_out", {{"owner", connection.caller().owner}});
-            return true;
-        }
-        return connection.closed();
-    });
+    std::list<Connection> leaving;
+    for (auto connection = connections_.begin(); connection != connections_.end();) {
+        const auto here = connection++;
+        const bool late = !here->closed() && now >= here->deadline(config_.message_seconds);
+        if (late) log_.write(Level::warning, "timed_out", {{"owner", here->caller().owner}});
+        if (late) here->close();
+        if (here->closed() || here->is_finishing()) leaving.splice(leaving.end(), connections_, here);
+    }
+    reception_.see_off(std::move(leaving));
 }
 
 }  // namespace rcs::service

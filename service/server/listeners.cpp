@@ -1,7 +1,5 @@
 #include "server/listeners.h"
 
-#include <algorithm>
-
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -41,57 +39,38 @@ std::string read_token(const std::string& path, bool make)
 
 }  // namespace
 
-Listeners::Listeners(const ServerConfig& config, const ServerLog& log) : unix_(config.socket, config.group)
+Secrets read_secrets(const ServerConfig& config)
+{
+    Secrets secrets;
+    if (config.listen.empty()) return secrets;
+    const bool has_own = config.token_file.empty();
+    std::string file = config.token_file;
+    if (has_own) file.assign(config.state).append("/token");
+    secrets.token = read_token(file, has_own);
+    if (!config.tls_certificate.empty())
+        secrets.tls = TlsContext::server(config.tls_certificate, config.tls_key, config.client_ca);
+    return secrets;
+}
+
+Listeners::Listeners(const ServerConfig& config, const ServerLog& log, bool tls) : unix_(config.socket, config.group)
 {
     if (!config.listen.empty()) {
-        read_secrets(config);
-        tcp_ = listen_tcp(parse_host_port(config.listen));
-        log.info(
-            "listening",
-            {{"address", parse_host_port(config.listen).host}, {"port", port_of(tcp_)}, {"tls", tls_ ? "yes" : "no"}});
-    }
-    if (!config.http.empty()) {
-        http_ = listen_tcp(parse_host_port(config.http));
-        log.info("listening", {{"http", parse_host_port(config.http).host}, {"port", port_of(http_)}});
+        const HostPort address = parse_host_port(config.listen);
+        tcp_ = listen_tcp(address);
+        log.info("listening", {{"address", address.host}, {"port", port_of(tcp_)}, {"tls", tls ? "yes" : "no"}});
     }
     log.info(
         "listening",
         {{"socket", config.socket}, {"state", config.state}, {"workers", config.workers}, {"threads", config.threads}});
 }
 
-void Listeners::read_secrets(const ServerConfig& config)
+Fd listen_for_browsers(const ServerConfig& config, const ServerLog& log)
 {
-    if (config.listen.empty()) return;
-    const bool has_own = config.token_file.empty();
-    std::string file = config.token_file;
-    if (has_own) file.assign(config.state).append("/token");
-    const std::string token = read_token(file, has_own);
-    token_ = token;
-    tls_.reset();
-    if (!config.tls_certificate.empty())
-        tls_ = TlsContext::server(config.tls_certificate, config.tls_key, config.client_ca);
-}
-
-void Listeners::add_to(std::vector<pollfd>& polled, bool unix_clients, bool tcp_clients, bool browsers)
-{
-    const auto add = [&](int fd, bool wanted) {
-        polled.push_back({fd, static_cast<short>(wanted ? POLLIN : 0), 0});
-        return polled.size() - 1;
-    };
-    polled_unix_ = add(unix_.fd(), unix_clients);
-    polled_tcp_ = tcp_ ? add(tcp_.get(), tcp_clients) : 0;
-    polled_http_ = http_ ? add(http_.get(), browsers) : 0;
-}
-
-Listeners::Waiting Listeners::waiting(const std::vector<pollfd>& polled) const
-{
-    const auto is_ready = [&](std::size_t index) { return index != 0 && (polled[index].revents & POLLIN) != 0; };
-    return {is_ready(polled_unix_), is_ready(polled_tcp_), is_ready(polled_http_)};
-}
-
-Stream Listeners::stream_of(Fd tcp_client) const
-{
-    return tls_ ? Stream(std::move(tcp_client), tls_->get(), true) : Stream(std::move(tcp_client));
+    if (config.http.empty()) return Fd();
+    const HostPort address = parse_host_port(config.http);
+    Fd fd = listen_tcp(address);
+    log.info("listening", {{"http", address.host}, {"port", port_of(fd)}});
+    return fd;
 }
 
 }  // namespace rcs::service

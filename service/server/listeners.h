@@ -1,11 +1,7 @@
 #pragma once
 
-#include <cstddef>
 #include <optional>
 #include <string>
-#include <vector>
-
-#include <poll.h>
 
 #include "server/config.h"
 #include "server/log.h"
@@ -14,35 +10,29 @@
 
 namespace rcs::service {
 
-/// Where clients and browsers arrive, and what TCP clients have to show.
+/// What TCP clients have to show, and what the server shows them.
+struct Secrets {
+    std::string token;
+    std::optional<TlsContext> tls;
+};
+
+/// @throws rcs::Error, ServiceError: a file that is missing or that others can read
+Secrets read_secrets(const ServerConfig& config);
+
+/// Where clients arrive.
 class Listeners {
 public:
-    /// @throws rcs::Error, ServiceError: an address in use, a file that is missing or that others can read
-    Listeners(const ServerConfig& config, const ServerLog& log);
+    /// @throws rcs::Error: an address in use
+    Listeners(const ServerConfig& config, const ServerLog& log, bool tls);
 
-    /// Token and certificates of TCP, anew.
-    void read_secrets(const ServerConfig& config);
-
-    /// Adds the listening sockets to what is polled, which is not empty.
-    void add_to(std::vector<pollfd>& polled, bool unix_clients, bool tcp_clients, bool browsers);
-    struct Waiting {
-        bool unix_client = false, tcp_client = false, browser = false;
-    };
-    /// @param polled  since add_to()
-    Waiting waiting(const std::vector<pollfd>& polled) const;
-
-    int unix_fd() const { return unix_.fd(); }
-    int tcp_fd() const { return tcp_.get(); }
-    int http_fd() const { return http_.get(); }
-    Stream stream_of(Fd tcp_client) const;
-    const std::string& token() const { return token_; }
+    int fd(bool local) const { return local ? unix_.fd() : tcp_.get(); }  ///< -1: there is none
 
 private:
     UnixListener unix_;
-    Fd tcp_, http_;
-    std::string token_;
-    std::optional<TlsContext> tls_;
-    std::size_t polled_unix_ = 0, polled_tcp_ = 0, polled_http_ = 0;  ///< 0: not there
+    Fd tcp_;
 };
+
+/// Where browsers do. @return none where the page is off
+Fd listen_for_browsers(const ServerConfig& config, const ServerLog& log);
 
 }  // namespace rcs::service

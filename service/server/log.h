@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -35,7 +36,7 @@ public:
     }
 
 private:
-    bool debug_ = false;
+    std::atomic<bool> debug_ = false;
 };
 
 }  // namespace rcs::service

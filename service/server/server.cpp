@@ -10,7 +10,6 @@
 #include <google/protobuf/stubs/logging.h>
 
 #include "process/clock.h"
-#include "rcs/version.h"
 #include "server/daemon.h"
 #include "server/guests.h"
 #include "server/log.h"
@@ -29,9 +28,6 @@ bool changes_jobs(const v1::Request& request)
            request.has_priority();
 }
 
-/// Who came from another machine, maybe, and has not said yet who he is.
-bool is_stranger(const Connection& connection) { return !connection.known() && !connection.is_local(); }
-
 class Server {
 public:
     Server(const ServerConfig& config, const std::function<ServerConfig()>& reload);
@@ -47,7 +43,6 @@ private:
     void turn();
     void wait();
     void read_signals();
-    void serve_strangers(const std::vector<Connection*>& strangers);
     void read_requests(Connection& connection);
     void answer(Connection& connection, const v1::Request& request);
     void undo_turn(const std::string& why);
@@ -126,36 +121,17 @@ void Server::turn()
         if (const auto path = browser.receive()) browser.answer(page_answer(service_, *path), files_);
         browser.flush();
     }
-    std::vector<Connection*> strangers;
     for (Connection& connection : guests_.connections()) {
         const short events = next < polled_.size() && polled_[next].fd == connection.fd() ? polled_[next].revents : 0;
         ++next;
-        if (is_stranger(connection)) {
-            if (events != 0 || connection.has_pending()) strangers.push_back(&connection);
-            continue;
-        }
         if ((events & (POLLIN | POLLHUP | POLLERR)) != 0 || connection.has_pending()) read_requests(connection);
     }
     finish_turn();
-    serve_strangers(strangers);
     guests_.let_in(polled_);
     service_.schedule();
     if (now >= next_tend_ms_) next_tend_ms_ = service_.tend();
     tell_watchers();
     guests_.drop(steady_ms());
-}
-
-/// They get a small part of a turn: greetings, those of TLS above all, cost time, and others are here already.
-void Server::serve_strangers(const std::vector<Connection*>& strangers)
-{
-    constexpr std::int64_t kTheirs = 2;  // [ms]
-    const std::int64_t until = steady_ms() + kTheirs;
-    for (Connection* stranger : strangers) {
-        if (steady_ms() >= until) break;  // the rest still has something to say in the next turn
-        read_requests(*stranger);
-        stranger->flush(steady_ms());
-    }
-    finish_turn();
 }
 
 void Server::wait()
@@ -164,7 +140,7 @@ void Server::wait()
     std::int64_t until = next_tend_ms_;
     polled_.clear();
     polled_.push_back({signals_.get(), POLLIN, 0});
-    guests_.add_listeners_to(polled_, now);
+    guests_.add_doors_to(polled_, now);
     first_worker_ = polled_.size();
     for (const Worker& worker : service_.workers().workers()) {
         polled_.push_back({worker.socket.get(), static_cast<short>(POLLIN | (worker.out.empty() ? 0 : POLLOUT)), 0});
@@ -205,7 +181,7 @@ void Server::reload_config()
         ServerConfig fresh = config_;
         const std::string left_out = fresh.adopt_reloadable(reload_());
         std::swap(config_, fresh);
-        guests_.listeners().read_secrets(config_);
+        guests_.reception().adopt(config_);
         service_.adopt_config();
         log_.set_debug(config_.log_debug);
         left_out.empty() ? log_.info("reloaded")
@@ -238,20 +214,6 @@ void Server::read_requests(Connection& connection)
 
 void Server::answer(Connection& connection, const v1::Request& request)
 {
-    if (!connection.known()) {
-        if (!request.has_hello())
-            throw ServiceError(v1::ERROR_CODE_UNAUTHENTICATED, "the first request has to be hello");
-        connection.greet(request.hello(), guests_.listeners().token());
-        v1::Response response;
-        response.set_id(request.id());
-        v1::HelloReply& hello = *response.mutable_hello();
-        hello.set_server(std::string("rcsplat ") + kVersion);
-        hello.set_max_message_bytes(kMaxMessage);
-        hello.set_max_chunk_bytes(kMaxChunk);
-        hello.set_max_upload_bytes(config_.blobs.max_file);
-        answers_.push_back({&connection, response, false});
-        return;
-    }
     if (request.has_watch()) {
         v1::Response response;
         response.set_id(request.id());
@@ -335,7 +297,7 @@ void Server::tell_watchers()
             }
             connection.send(response);
         }
-        if (!is_stranger(connection)) connection.flush(now);
+        connection.flush(now);
     }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -31,7 +32,8 @@ struct Caller {
 /// Since the server's start.
 struct Counters {
     std::uint64_t jobs_submitted = 0, jobs_repeated = 0, frames_completed = 0, frames_failed = 0, frames_retried = 0,
-                  requests = 0, errors = 0, connections = 0, connections_refused = 0, jobs_expired = 0;
+                  requests = 0, errors = 0, jobs_expired = 0;
+    std::atomic<std::uint64_t> connections = 0, connections_refused = 0;  ///< counted where clients arrive as well
     double frame_seconds = 0.0;
 };
 

@@ -60,8 +60,9 @@ v1::StatsReply Service::stats(bool prometheus) const
         {"rcsplat_server_memory_bytes", "gauge", "Resident memory of the server", own_memory()},
         {"rcsplat_requests_total", "counter", "Requests", number(counters_.requests)},
         {"rcsplat_errors_total", "counter", "Requests answered by an error", number(counters_.errors)},
-        {"rcsplat_connections_total", "counter", "Connections taken", number(counters_.connections)},
-        {"rcsplat_connections_refused_total", "counter", "Connections refused", number(counters_.connections_refused)},
+        {"rcsplat_connections_total", "counter", "Connections taken", number(counters_.connections.load())},
+        {"rcsplat_connections_refused_total", "counter", "Connections refused",
+         number(counters_.connections_refused.load())},
         {"rcsplat_upload_bytes", "gauge", "Uploaded files held", number(blobs_.bytes())},
         {"rcsplat_disk_free_bytes", "gauge", "Space on the state's disk", number(free_space(config_.state))},
     };

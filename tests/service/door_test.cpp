@@ -9,6 +9,7 @@
 #include <netinet/in.h>
 #include <sys/inotify.h>
 #include <sys/socket.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include <gtest/gtest.h>
@@ -17,6 +18,7 @@
 #include "support/render_service.h"
 #include "support/server.h"
 #include "wire/address.h"
+#include "wire/framing.h"
 
 namespace rcs::test {
 namespace {
@@ -35,6 +37,15 @@ protected:
         address.sin_port = htons(static_cast<std::uint16_t>(port));
         address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
         Fd fd(::socket(AF_INET, SOCK_STREAM, 0));
+        EXPECT_EQ(::connect(fd.get(), reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+        return fd;
+    }
+    static Fd connected(const std::string& socket)
+    {
+        sockaddr_un address{};
+        address.sun_family = AF_UNIX;
+        socket.copy(address.sun_path, sizeof address.sun_path - 1);
+        Fd fd(::socket(AF_UNIX, SOCK_STREAM, 0));
         EXPECT_EQ(::connect(fd.get(), reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
         return fd;
     }
@@ -92,6 +103,70 @@ TEST_F(Door, StrangersTakeNoPlaceOfUsers)
             return false;
         }
     });
+}
+
+/// All that somebody wants, said at once by a client that then only listens: each answer comes, in order.
+TEST_F(Door, HelloAndFortyRequestsMayComeInOnePacket)
+{
+    TestServer server(folder_.path());
+    v1::Request hello, health;
+    hello.mutable_hello();
+    std::string bytes = service::greeting() + service::frame(hello);
+    constexpr std::uint64_t kRequests = 40;
+    for (std::uint64_t id = 1; id <= kRequests; ++id) {
+        health.set_id(id);
+        health.mutable_health();
+        bytes += service::frame(health);
+    }
+    const Fd fd = connected(server.socket());
+    ASSERT_EQ(::send(fd.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL), static_cast<ssize_t>(bytes.size()));
+    service::FrameReader reader;
+    const auto next = [&] {
+        for (;;) {
+            if (const auto message = reader.next()) {
+                v1::Response response;
+                service::parse(*message, response);
+                return response;
+            }
+            char part[4096];
+            const ssize_t count = ::recv(fd.get(), part, sizeof part, 0);
+            if (count <= 0) return v1::Response();
+            reader.append({part, static_cast<std::size_t>(count)});
+        }
+    };
+    std::string greeting(service::kGreetingSize, '\0');
+    ASSERT_EQ(::recv(fd.get(), greeting.data(), greeting.size(), MSG_WAITALL), static_cast<ssize_t>(greeting.size()));
+    EXPECT_TRUE(next().has_hello());
+    for (std::uint64_t id = 1; id <= kRequests; ++id) {
+        const v1::Response response = next();
+        ASSERT_EQ(response.id(), id);
+        EXPECT_TRUE(response.has_health());
+    }
+}
+
+TEST_F(Door, WhoHasSaidHelloMaySayNothingMoreForAsLongAsHeLikes)
+{
+    TestServer server(folder_.path(), {"--max-connections", "20", "--message-seconds", "0.3"});
+    Client patient(server.socket());
+    std::vector<Fd> silent;
+    for (int i = 0; i < 30; ++i) silent.push_back(connected(server.socket()));  // more than may be
+    Client busy(server.socket());
+    EXPECT_EQ(busy.watch(busy.submit(small_job()).job()).state(), v1::JOB_STATE_COMPLETED);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1200));  // places of silent ones may be given away by now
+    EXPECT_EQ(patient.watch(patient.submit(small_job()).job()).state(), v1::JOB_STATE_COMPLETED);
+}
+
+TEST_F(Door, ThatTheServerStopsIsToldToWhoHasNotSaidAWord)
+{
+    TestServer server(folder_.path());
+    const Fd silent = connected(server.socket());
+    char greeting[service::kGreetingSize];
+    ASSERT_EQ(::recv(silent.get(), greeting, sizeof greeting, MSG_WAITALL), static_cast<ssize_t>(sizeof greeting));
+    EXPECT_EQ(server.end(SIGTERM), 0);
+    std::string farewell(4096, '\0');
+    const ssize_t count = ::recv(silent.get(), farewell.data(), farewell.size(), 0);
+    ASSERT_GT(count, 0);
+    EXPECT_NE(farewell.find("the server has stopped"), std::string::npos);
 }
 
 TEST_F(Door, AServerRefusesToGuessWhereItsQueueIs)
