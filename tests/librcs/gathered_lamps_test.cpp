@@ -160,6 +160,33 @@ TEST_P(GatheredLampsRender, LightsAsThePathTracerDoes)
 // Lit by records, and by rays along the lobe.
 INSTANTIATE_TEST_SUITE_P(Roughness, GatheredLampsRender, testing::Values(0.6f, 0.2f));
 
+/// Narrow lobes share the rays that find such lamps between neighbours, as those that find other surfaces.
+TEST(GatheredLamps, HighlightsAreLessNoisyThanByRaysOfEachPixelAlone)
+{
+    const Scene scene = window_room(0.2f);
+    const auto render = [&](std::uint64_t seed, bool traced) {
+        RenderOptions options;
+        options.width = options.height = 96;
+        options.aa = 1;
+        options.seed = seed;
+        if (!traced) options.effects.without = {Effect::traced_lobes};
+        return test::render_first(scene, options);
+    };
+    const auto scatter = [&](bool traced) {
+        const RenderResult a = render(1, traced), b = render(2, traced);
+        const Image &first = a.image.layers.at("direct"), &second = b.image.layers.at("direct");
+        double difference = 0.0, light = 0.0;
+        for (std::size_t i = 0; i < first.pixels.size(); ++i) {
+            const auto x = static_cast<double>(first.pixels[i]), y = static_cast<double>(second.pixels[i]);
+            difference += (x - y) * (x - y);
+            light += x * y;
+        }
+        EXPECT_EQ(a.stats.counts.highlight_rays == 0, traced) << "found once, not twice";
+        return std::sqrt(difference / light);
+    };
+    EXPECT_LT(scatter(true), 0.7 * scatter(false));
+}
+
 TEST(GatheredLamps, RecordsOfOtherLampsAreNotMixedIn)
 {
     const Scene scene = window_room(1.0f);

@@ -77,6 +77,10 @@ void look_at(const SamplePass& pass, const Shading& shading, const PassLight& li
     if (!light.traced.radiance.empty()) {
         s.traced = s.share * light.traced.radiance[i];
         s.traced_error = luminance(s.share) * light.traced.error[i];
+        if (!light.traced.of_lamps.empty()) {
+            s.direct += s.share * light.traced.of_lamps[i];
+            s.direct_error = std::hypot(s.direct_error, luminance(s.share) * light.traced.of_lamps_error[i]);
+        }
     }
     if (light.indirect.width != 0) add_recorded(pass, shading, light, reflectance, s);
 }

@@ -59,9 +59,11 @@ DirectLight::Lobes DirectLight::make_lobes(const Viewer& viewer) const
     // What comes through from behind is found by rays, straight ones or those along the lobe; but punctual lamps by
     // none.
     lobes.reflecting = reflecting_lobes(lobes.bsdf);
-    if (options_.gathered && options_.gathered->any())
-        lobes.lit_by_gathered =
-            options_.gathered->by_direction ? lobes.reflecting & ~lobes.bsdf.those(lit_by_records) : lobes.reflecting;
+    if (options_.gathered && options_.gathered->any()) {
+        lobes.lit_by_gathered = lobes.reflecting;
+        if (options_.gathered->by_direction) lobes.lit_by_gathered &= ~lobes.bsdf.those(lit_by_records);
+        if (options_.gathered->along_lobes) lobes.lit_by_gathered &= ~lobes.bsdf.those(lit_by_rays);
+    }
     lobes.lit_behind = lobes_lit_behind(lobes.bsdf);
     lobes.transmitting = transmitting_lobes(lobes.bsdf) & ~lobes.lit_behind;
     lobes.outgoing = viewer.outgoing;

@@ -98,7 +98,7 @@ private:
     struct Lobes {
         Bsdf bsdf;
         LobeSet reflecting = 0, transmitting = 0, lit_behind = 0;
-        LobeSet lit_by_gathered = 0;  // of the reflecting ones, those whose rays find gathered lamps: records do not
+        LobeSet lit_by_gathered = 0;  // of the reflecting ones, those whose gathered lamps nothing else finds
         glm::vec3 outgoing{0.0f};
         float diffuse = 0.0f;         // luminance of the diffuse albedo over pi
         int samples = 0;              // rays along the lobes

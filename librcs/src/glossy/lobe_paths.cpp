@@ -5,7 +5,6 @@
 #include <limits>
 #include <numbers>
 
-#include "glossy/traced_lobes.h"
 #include "hit_light/hit_lobes.h"
 #include "lamps/power_heuristic.h"
 #include "rays/hit_surface.h"
@@ -30,7 +29,7 @@ void LobePaths::begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) cons
     const Bsdf bsdf = shading_.bsdf(g_, pixel);
     const LobeSet traced = bsdf.those(lit_by_rays);
     const glm::vec3 outgoing = outgoing_at(g_, view_.camera, pixel);
-    const std::uint64_t key = lobe_key(seed_, pixel_number(view_, pixel));
+    const std::uint64_t key = lobe_key(settings_.seed, pixel_number(view_, pixel));
     RandomStream random(key);
     const glm::vec3 shift(random.next(), random.next(), random.next());
     LobeRay* const own = ring.of(pixel);
@@ -58,6 +57,13 @@ void LobePaths::begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) cons
     }
 }
 
+/// Whether what shines there is a lamp whose light the direct light leaves to the visible point's own rays.
+bool LobePaths::is_of_gathered(const LobePath& path, int lane, const Workspace& w) const
+{
+    return path.met == 0 && path.density == 0.0f && settings_.gathered && settings_.gathered->along_lobes &&
+           settings_.gathered->has(w.packet.instance(lane));
+}
+
 void LobePaths::add_emission(const LobePath& path, int lane, const HitSurface& hit, glm::vec3 throughput,
                              float cone_width, const Workspace& w) const
 {
@@ -83,8 +89,11 @@ void LobePaths::shade(const LobePath& path, int lane, const HitSurface& hit, glm
     const glm::vec3 outgoing = -ray_direction(p, lane);
     const float length = path.length + p.t_max[lane];
     const float cone_width = path.spread * length;
-    if (path.density > 0.0f) add_emission(path, lane, hit, throughput, cone_width, w);
-    if (path.met == bounces_) return;
+    if (is_of_gathered(path, lane, w))
+        path.first->of_lamps += throughput * light_.emission(w.packet, lane, hit, cone_width);
+    else if (path.density > 0.0f)
+        add_emission(path, lane, hit, throughput, cone_width, w);
+    if (path.met == settings_.bounces) return;
     RandomStream random(path.key);
     const auto add = [&](const Ray& shadow_ray, glm::vec3 radiance) {
         if (radiance == glm::vec3(0.0f)) return;
@@ -136,7 +145,8 @@ void LobePaths::go_on(const LobePath& path, const SurfacePoint& point, const Hit
     next.from = point;
     next.density = onward.density;
     next.key = mix64(path.key);
-    if (next.met < bounces_ || light_.may_find_light(next.ray.origin, onward.direction)) w.next.push_back(next);
+    if (next.met < settings_.bounces || light_.may_find_light(next.ray.origin, onward.direction))
+        w.next.push_back(next);
 }
 
 void LobePaths::trace_packet(const LobePath* paths, int count, Workspace& w) const

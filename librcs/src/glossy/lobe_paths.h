@@ -8,6 +8,7 @@
 
 #include "gbuffer/shading.h"
 #include "glossy/lobe_rays.h"
+#include "glossy/traced_lobes.h"
 #include "hit_light/hit_lobes.h"
 #include "hit_light/hit_radiance.h"
 #include "rays/packet.h"
@@ -52,8 +53,8 @@ public:
     };
 
     LobePaths(const RayScene& rays, const HitRadiance& light, const GBuffer& g, const View& view,
-              const Shading& shading, int bounces, std::uint64_t seed)
-        : rays_(rays), light_(light), g_(g), view_(view), shading_(shading), bounces_(bounces), seed_(seed)
+              const Shading& shading, const LobeSettings& settings)
+        : rays_(rays), light_(light), g_(g), view_(view), shading_(shading), settings_(settings)
     {
     }
 
@@ -64,6 +65,7 @@ private:
     void begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) const;
     void trace_packet(const LobePath* paths, int count, Workspace& w) const;
     void shade(const LobePath& path, int lane, const HitSurface& hit, glm::vec3 throughput, Workspace& w) const;
+    bool is_of_gathered(const LobePath& path, int lane, const Workspace& w) const;
     void add_emission(const LobePath& path, int lane, const HitSurface& hit, glm::vec3 throughput, float cone_width,
                       const Workspace& w) const;
     void add_sky(const LobePath& path, glm::vec3 throughput) const;
@@ -75,8 +77,7 @@ private:
     const GBuffer& g_;
     const View& view_;
     const Shading& shading_;
-    int bounces_;
-    std::uint64_t seed_;
+    const LobeSettings& settings_;
 };
 
 }  // namespace rcs

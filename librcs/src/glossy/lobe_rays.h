@@ -16,8 +16,10 @@ struct LobeRay {
     float distance = 0.0f;   ///< [m]; +inf: nothing
     float density = 0.0f;    ///< [1/sr]; 0: no ray
     glm::vec3 radiance{0.0f};
+    glm::vec3 of_lamps{0.0f};  ///< beside it, that of gathered lamps
+    float unused = 0.0f;
 };
-static_assert(sizeof(LobeRay) == 32);
+static_assert(sizeof(LobeRay) == 48);
 
 /// The rays of the rows being worked on, in a ring: a band, and the rows around it that its pixels may share with.
 class RayRing {

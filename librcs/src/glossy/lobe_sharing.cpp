@@ -36,6 +36,13 @@ struct WeightedLight {
         const float ratio = luminance(sum) / w;
         return std::sqrt(std::max(0.0f, squares - 2.0f * ratio * products + ratio * ratio * square_weights)) / w;
     }
+    /// The mean, of a lobe that reflects so much.
+    LobeLight by(glm::vec3 albedo) const
+    {
+        LobeLight reflected{glm::vec3(0.0f), luminance(albedo) * error_of_ratio()};
+        for (int c = 0; c < 3; ++c) reflected.radiance[c] = total[c] > 0.0f ? albedo[c] * sum[c] / total[c] : 0.0f;
+        return reflected;
+    }
     float error_of_mean(float count) const
     {
         const float mean = luminance(sum) / count;
@@ -77,14 +84,14 @@ bool LobeSharing::may_share(std::size_t pixel, std::size_t neighbour) const
            there < 2.0f * here && here < 2.0f * there;
 }
 
-LobeLight LobeSharing::share(std::size_t pixel, const RayRing& ring) const
+LobeLights LobeSharing::share(std::size_t pixel, const RayRing& ring) const
 {
     const Bsdf bsdf = shading_.bsdf(g_, pixel);
     const LobeSet traced = bsdf.those(lit_by_rays);
     const bool looks_through = (traced & transmitting_lobes(bsdf) & ~lobes_lit_behind(bsdf)) != 0u;
     const glm::vec3 outgoing = outgoing_at(g_, view_.camera, pixel);
     const glm::vec3 position = g_.position(pixel);
-    WeightedLight light;
+    WeightedLight light, of_lamps;
     const auto add = [&](std::size_t from) {
         const LobeRay* const rays = ring.of(from);
         for (std::size_t n = 0; n < ring.count(); ++n) {
@@ -101,6 +108,7 @@ LobeLight LobeSharing::share(std::size_t pixel, const RayRing& ring) const
             const glm::vec3 weight =
                 evaluate(bsdf, outgoing, incoming, traced) * (std::abs(glm::dot(bsdf.normal, incoming)) / density);
             light.add(weight, ray.radiance);
+            of_lamps.add(weight, ray.of_lamps);
         }
     };
     add(pixel);
@@ -125,15 +133,12 @@ LobeLight LobeSharing::share(std::size_t pixel, const RayRing& ring) const
             if (may_share(pixel, neighbour)) add(neighbour);
         }
     }
-    if (looks_through) {
-        const float count = static_cast<float>(ring.count());
-        return {light.sum / count, light.error_of_mean(count)};
-    }
     const glm::vec3 whole = albedo(bsdf, outgoing, traced);
-    LobeLight reflected{glm::vec3(0.0f), luminance(whole) * light.error_of_ratio()};
-    for (int c = 0; c < 3; ++c)
-        reflected.radiance[c] = light.total[c] > 0.0f ? whole[c] * light.sum[c] / light.total[c] : 0.0f;
-    return reflected;
+    const auto light_of = [&](const WeightedLight& found) {
+        const float count = static_cast<float>(ring.count());
+        return looks_through ? LobeLight{found.sum / count, found.error_of_mean(count)} : found.by(whole);
+    };
+    return {light_of(light), light_of(of_lamps)};
 }
 
 }  // namespace rcs

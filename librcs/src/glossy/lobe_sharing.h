@@ -15,6 +15,10 @@ struct LobeLight {
     glm::vec3 radiance{0.0f};
     float error = 0.0f;
 };
+/// The same of the light that surfaces reflect, and of gathered lamps.
+struct LobeLights {
+    LobeLight reflected, of_lamps;
+};
 
 /// Rays are shared between neighbours on the same surface (Stachowiak 2015, "Stochastic screen-space reflections"):
 /// a pixel weighs every neighbour's hit point by its own lobe over the density with which the neighbour chose it,
@@ -28,7 +32,7 @@ public:
     }
 
     /// From the rays of the pixel and its neighbours, all of which must be in the ring.
-    LobeLight share(std::size_t pixel, const RayRing& ring) const;
+    LobeLights share(std::size_t pixel, const RayRing& ring) const;
 
 private:
     float mean_distance(std::size_t pixel, const RayRing& ring) const;

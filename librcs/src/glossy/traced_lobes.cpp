@@ -12,12 +12,17 @@ TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GB
                         const Shading& shading, const LobeSettings& options, ThreadPool& pool, GlossyStats& stats)
 {
     const auto is_traced = [&](std::size_t i) { return gbuffer.covered(i) && shading.is_traced(i); };
-    const LobePaths paths(rays, light, gbuffer, view, shading, options.bounces, options.seed);
+    const LobePaths paths(rays, light, gbuffer, view, shading, options);
     const LobeSharing sharing(gbuffer, view, shading, options.seed);
     RayRing ring(gbuffer.width, options.rays_per_pixel);
     std::vector<LobePaths::Workspace> workspaces(static_cast<std::size_t>(pool.size()));
-    TracedLight traced{std::vector<glm::vec3>(gbuffer.size(), glm::vec3(0.0f)),
-                       std::vector<float>(gbuffer.size(), 0.0f)};
+    TracedLight traced{
+        std::vector<glm::vec3>(gbuffer.size(), glm::vec3(0.0f)), std::vector<float>(gbuffer.size(), 0.0f), {}, {}};
+    const bool of_lamps = options.gathered && options.gathered->any() && options.gathered->along_lobes;
+    if (of_lamps) {
+        traced.of_lamps.assign(gbuffer.size(), glm::vec3(0.0f));
+        traced.of_lamps_error.assign(gbuffer.size(), 0.0f);
+    }
     const auto first_pixel = [&](int row) {
         return static_cast<std::size_t>(row) * static_cast<std::size_t>(gbuffer.width);
     };
@@ -34,9 +39,12 @@ TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GB
         pool.parallel_for(first_pixel(last) - start, 256, [&](std::size_t begin, std::size_t end, int) {
             for (std::size_t i = start + begin; i < start + end; ++i) {
                 if (!is_traced(i)) continue;
-                const LobeLight light_here = sharing.share(i, ring);
-                traced.radiance[i] = light_here.radiance;
-                traced.error[i] = light_here.error;
+                const LobeLights light_here = sharing.share(i, ring);
+                traced.radiance[i] = light_here.reflected.radiance;
+                traced.error[i] = light_here.reflected.error;
+                if (!of_lamps) continue;
+                traced.of_lamps[i] = light_here.of_lamps.radiance;
+                traced.of_lamps_error[i] = light_here.of_lamps.error;
             }
         });
     }

@@ -7,6 +7,7 @@
 
 #include "gbuffer/shading.h"
 #include "hit_light/hit_radiance.h"
+#include "lamps/gathered_lamps.h"
 #include "rcs/glossy_stats.h"
 #include "rcs/thread_pool.h"
 
@@ -15,17 +16,21 @@ namespace rcs {
 struct TracedLight {
     std::vector<glm::vec3> radiance;  ///< per pixel [W m^-2 sr^-1]; empty: none
     std::vector<float> error;         ///< standard error of its luminance, from how the rays differ
+    std::vector<glm::vec3> of_lamps;  ///< the same of gathered lamps, which the direct light leaves to these rays;
+                                      ///< empty: of none
+    std::vector<float> of_lamps_error;
 };
 
 struct LobeSettings {
     int rays_per_pixel = 16;  ///< > 0
     int bounces = 1;          ///< surfaces after the visible point that reflect; >= 0
     std::uint64_t seed = 1;
+    const GatheredLamps* gathered = nullptr;  ///< null: none
 };
 
 /// Indirect light that narrow lobes reflect at every visible point: a few rays a pixel along the lobe (LobePaths),
-/// shared between neighbours (LobeSharing). Emission of what these rays meet first does not count: the direct light has
-/// it.
+/// shared between neighbours (LobeSharing). Emission of what these rays meet first does not count, since the direct
+/// light has it, but for that of gathered lamps.
 TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GBuffer& gbuffer, const View& view,
                         const Shading& shading, const LobeSettings& options, ThreadPool& pool, GlossyStats& stats);
 

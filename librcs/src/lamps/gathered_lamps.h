@@ -13,6 +13,7 @@ struct GatheredLamps {
     std::vector<std::uint8_t> of_instance;  ///< per instance of the ray scene: 1 if it is such a lamp; empty: none is
     std::uint32_t id = 0;                   ///< differs between sets, 0 if there are none
     bool by_direction = false;              ///< records know their light by direction: wide lobes are left to those
+    bool along_lobes = false;               ///< rays along the lobes of visible points find it: narrow ones likewise
 
     const LampFinder* finder = nullptr;  ///< of their light where rays end; null: as that of other lamps
 

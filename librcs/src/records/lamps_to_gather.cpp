@@ -49,7 +49,8 @@ std::vector<Arrival> look_at_lamps(const RayScene& rays, const HitLights& lights
 GatheredLamps lamps_to_gather(const LitScene& scene, const GBuffer& gbuffer, const RecordSettings& settings,
                               ThreadPool& pool)
 {
-    const HitLights lights(collect_lights(scene.rays, effects_or_scene(settings.effects, scene.rays)));
+    const EffectSet effects = effects_or_scene(settings.effects, scene.rays);
+    const HitLights lights(collect_lights(scene.rays, effects));
     if (lights.lights().triangles.empty()) return {};
     const std::vector<std::uint32_t> probes = spread_pixels(gbuffer, kProbes, settings.seed);
     std::vector<std::vector<Arrival>> found(probes.size());
@@ -74,6 +75,7 @@ GatheredLamps lamps_to_gather(const LitScene& scene, const GBuffer& gbuffer, con
     }
     GatheredLamps result;
     result.by_direction = settings.radiance;
+    result.along_lobes = effects.has(Effect::traced_lobes);
     result.of_instance.resize(sums.size());
     std::uint64_t id = 0;
     for (std::size_t i = 0; i < sums.size(); ++i) {

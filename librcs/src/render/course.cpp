@@ -82,6 +82,7 @@ PictureErrors picture_errors(const Frame& frame, PassLight light, const LeftErro
         for (float& error : errors) error *= part;
     };
     leave(light.traced.error, left.lobes);
+    leave(light.traced.of_lamps_error, left.lobes);
     leave(light.direct.irradiance_error, left.direct);
     leave(light.direct.glossy_error, left.direct);
     leave(light.indirect_error.noise, left.records);
@@ -307,6 +308,10 @@ void add_round(TracedLight& light, const TracedLight& more, int rounds)
     for (std::size_t i = 0; i < light.radiance.size(); ++i) {
         light.radiance[i] = glm::mix(light.radiance[i], more.radiance[i], share);
         light.error[i] = std::hypot((1.0f - share) * light.error[i], share * more.error[i]);
+    }
+    for (std::size_t i = 0; i < light.of_lamps.size(); ++i) {
+        light.of_lamps[i] = glm::mix(light.of_lamps[i], more.of_lamps[i], share);
+        light.of_lamps_error[i] = std::hypot((1.0f - share) * light.of_lamps_error[i], share * more.of_lamps_error[i]);
     }
 }
 

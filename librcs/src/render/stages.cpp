@@ -157,6 +157,7 @@ TracedLight trace_round(Frame& f, int round)
     return timed(f, "glossy", [&] {
         LobeSettings settings = f.settings.lobes;
         settings.seed = stream_key(f.direct.seed, Stream::glossy, static_cast<std::uint64_t>(round));
+        settings.gathered = &f.gathered;
         return trace_lobes(f.rays, {f.rays, f.light_cache, f.settings.effects, &f.gathered}, f.gbuffer, f.view(),
                            f.shading, settings, f.session.pool(), f.stats().traced);
     });
