@@ -21,7 +21,9 @@ constexpr std::size_t kMostToldSo = 8;      // connections beyond the limit, eac
 constexpr std::int64_t kAcceptPause = 500;  // where file descriptors ran out [ms]
 constexpr std::int64_t kSilence = 1000;     // after which a place may be given to another [ms]
 constexpr std::int64_t kForStrangers = 2;  // of a turn: greetings of TLS cost time, and users of this machine wait [ms]
-constexpr int kGuestsAtATime = 64, kFromAfarAtATime = 8;
+// Who comes by each of the two ways, at once and for each millisecond after that. More wait at the door, so that a
+// crowd that comes and goes leaves processor time to those inside.
+constexpr int kAtOnce = 64, kForEachMs = 1;
 
 auto silent_of_kind(bool local)
 {
@@ -141,7 +143,8 @@ void Reception::wait()
     polled_.clear();
     polled_.push_back({order_.get(), POLLIN, 0});
     for (const bool local : {true, false}) {
-        const bool wanted = now >= accept_after_ms_ && has_room(local, now);
+        const bool wanted = now >= accept_after_ms_ && door_[local].count(now) > 0 && has_room(local, now);
+        if (door_[local].count(now) == 0) until = std::min(until, now + 1);
         polled_.push_back({listeners_.fd(local), static_cast<short>(wanted ? POLLIN : 0), 0});
     }
     for (const auto* connections : {&newcomers_, &leaving_}) {
@@ -218,6 +221,13 @@ void Reception::greet(Connection& newcomer, const v1::Request& request) const
     newcomer.send(response);
 }
 
+int Reception::Door::count(std::int64_t now)
+{
+    open_ = static_cast<int>(std::min<std::int64_t>(kAtOnce, open_ + kForEachMs * (now - since_ms_)));
+    since_ms_ = now;
+    return open_;
+}
+
 std::size_t Reception::silent(bool local) const
 {
     return static_cast<std::size_t>(std::count_if(newcomers_.begin(), newcomers_.end(), silent_of_kind(local)));
@@ -249,7 +259,7 @@ bool Reception::has_room(bool local, std::int64_t now) const
 void Reception::let_in_all(bool local)
 {
     const std::int64_t now = steady_ms();
-    for (int i = 0; i < (local ? kGuestsAtATime : kFromAfarAtATime) && has_room(local, now); ++i) {
+    for (int left = door_[local].count(now); left > 0 && has_room(local, now); --left) {
         Fd fd(::accept4(listeners_.fd(local), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
         if (!fd && (errno == EMFILE || errno == ENFILE || errno == ENOMEM || errno == ENOBUFS)) {
             accept_after_ms_ = now + kAcceptPause;  // it stays readable: without a pause this would go round and round
@@ -257,6 +267,7 @@ void Reception::let_in_all(bool local)
         }
         if (!fd) return;
         ++counters_.connections;
+        door_[local].take();
         if (silent(local) >= most_silent()) {
             newcomers_.erase(std::find_if(newcomers_.begin(), newcomers_.end(), silent_of_kind(local)));
         }

@@ -45,6 +45,16 @@ private:
         Fd fd;
     };
 
+    class Door {  ///< that lets in so many in a while
+    public:
+        int count(std::int64_t now);  ///< who may come now
+        void take() { --open_; }
+
+    private:
+        int open_ = 0;
+        std::int64_t since_ms_ = 0;
+    };
+
     void run(const std::stop_token& stop);
     void turn();
     void wait();
@@ -69,6 +79,7 @@ private:
     std::list<Connection> newcomers_, leaving_;
     std::size_t inside_[2] = {};  ///< handed over, from afar and local
     std::int64_t accept_after_ms_ = 0;
+    Door door_[2];  ///< for those from afar and local ones
 
     Bell arrival_, order_;
     std::mutex mutex_;  ///< of the three below, which both threads know

@@ -1,6 +1,7 @@
 // Who comes in, what is let through, and what a server needs to be told.
 
 #include <cstdlib>
+#include <deque>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -154,6 +155,17 @@ TEST_F(Door, WhoHasSaidHelloMaySayNothingMoreForAsLongAsHeLikes)
     EXPECT_EQ(busy.watch(busy.submit(small_job()).job()).state(), v1::JOB_STATE_COMPLETED);
     std::this_thread::sleep_for(std::chrono::milliseconds(1200));  // places of silent ones may be given away by now
     EXPECT_EQ(patient.watch(patient.submit(small_job()).job()).state(), v1::JOB_STATE_COMPLETED);
+}
+
+TEST_F(Door, ACrowdThatComesAtOnceIsLetInToTheLast)
+{
+    TestServer server(folder_.path());
+    constexpr std::size_t kCrowd = 200;
+    std::deque<Client> crowd;
+    while (crowd.size() < kCrowd) crowd.emplace_back(server.socket());
+    v1::Request health;
+    health.mutable_health();
+    for (Client& client : crowd) EXPECT_TRUE(client.call(health).has_health());
 }
 
 TEST_F(Door, ThatTheServerStopsIsToldToWhoHasNotSaidAWord)
