@@ -21,9 +21,9 @@ constexpr std::size_t kMostToldSo = 8;      // connections beyond the limit, eac
 constexpr std::int64_t kAcceptPause = 500;  // where file descriptors ran out [ms]
 constexpr std::int64_t kSilence = 1000;     // after which a place may be given to another [ms]
 constexpr std::int64_t kForStrangers = 2;  // of a turn: greetings of TLS cost time, and users of this machine wait [ms]
-// Who comes by each of the two ways, at once and for each millisecond after that. More wait at the door, so that a
-// crowd that comes and goes leaves processor time to those inside.
-constexpr int kAtOnce = 64, kForEachMs = 1;
+// Who comes by each of the two ways, at once, and how long after that from one to the next. More wait at the door, so
+// that a crowd that comes and goes leaves processor time to those inside.
+constexpr std::int64_t kAtOnce = 64, kGap = 2;  // the latter [ms]
 
 auto silent_of_kind(bool local)
 {
@@ -221,12 +221,14 @@ void Reception::greet(Connection& newcomer, const v1::Request& request) const
     newcomer.send(response);
 }
 
-int Reception::Door::count(std::int64_t now)
+std::int64_t Reception::Door::count(std::int64_t now)
 {
-    open_ = static_cast<int>(std::min<std::int64_t>(kAtOnce, open_ + kForEachMs * (now - since_ms_)));
+    credit_ms_ = std::min(kAtOnce * kGap, credit_ms_ + now - since_ms_);
     since_ms_ = now;
-    return open_;
+    return credit_ms_ / kGap;
 }
+
+void Reception::Door::take() { credit_ms_ -= kGap; }
 
 std::size_t Reception::silent(bool local) const
 {
@@ -259,7 +261,7 @@ bool Reception::has_room(bool local, std::int64_t now) const
 void Reception::let_in_all(bool local)
 {
     const std::int64_t now = steady_ms();
-    for (int left = door_[local].count(now); left > 0 && has_room(local, now); --left) {
+    for (std::int64_t left = door_[local].count(now); left > 0 && has_room(local, now); --left) {
         Fd fd(::accept4(listeners_.fd(local), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
         if (!fd && (errno == EMFILE || errno == ENFILE || errno == ENOMEM || errno == ENOBUFS)) {
             accept_after_ms_ = now + kAcceptPause;  // it stays readable: without a pause this would go round and round

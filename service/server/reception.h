@@ -47,12 +47,11 @@ private:
 
     class Door {  ///< that lets in so many in a while
     public:
-        int count(std::int64_t now);  ///< who may come now
-        void take() { --open_; }
+        std::int64_t count(std::int64_t now);  ///< who may come now
+        void take();
 
     private:
-        int open_ = 0;
-        std::int64_t since_ms_ = 0;
+        std::int64_t credit_ms_ = 0, since_ms_ = 0;
     };
 
     void run(const std::stop_token& stop);
