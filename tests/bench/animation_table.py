@@ -1,0 +1,152 @@
+#!/usr/bin/env python3
+"""Renders animations as batches, as independent frames and by single renders, and prints as Markdown what that costs,
+what the frames are off by and how calm they are.
+
+    tests/bench/animation_table.py build/release/bin/rcsplat ../shared/scenes -o /tmp/animations > table.md
+
+Cost is the processor time of the batch over that of one `rcsplat render` for each of its frames, processes with all
+that they do; --every N times every N-th of the latter alone and takes the rest for alike. Errors are those of indirect
+light against `rcsplat reference` at --spp paths of every third pixel of every third row, its noise included; beside
+them the frames' own estimates. Flicker is `rcsplat flicker` of the layer irradiance, points followed by the layer
+motion, in the median; only where no light changes. References are kept in the output folder.
+"""
+import argparse
+import json
+import pathlib
+import resource
+import shutil
+import statistics
+import subprocess
+import sys
+
+FPS = 24
+LAYERS = "indirect,irradiance,depth,motion"
+WALK = {"fps": FPS, "keys": [{"frame": 1, "eye": [-9, 3, -0.9], "target": [0, 2.6, 0], "fov": 60},
+                             {"frame": 48, "eye": [-7, 2.6, -0.5], "target": [1, 2.6, 0], "fov": 60}]}
+CASES = [
+    # name, scene, camera, what part of single renders' time is wanted at --aa 1 and 4
+    ("static scene, moving camera", "sponza.glb", ["--camera-path", "walk.json"], {1: 0.20, 4: 0.40}),
+    ("things, a lamp and the camera move", "demo:atrium", ["--camera", "walk"], {1: 0.30, 4: 0.50}),
+    ("all is skinned or moves", "cornell-animated.glb", [], {1: 1.05}),
+]
+
+
+def parse():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("rcsplat", type=pathlib.Path)
+    parser.add_argument("scenes", type=pathlib.Path, help="folder; scenes that are not there are left out")
+    parser.add_argument("-o", "--output", type=pathlib.Path, required=True)
+    parser.add_argument("--size", default="320x180")
+    parser.add_argument("--frames", type=int, default=48)
+    parser.add_argument("--spp", type=int, default=1504)
+    parser.add_argument("--every", type=int, default=1)
+    parser.add_argument("--aa", type=int, nargs="+", default=[1, 4])
+    parser.add_argument("--case", help="part of a case's name or scene: the others are left out")
+    return parser.parse_args()
+
+
+class Runner:
+    def __init__(self, arguments):
+        self.arguments = arguments
+
+    def run(self, *words):
+        """Returns what it printed, and its processor time [s]."""
+        def spent():
+            usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+            return usage.ru_utime + usage.ru_stime
+        before = spent()
+        done = subprocess.run([str(self.arguments.rcsplat), *map(str, words)], capture_output=True, text=True)
+        if done.returncode not in (0, 80):
+            sys.exit(f"{' '.join(map(str, words))} ended with {done.returncode}:\n{done.stderr}")
+        return done.stdout, spent() - before
+
+    def batch(self, scene, camera, aa, folder, *more):
+        shutil.rmtree(folder, ignore_errors=True)
+        _, seconds = self.run("batch", scene, *camera, "--frames", f"1-{self.arguments.frames}", "--fps", FPS, "--size",
+                              self.arguments.size, "--aa", aa, "--layers", LAYERS, "--motion-time", repr(-1 / FPS),
+                              "--no-movie", "-o", folder / "f.####.exr", *more)
+        return seconds
+
+    def single(self, scene, camera, aa, frame, folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        _, seconds = self.run("render", scene, *camera, "--time", repr(frame / FPS), "--size", self.arguments.size,
+                              "--aa", aa, "--layers", "indirect,irradiance,depth", "-o", folder / "single.exr")
+        return seconds
+
+    def singles(self, scene, camera, aa, folder):
+        some = range(1, self.arguments.frames + 1, self.arguments.every)
+        return statistics.mean(self.single(scene, camera, aa, n, folder) for n in some) * self.arguments.frames
+
+    def reference(self, scene, camera, frame, folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        file = folder / f"r.{self.arguments.size}.{self.arguments.spp}.{frame:04}.exr"
+        if not file.exists():
+            self.run("reference", scene, *camera, "--time", repr(frame / FPS), "--size", self.arguments.size, "--spp",
+                     self.arguments.spp, "--stride", 3, "-o", file)
+        return file
+
+    def errors(self, pictures, references):
+        """Means over frames: error, ratio of means less 1."""
+        found = [json.loads(self.run("compare", pictures / f"f.{n:04}.exr", r, "--layer", "indirect", "--json")[0])
+                 for n, r in references.items()]
+        return (statistics.mean(f["mean_relative_error"] for f in found),
+                statistics.mean(f["ratio_of_means"] for f in found) - 1)
+
+    def flicker(self, pictures):
+        files = sorted(pictures.glob("f.*.exr"))
+        return json.loads(self.run("flicker", *files, "--layer", "irradiance", "--json")[0])["median"]
+
+    def estimate(self, pictures, frames):
+        told = {f["frame"]: f["figures"]["indirect_error"]
+                for f in json.loads((pictures / "report.json").read_text())["frames"]}
+        return statistics.mean(told[n] for n in frames)
+
+
+def row(runner, file, name, scene, camera, aa, wanted, folder):
+    pictures, alone = folder / f"batch{aa}", folder / f"alone{aa}"
+    seconds = runner.batch(scene, camera, aa, pictures)
+    by_itself = runner.singles(scene, camera, aa, folder)
+    runner.batch(scene, camera, aa, alone, "--independent-frames")
+    judged = range(6, runner.arguments.frames + 1, 6)
+    references = {n: runner.reference(scene, camera, n, folder / "references") for n in judged} if aa == 1 else {}
+    cells = [f"{file}: {name}", f"`--aa {aa}`", f"{seconds:.0f} of {by_itself:.0f} s",
+             f"{100 * seconds / by_itself:.0f} % ({100 * wanted:.0f})"]
+    if references:
+        (mine, bias), (theirs, _) = runner.errors(pictures, references), runner.errors(alone, references)
+        cells += [f"{100 * mine:.1f} %", f"{100 * bias:+.1f} %", f"{100 * runner.estimate(pictures, judged):.1f} %",
+                  f"{100 * theirs:.1f} %"]
+    else:
+        cells += [""] * 4
+    if name.startswith("static"):
+        calm, restless = runner.flicker(pictures), runner.flicker(alone)
+        cells += [f"{100 * calm:.2f} %", f"{100 * restless:.2f} %", f"{calm / restless:.2f}"]
+    else:
+        cells += [""] * 3
+    return "| " + " | ".join(cells) + " |"
+
+
+def main():
+    arguments = parse()
+    arguments.output.mkdir(parents=True, exist_ok=True)
+    walk = arguments.output / "walk.json"
+    walk.write_text(json.dumps(WALK))
+    runner = Runner(arguments)
+    print("| | | processor time, batch of single renders | part (wanted) | MRE, every sixth frame | bias | estimated "
+          "| MRE of independent frames | flicker | of independent frames | ratio |")
+    print("|" + " --- |" * 11)
+    for number, (name, file, camera, wanted) in enumerate(CASES):
+        scene = file if file.startswith("demo:") else arguments.scenes / file
+        if arguments.case and arguments.case not in name + file:
+            continue
+        if not file.startswith("demo:") and not scene.exists():
+            print(f"{scene} is missing: left out", file=sys.stderr)
+            continue
+        camera = [str(walk) if word == "walk.json" else word for word in camera]
+        for aa in arguments.aa:
+            if aa in wanted:
+                print(row(runner, file, name, scene, camera, aa, wanted[aa],
+                          arguments.output / f"case{number}"), flush=True)
+
+
+if __name__ == "__main__":
+    main()
