@@ -45,6 +45,7 @@ void LobePaths::begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) cons
                                                          g_.geometric_normal[pixel];
         path.ray.direction = sample.incoming;
         path.first = &own[n];
+        if (ring.finds_lamps()) *(path.of_lamps = &ring.of_lamps(own[n])) = glm::vec3(0.0f);
         path.pixel = pixel;
         // The direct light knows what is reflected, and what comes through evenly.
         if (glm::dot(bsdf.normal, sample.incoming) < 0.0f && lobes_lit_behind(bsdf) == 0u)
@@ -60,8 +61,7 @@ void LobePaths::begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) cons
 /// Whether what shines there is a lamp whose light the direct light leaves to the visible point's own rays.
 bool LobePaths::is_of_gathered(const LobePath& path, int lane, const Workspace& w) const
 {
-    return path.met == 0 && path.density == 0.0f && settings_.gathered && settings_.gathered->along_lobes &&
-           settings_.gathered->has(w.packet.instance(lane));
+    return path.of_lamps && path.met == 0 && path.density == 0.0f && settings_.gathered->has(w.packet.instance(lane));
 }
 
 void LobePaths::add_emission(const LobePath& path, int lane, const HitSurface& hit, glm::vec3 throughput,
@@ -90,7 +90,7 @@ void LobePaths::shade(const LobePath& path, int lane, const HitSurface& hit, glm
     const float length = path.length + p.t_max[lane];
     const float cone_width = path.spread * length;
     if (is_of_gathered(path, lane, w))
-        path.first->of_lamps += throughput * light_.emission(w.packet, lane, hit, cone_width);
+        *path.of_lamps += throughput * light_.emission(w.packet, lane, hit, cone_width);
     else if (path.density > 0.0f)
         add_emission(path, lane, hit, throughput, cone_width, w);
     if (path.met == settings_.bounces) return;

@@ -20,13 +20,14 @@ namespace rcs {
 struct LobePath {
     Ray ray;
     std::size_t pixel = 0;
-    LobeRay* first = nullptr;    ///< the pixel's ray that it began with, and that its light is for
-    glm::vec3 throughput{1.0f};  ///< since then
-    float width = 0.0f;          ///< GGX width of the lobes so far, together
-    float spread = 0.0f;         ///< width of the cone of directions that the path stands for, per length
-    float length = 0.0f;         ///< up to this ray's origin [m]
-    int met = 0;                 ///< surfaces since the visible point
-    SurfacePoint from;           ///< where this ray starts, if met > 0
+    LobeRay* first = nullptr;       ///< the pixel's ray that it began with, and that its light is for
+    glm::vec3* of_lamps = nullptr;  ///< where that ray puts what gathered lamps send; null: the direct light has it
+    glm::vec3 throughput{1.0f};     ///< since then
+    float width = 0.0f;             ///< GGX width of the lobes so far, together
+    float spread = 0.0f;            ///< width of the cone of directions that the path stands for, per length
+    float length = 0.0f;            ///< up to this ray's origin [m]
+    int met = 0;                    ///< surfaces since the visible point
+    SurfacePoint from;              ///< where this ray starts, if met > 0
     float density = 0.0f;  ///< of its direction [1/sr]: shares what shines with the sampling of lamps at `from`; 0:
                            ///< what shines has been counted; +inf: it has not
     std::uint64_t key = 0;

@@ -16,10 +16,8 @@ struct LobeRay {
     float distance = 0.0f;   ///< [m]; +inf: nothing
     float density = 0.0f;    ///< [1/sr]; 0: no ray
     glm::vec3 radiance{0.0f};
-    glm::vec3 of_lamps{0.0f};  ///< beside it, that of gathered lamps
-    float unused = 0.0f;
 };
-static_assert(sizeof(LobeRay) == 48);
+static_assert(sizeof(LobeRay) == 32);
 
 /// The rays of the rows being worked on, in a ring: a band, and the rows around it that its pixels may share with.
 class RayRing {
@@ -28,15 +26,21 @@ public:
     static constexpr int kBand = 64;       // rows that are shared at a time
     static constexpr int kKeptRows = kBand + 2 * kMostReach;
 
-    RayRing(int width, int rays)
+    /// @param of_lamps  whether rays also find gathered lamps
+    RayRing(int width, int rays, bool of_lamps)
         : width_(static_cast<std::size_t>(width)),
           rays_(static_cast<std::size_t>(rays)),
-          ring_(width_ * kKeptRows * rays_)
+          ring_(width_ * kKeptRows * rays_),
+          of_lamps_(of_lamps ? ring_.size() : 0)
     {
     }
     std::size_t count() const { return rays_; }
     LobeRay* of(std::size_t pixel) { return ring_.data() + place(pixel); }
     const LobeRay* of(std::size_t pixel) const { return ring_.data() + place(pixel); }
+    bool finds_lamps() const { return !of_lamps_.empty(); }
+    /// Radiance of gathered lamps that a ray found beside its other; only where they are looked for.
+    glm::vec3& of_lamps(const LobeRay& ray) { return of_lamps_[static_cast<std::size_t>(&ray - ring_.data())]; }
+    glm::vec3 of_lamps(const LobeRay& ray) const { return of_lamps_[static_cast<std::size_t>(&ray - ring_.data())]; }
 
 private:
     std::size_t place(std::size_t pixel) const
@@ -45,6 +49,7 @@ private:
     }
     std::size_t width_, rays_;
     std::vector<LobeRay> ring_;
+    std::vector<glm::vec3> of_lamps_;
 };
 
 /// Of all random numbers of a pixel's lobe. @param pixel  its number in the whole picture

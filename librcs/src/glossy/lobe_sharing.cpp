@@ -108,7 +108,7 @@ LobeLights LobeSharing::share(std::size_t pixel, const RayRing& ring) const
             const glm::vec3 weight =
                 evaluate(bsdf, outgoing, incoming, traced) * (std::abs(glm::dot(bsdf.normal, incoming)) / density);
             light.add(weight, ray.radiance);
-            of_lamps.add(weight, ray.of_lamps);
+            if (ring.finds_lamps()) of_lamps.add(weight, ring.of_lamps(ray));
         }
     };
     add(pixel);

@@ -14,11 +14,11 @@ TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GB
     const auto is_traced = [&](std::size_t i) { return gbuffer.covered(i) && shading.is_traced(i); };
     const LobePaths paths(rays, light, gbuffer, view, shading, options);
     const LobeSharing sharing(gbuffer, view, shading, options.seed);
-    RayRing ring(gbuffer.width, options.rays_per_pixel);
+    const bool of_lamps = options.gathered && options.gathered->any() && options.gathered->along_lobes;
+    RayRing ring(gbuffer.width, options.rays_per_pixel, of_lamps);
     std::vector<LobePaths::Workspace> workspaces(static_cast<std::size_t>(pool.size()));
     TracedLight traced{
         std::vector<glm::vec3>(gbuffer.size(), glm::vec3(0.0f)), std::vector<float>(gbuffer.size(), 0.0f), {}, {}};
-    const bool of_lamps = options.gathered && options.gathered->any() && options.gathered->along_lobes;
     if (of_lamps) {
         traced.of_lamps.assign(gbuffer.size(), glm::vec3(0.0f));
         traced.of_lamps_error.assign(gbuffer.size(), 0.0f);
