@@ -1,5 +1,8 @@
 #include "server/listeners.h"
 
+#include <cerrno>
+#include <cstring>
+
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -27,7 +30,9 @@ std::string read_token(const std::string& path, bool make)
         write_all(file.get(), hex(random) + "\n", path);
     }
     struct stat status{};
-    if (::stat(path.c_str(), &status) != 0) fail_file("read", path);
+    if (::stat(path.c_str(), &status) != 0)
+        throw Error(errno == ENOENT ? ErrorCode::not_found : ErrorCode::io,
+                    "cannot read the token file " + path + ": " + std::strerror(errno));
     if ((status.st_mode & 0077) != 0) throw Error(ErrorCode::bad_file, "others can read the token file " + path);
     std::string token = read_part(path, 0, 4096);
     while (!token.empty() && (token.back() == '\n' || token.back() == '\r')) token.pop_back();

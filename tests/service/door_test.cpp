@@ -15,6 +15,7 @@
 
 #include <gtest/gtest.h>
 
+#include "process/exit_code.h"
 #include "support/rcsplat.h"
 #include "support/render_service.h"
 #include "support/server.h"
@@ -179,6 +180,21 @@ TEST_F(Door, ThatTheServerStopsIsToldToWhoHasNotSaidAWord)
     const ssize_t count = ::recv(silent.get(), farewell.data(), farewell.size(), 0);
     ASSERT_GT(count, 0);
     EXPECT_NE(farewell.find("the server has stopped"), std::string::npos);
+}
+
+TEST_F(Door, ATokenFileThatIsNotThereOrTooShortIsNamed)
+{
+    const auto serve = [&](const std::string& token_file) {
+        return rcsplat({"serve", "--socket", folder_ / "run/socket", "--state", folder_ / "state", "--listen",
+                        "127.0.0.1:0", "--token-file", token_file});
+    };
+    const Outcome missing = serve(folder_ / "nowhere");
+    EXPECT_EQ(missing.code, service::kNoInput);
+    EXPECT_NE(missing.err.find("cannot read the token file " + (folder_ / "nowhere")), std::string::npos)
+        << missing.err;
+    write_bytes(folder_ / "short", "abc");
+    fs::permissions(folder_ / "short", fs::perms::owner_read);
+    EXPECT_EQ(serve(folder_ / "short").code, service::kBadData);
 }
 
 TEST_F(Door, AServerRefusesToGuessWhereItsQueueIs)
