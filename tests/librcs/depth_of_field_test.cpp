@@ -163,9 +163,13 @@ TEST(DepthOfField, IsThatOfPathsThroughTheSameLens)
     };
     EXPECT_LT(error(blurred, truth), 1.25 * error(sharp, sharp_truth) + 0.005);
     EXPECT_GT(error(sharp, truth), 2.0 * error(blurred, truth)) << "the lens does show";
-    // Of the lamp, 64 points of the lens see 3 % too much, 256 of them 0.1 %.
-    for (const char* layer : {"direct", "indirect"})
-        EXPECT_NEAR(compare_images(blurred, truth, layer).ratio_of_means, 1.0, 0.01) << layer;
+    // Of the lamp, 64 points of the lens see 3 % too much, 256 of them 0.1 %. Records of so small a picture have a bias
+    // of their own.
+    const auto ratio = [](const LayeredImage& a, const LayeredImage& b, const char* layer) {
+        return compare_images(a, b, layer).ratio_of_means;
+    };
+    EXPECT_NEAR(ratio(blurred, truth, "direct"), 1.0, 0.01);
+    EXPECT_NEAR(ratio(blurred, truth, "indirect"), ratio(sharp, sharp_truth, "indirect"), 0.01);
 }
 
 TEST(DepthOfField, PassesThatAreTooFewAreSaid)

@@ -105,7 +105,8 @@ TEST_F(PlaceRecords, MakesEachRecordAtAVisiblePointAndCountsIt)
         ASSERT_TRUE(found);
         ASSERT_GT(r.spacing_radius, 0.0f);
         ASSERT_LE(r.spacing_radius, options.error_tolerance * options.max_reach * r.footprint * 1.0001f);
-        ASSERT_GE(r.spacing_radius, options.error_tolerance * options.min_reach * r.footprint * 0.9999f);
+        ASSERT_GE(r.spacing_radius,
+                  options.error_tolerance * options.steepest * options.min_reach * r.footprint * 0.9999f);
         ASSERT_GE(std::min({r.irradiance.r, r.irradiance.g, r.irradiance.b}), 0.0f);
     }
 }

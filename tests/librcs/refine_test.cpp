@@ -236,7 +236,7 @@ TEST(ExtraGathers, GivesRaysByTheNoiseOfTheNeighboursAndLeavesQuietOnesAlone)
     EXPECT_LT(changed, before.size() * 4 / 5) << "some are quiet";
     EXPECT_EQ(field.stats.hemisphere_rays, field.stats.refining_rays);
     // Rounding may carry a record over the step to one gather more.
-    EXPECT_NEAR(static_cast<double>(field.stats.refining_rays), expected_rays, 0.005 * expected_rays);
+    EXPECT_NEAR(static_cast<double>(field.stats.refining_rays), expected_rays, 0.01 * expected_rays);
     EXPECT_LT(rms_after, 0.6 * rms_before);
 }
 

@@ -62,6 +62,45 @@ TEST(LimitSpacing, IsTheBruteForceNeighbourClampingWithinThePixelRange)
     EXPECT_GT(clamped_by_neighbours, 200) << "the case that matters occurs";
 }
 
+/// Where light is steep records, and those around, lie closer than the least reach allows elsewhere: else those in a
+/// dark cranny would reach a pixel, and the light ones beside it into the cranny.
+TEST(LimitSpacing, IsTheBruteForceClampingWhereLightIsSteepToo)
+{
+    const RecordSettings options;
+    std::vector<Record> records = random_records(2000, 7);
+    std::mt19937 random(8);
+    std::uniform_real_distribution<float> unit(0.0f, 1.0f);
+    for (Record& r : records)
+        if (unit(random) < 0.2f) r.gradient_reach = options.min_reach * r.footprint * unit(random);
+    const std::vector<Record> result = limited(records, options);
+    const auto low = [&](const Record& r) { return static_cast<double>(options.min_reach * r.footprint); };
+    const auto steep = [&](const Record& r) {
+        return std::clamp(4.0 * static_cast<double>(r.gradient_reach), low(r) / 3.0, low(r));
+    };
+    int below = 0, by_neighbours = 0;
+    for (std::size_t i = 0; i < records.size(); ++i) {
+        const Record& r = records[i];
+        double near = static_cast<double>(r.harmonic_mean_distance), least = low(r);
+        for (const Record& other : records) {
+            const double distance = glm::distance(glm::dvec3(other.position), glm::dvec3(r.position));
+            const bool is_steep = steep(other) < low(other);
+            const auto mean = static_cast<double>(other.harmonic_mean_distance);
+            near = std::min(near, distance + (is_steep ? std::min(steep(other), mean) : mean));
+            if (is_steep) least = std::min(least, std::max(distance, steep(other)));
+        }
+        if (least < low(r)) near = std::min(near, least);
+        const double wanted = std::min(near, static_cast<double>(options.gradient_limit * r.gradient_reach));
+        const double reach =
+            std::clamp(wanted, std::max(least, low(r) / 3.0), static_cast<double>(options.max_reach * r.footprint));
+        const double expected = static_cast<double>(options.error_tolerance) * reach;
+        ASSERT_NEAR(static_cast<double>(result[i].spacing_radius), expected, 1e-5 * expected) << "record " << i;
+        below += reach < 0.99 * low(r) ? 1 : 0;
+        by_neighbours += reach < 0.99 * low(r) && steep(r) == low(r) ? 1 : 0;
+    }
+    EXPECT_GT(below, 100);
+    EXPECT_GT(by_neighbours, 10) << "the case that matters occurs";
+}
+
 TEST(LimitSpacing, IsAFixedPoint)
 {
     // No record's reach exceeds another's by more than the distance between them: clamping again changes nothing.
@@ -138,7 +177,8 @@ TEST(LimitSpacing, ShrinksWhereTheGradientIsSteep)
         records[0].irradiance = glm::vec3(1.0f);
         records[0].gradient_reach = 1.0f / steepness;
         const Record r = limited(records, options)[0];
-        const float expected = std::clamp(options.gradient_limit / steepness, options.min_reach * 0.01f, reach);
+        const float least = options.min_reach * 0.01f, steep = std::clamp(4.0f / steepness, least / 3.0f, least);
+        const float expected = std::clamp(options.gradient_limit / steepness, steep, reach);
         EXPECT_NEAR(r.spacing_radius, options.error_tolerance * expected, 1e-6f) << steepness;
         EXPECT_GE(r.gradient_scale, 0.0f);
         EXPECT_LE(r.gradient_scale, 1.0f);

@@ -77,6 +77,7 @@ struct RecordSettings {
     int refinement = 16;           ///< rays, so many times `rays` at the most, >= 1
     float min_reach = 15.0f;       ///< least R_k [px], in (0, max_reach]: a times it is the closest spacing
     float max_reach = 60.0f;       ///< largest R_k [px]: a times it is the widest spacing
+    float steepest = 1.0f / 3.0f;  ///< of min_reach, what the least R_k falls to where light is steep, in (0, 1]
     float gradient_limit = 3.0f;   ///< R_k is at most so many times E/|grad E|, > 0
     bool radiance = false;         ///< records also keep radiance by direction, for glossy surfaces
     int bounces = 1;         ///< in [0, 64]. 0: only the sky's own light arrives; 1: light reflected once as well;

@@ -121,7 +121,7 @@ constexpr OptionInfo kTable[] = {
      .unit = "px",
      .records = RecordUse::bound,
      .help = "Least harmonic mean distance of a record, at most --max-reach: --accuracy times it is the closest that "
-             "records lie"},
+             "records lie, a third of that where light is steep"},
     {.key = "max_reach",
      .name = "--max-reach",
      .field = &RenderOptions::max_reach,

@@ -91,6 +91,7 @@ void validate(const RecordSettings& o)
     require(o.rays >= 16 && o.rays <= 65536, "rays", o.rays, "a value in [16, 65536]");
     require(o.max_reach > 0.0f && std::isfinite(o.max_reach), "max_reach", o.max_reach, "a positive number of pixels");
     require(o.min_reach > 0.0f && o.min_reach <= o.max_reach, "min_reach", o.min_reach, "a value in (0, max_reach]");
+    require(o.steepest > 0.0f && o.steepest <= 1.0f, "steepest", o.steepest, "a value in (0, 1]");
     require(o.bounces >= 0 && o.bounces <= 64, "bounces", o.bounces, "a value in [0, 64]");
     require(o.noise_target > 0.0f, "noise_target", o.noise_target, "a positive value");
     require(o.gradient_limit > 0.0f, "gradient_limit", o.gradient_limit, "a positive value");

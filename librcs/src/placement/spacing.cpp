@@ -15,9 +15,13 @@ namespace rcs {
 class ClampTree {
 public:
     ClampTree() = default;
-    explicit ClampTree(std::span<const Record> records)
+    struct Point {
+        glm::vec3 position;
+        float distance;
+    };
+    /// @param beyond  how far past a point what clamped() gives may reach, in times the point's distance: 0 or 1
+    ClampTree(std::vector<Point> points, float beyond) : points_(std::move(points)), beyond_(beyond)
     {
-        for (const Record& r : records) points_.push_back({r.position, r.harmonic_mean_distance});
         if (!points_.empty()) build(0, points_.size());
     }
 
@@ -29,10 +33,6 @@ public:
     }
 
 private:
-    struct Point {
-        glm::vec3 position;
-        float distance;
-    };
     struct Node {
         glm::vec3 low, high;
         float least;
@@ -77,10 +77,10 @@ private:
     }
 
     /// Whether a node may hold something that lowers `best`.
-    static bool may_lower(const Node& node, glm::vec3 p, float best)
+    bool may_lower(const Node& node, glm::vec3 p, float best) const
     {
-        const float room = best - node.least;
-        return room > 0.0f && distance2_to(node, p) < room * room;
+        const float room = best - beyond_ * node.least;
+        return node.least < best && room > 0.0f && distance2_to(node, p) < room * room;
     }
 
     void search(std::uint32_t id, glm::vec3 p, float& best) const
@@ -89,9 +89,10 @@ private:
         if (!may_lower(node, p, best)) return;
         if (node.right == 0) {
             for (std::uint32_t k = node.begin; k < node.end; ++k) {
-                const float room = best - points_[k].distance;
+                const float own = points_[k].distance, room = best - beyond_ * own;
                 const glm::vec3 d = p - points_[k].position;
-                if (room > 0.0f && glm::dot(d, d) < room * room) best = points_[k].distance + glm::length(d);
+                if (own < best && room > 0.0f && glm::dot(d, d) < room * room)
+                    best = std::max(own, beyond_ * own + glm::length(d));
             }
             return;
         }
@@ -102,15 +103,39 @@ private:
 
     std::vector<Point> points_;
     std::vector<Node> nodes_;
+    float beyond_ = 1.0f;
 };
 
 namespace {
 
-/// All limits but the neighbours', which `near` already holds.
-void set_spacing(Record& r, float near, const RecordSettings& options)
+// Light is steep where it doubles within a quarter of the least reach: four times the way on which it does is the
+// least there.
+constexpr float kSteep = 4.0f;
+
+float least_reach(const Record& r, const RecordSettings& options)
 {
-    const float reach = std::clamp(std::min(near, options.gradient_limit * r.gradient_reach),
-                                   r.closeness * options.min_reach * r.footprint, options.max_reach * r.footprint);
+    return r.closeness * options.min_reach * r.footprint;
+}
+
+/// The same where light is steepest.
+float lowest_reach(const Record& r, const RecordSettings& options)
+{
+    return std::min(r.closeness, options.steepest) * options.min_reach * r.footprint;
+}
+
+/// What a record where light is steep reaches at the most; the least reach of any other.
+float steep_reach(const Record& r, const RecordSettings& options)
+{
+    return std::clamp(kSteep * r.gradient_reach, lowest_reach(r, options), least_reach(r, options));
+}
+
+/// All limits but the neighbours', which `near` and `steep` already hold.
+void set_spacing(Record& r, float near, float steep, const RecordSettings& options)
+{
+    const float least = std::max(steep, lowest_reach(r, options));
+    if (steep < least_reach(r, options)) near = std::min(near, steep);
+    const float reach =
+        std::clamp(std::min(near, options.gradient_limit * r.gradient_reach), least, options.max_reach * r.footprint);
     r.spacing_radius = options.error_tolerance * reach;
     r.gradient_scale = std::min(1.0f, std::min(near, r.gradient_reach) / reach);
 }
@@ -123,18 +148,29 @@ constexpr std::size_t kMostTrees = 5 * kTreesAtOnce;
 
 struct SpacingLimiter::Trees {
     std::vector<ClampTree> list;      // every record so far is in one of them
+    std::vector<ClampTree> steep;     // ... and here if light is steep there
     std::vector<std::size_t> newest;  // per tree: one past the last record in it
 
-    void add(std::span<const Record> records, std::size_t first, ThreadPool& pool)
+    void add(std::span<const Record> records, std::size_t first, const RecordSettings& options, ThreadPool& pool)
     {
         const std::size_t known = list.size();
         const std::size_t count = records.size() - first;
         list.resize(known + kTreesAtOnce);
+        steep.resize(list.size());
         newest.resize(list.size(), records.size());
         pool.parallel_for(kTreesAtOnce, 1, [&](std::size_t t, std::size_t, int) {
             const std::size_t begin = first + count * t / kTreesAtOnce;
             const std::size_t end = first + count * (t + 1) / kTreesAtOnce;
-            list[known + t] = ClampTree(records.subspan(begin, end - begin));
+            std::vector<ClampTree::Point> all, steep_ones;
+            for (const Record& r : records.subspan(begin, end - begin)) {
+                const float reach = steep_reach(r, options);
+                const bool is_steep = reach < least_reach(r, options);
+                all.push_back(
+                    {r.position, is_steep ? std::min(reach, r.harmonic_mean_distance) : r.harmonic_mean_distance});
+                if (is_steep) steep_ones.push_back({r.position, reach});
+            }
+            list[known + t] = ClampTree(std::move(all), 1.0f);
+            steep[known + t] = ClampTree(std::move(steep_ones), 0.0f);
         });
     }
 };
@@ -145,23 +181,28 @@ SpacingLimiter::~SpacingLimiter() = default;
 void SpacingLimiter::limit(std::vector<Record>& records, std::size_t first, ThreadPool& pool)
 {
     Trees& trees = *trees_;
-    if (records.size() > near_.size()) trees.add(records, near_.size(), pool);
-    for (std::size_t i = near_.size(); i < records.size(); ++i)
+    if (records.size() > near_.size()) trees.add(records, near_.size(), options_, pool);
+    for (std::size_t i = near_.size(); i < records.size(); ++i) {
         near_.push_back(std::min(records[i].harmonic_mean_distance, options_.max_reach * records[i].footprint));
+        steep_.push_back(least_reach(records[i], options_));
+    }
     seen_.resize(records.size(), 0);
     pool.parallel_for(records.size() - first, 256, [&](std::size_t begin, std::size_t end, int) {
         for (std::size_t i = first + begin; i < first + end; ++i) {
             // The minimum over all neighbours is the least of those over the records of each tree.
-            for (std::size_t t = 0; t < trees.list.size(); ++t)
-                if (trees.newest[t] > seen_[i]) near_[i] = trees.list[t].clamped(records[i].position, near_[i]);
+            for (std::size_t t = 0; t < trees.list.size(); ++t) {
+                if (trees.newest[t] <= seen_[i]) continue;
+                near_[i] = trees.list[t].clamped(records[i].position, near_[i]);
+                steep_[i] = trees.steep[t].clamped(records[i].position, steep_[i]);
+            }
             seen_[i] = static_cast<std::uint32_t>(records.size());
-            set_spacing(records[i], near_[i], options_);
+            set_spacing(records[i], near_[i], steep_[i], options_);
         }
     });
     if (first == 0 && trees.list.size() > kMostTrees) {
         // All are up to date: few trees answer faster than many, once there are many.
         trees = {};
-        trees.add(records, 0, pool);
+        trees.add(records, 0, options_, pool);
     }
 }
 

@@ -32,10 +32,10 @@ void record_in_a_crease(CaseRun& run)
     run.require(seen > 500, "the crease is hardly in view: " + std::to_string(seen) + " pixels");
     run.figure(static_cast<double>(result.records.size()) / seen, "records a pixel");
     for (const Record& r : result.records)
-        run.require(
-            r.spacing_radius >= 0.999f * settings_or_default(options).error_tolerance * options.min_reach * r.footprint,
-            "a record's radius of " + text_of(static_cast<double>(r.spacing_radius)) +
-                " m is below the least of pixels");
+        run.require(r.spacing_radius >= 0.999f * settings_or_default(options).error_tolerance *
+                                            RecordSettings{}.steepest * options.min_reach * r.footprint,
+                    "a record's radius of " + text_of(static_cast<double>(r.spacing_radius)) +
+                        " m is below the least of pixels");
 }
 
 void open_plane(CaseRun& run)

@@ -41,7 +41,7 @@ class RenderOptions(TypedDict, total=False):
     a whole number in [1, 512]."""
     min_reach: float
     """Least harmonic mean distance of a record, at most --max-reach: --accuracy times it is the closest that
-    records lie: a value in (0, 1000000000] [px]."""
+    records lie, a third of that where light is steep: a value in (0, 1000000000] [px]."""
     max_reach: float
     """Largest harmonic mean distance of a record: --accuracy times it is the widest that records lie apart: a
     value in (0, 1000000000] [px]."""
