@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "placement/refine.h"
-#include "placement/spacing.h"
 #include "rays/ray_scene_impl.h"
 #include "records/gather.h"
 #include "splat/tiles.h"
@@ -172,7 +171,6 @@ void renew_records(const Renewal& n, ThreadPool& pool, std::vector<Record>& reco
                    RecordStats& stats)
 {
     const Stale stale = part(n, records, aside);
-    limit_spacing(records, n.settings, pool);
     std::vector<std::uint32_t> seen(stale.records.size());
     for (std::size_t k = 0; k < seen.size(); ++k) seen[k] = records[stale.records[k]].watch.state;
     const RecordWatcher watcher(n.scene, n.settings);

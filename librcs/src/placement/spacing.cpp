@@ -28,7 +28,7 @@ public:
     /// @param most  more than this is not wanted
     float clamped(glm::vec3 position, float most) const
     {
-        if (!nodes_.empty()) search(0, position, most);
+        if (!nodes_.empty() && may_lower(nodes_[0], distance2_to(nodes_[0], position), most)) search(0, position, most);
         return most;
     }
 
@@ -76,17 +76,16 @@ private:
         return glm::dot(d, d);
     }
 
-    /// Whether a node may hold something that lowers `best`.
-    bool may_lower(const Node& node, glm::vec3 p, float best) const
+    /// Whether a node, whose box lies so far away, may hold something that lowers `best`.
+    bool may_lower(const Node& node, float distance2, float best) const
     {
         const float room = best - beyond_ * node.least;
-        return node.least < best && room > 0.0f && distance2_to(node, p) < room * room;
+        return node.least < best && room > 0.0f && distance2 < room * room;
     }
 
     void search(std::uint32_t id, glm::vec3 p, float& best) const
     {
         const Node& node = nodes_[id];
-        if (!may_lower(node, p, best)) return;
         if (node.right == 0) {
             for (std::uint32_t k = node.begin; k < node.end; ++k) {
                 const float own = points_[k].distance, room = best - beyond_ * own;
@@ -96,9 +95,11 @@ private:
             }
             return;
         }
-        const bool right_first = distance2_to(nodes_[node.right], p) < distance2_to(nodes_[id + 1], p);
-        search(right_first ? node.right : id + 1, p, best);
-        search(right_first ? id + 1 : node.right, p, best);
+        std::uint32_t near = id + 1, far = node.right;
+        float to_near = distance2_to(nodes_[near], p), to_far = distance2_to(nodes_[far], p);
+        if (to_far < to_near) std::swap(near, far), std::swap(to_near, to_far);
+        if (may_lower(nodes_[near], to_near, best)) search(near, p, best);
+        if (may_lower(nodes_[far], to_far, best)) search(far, p, best);
     }
 
     std::vector<Point> points_;
@@ -129,6 +130,13 @@ float steep_reach(const Record& r, const RecordSettings& options)
     return std::clamp(kSteep * r.gradient_reach, lowest_reach(r, options), least_reach(r, options));
 }
 
+/// What neighbours may lower: more than this changes nothing of what set_spacing() sets.
+float most_reach(const Record& r, const RecordSettings& options)
+{
+    return std::min({r.harmonic_mean_distance, options.max_reach * r.footprint,
+                     std::max(1.0f, options.gradient_limit) * r.gradient_reach});
+}
+
 /// All limits but the neighbours', which `near` and `steep` already hold.
 void set_spacing(Record& r, float near, float steep, const RecordSettings& options)
 {
@@ -145,6 +153,7 @@ void set_spacing(Record& r, float near, float steep, const RecordSettings& optio
 // Records come in the order of pixels, so a quarter of them lies together; quarters are built side by side.
 constexpr std::size_t kTreesAtOnce = 4;
 constexpr std::size_t kMostTrees = 5 * kTreesAtOnce;
+constexpr float kBarelyMore = 1.00001f;
 
 struct SpacingLimiter::Trees {
     std::vector<ClampTree> list;      // every record so far is in one of them
@@ -183,12 +192,17 @@ void SpacingLimiter::limit(std::vector<Record>& records, std::size_t first, Thre
     Trees& trees = *trees_;
     if (records.size() > near_.size()) trees.add(records, near_.size(), options_, pool);
     for (std::size_t i = near_.size(); i < records.size(); ++i) {
-        near_.push_back(std::min(records[i].harmonic_mean_distance, options_.max_reach * records[i].footprint));
+        near_.push_back(most_reach(records[i], options_));
         steep_.push_back(least_reach(records[i], options_));
     }
     seen_.resize(records.size(), 0);
     pool.parallel_for(records.size() - first, 256, [&](std::size_t begin, std::size_t end, int) {
         for (std::size_t i = first + begin; i < first + end; ++i) {
+            // It falls with the distance no faster than that grows, so the record before says how high it is at most;
+            // a little more, for rounding, so that the search finds the value itself.
+            if (i > first + begin && near_[i - 1] < most_reach(records[i - 1], options_))
+                near_[i] = std::min(near_[i], kBarelyMore * (near_[i - 1] + glm::distance(records[i].position,
+                                                                                          records[i - 1].position)));
             // The minimum over all neighbours is the least of those over the records of each tree.
             for (std::size_t t = 0; t < trees.list.size(); ++t) {
                 if (trees.newest[t] <= seen_[i]) continue;
