@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include <CLI/CLI.hpp>
 
 #include "cli/arguments.h"
@@ -18,7 +20,8 @@ struct Shutter {
 };
 
 /// --shutter. The option --fps is left to the command.
-void add_shutter(CLI::App& command, Shutter& shutter);
+/// @param help  empty: as render takes moments
+void add_shutter(CLI::App& command, Shutter& shutter, const std::string& help = {});
 
 /// What is seen while the shutter is open.
 /// @param scene, camera, session  the latter shows the scene at any time; all three must outlive what is returned

@@ -59,6 +59,31 @@ TEST(ShutterOption, BlursFramesOfABatchAsOneOfRender)
         << "frame 10 sees the cut in its last moments";
 }
 
+TEST(ShutterOption, BlursAReferenceAsPicturesOfManyMoments)
+{
+    const TemporaryFolder folder;
+    const auto picture = [&](const std::string& name, std::vector<std::string> words,
+                             const std::vector<std::string>& more) {
+        for (const char* word : {"demo:atrium", "--camera", "walk", "--size", "32x18", "--time", "1", "-q", "-o"})
+            words.emplace_back(word);
+        words.push_back(folder / name);
+        words.insert(words.end(), more.begin(), more.end());
+        const Outcome outcome = rcsplat(words);
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+    };
+    const std::vector<std::string> open{"--shutter", "0.9", "--fps", "4"};
+    picture("truth.exr", {"reference", "--spp", "1024", "--aa", "64"}, open);
+    picture("blurred.exr", {"render", "--aa", "64"}, open);
+    picture("still.exr", {"reference", "--spp", "1024", "--aa", "64"}, {});
+    const auto error = [&](const char* name) {
+        const Outcome outcome =
+            rcsplat({"compare", folder / name, folder / "truth.exr", "--layer", "direct", "--json"});
+        return json::parse(outcome.out).at("mean_relative_error").get<double>();
+    };
+    EXPECT_LT(error("blurred.exr"), 0.1);
+    EXPECT_GT(error("still.exr"), 3.0 * error("blurred.exr")) << "the blur does show";
+}
+
 TEST(ShutterOption, RefusesWhatCannotBe)
 {
     const TemporaryFolder folder;
