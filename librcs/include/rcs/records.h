@@ -18,6 +18,13 @@
 
 namespace rcs {
 
+/// What a ray of a watched record goes along.
+struct WatchedWay {
+    glm::vec3 direction{0.0f};  ///< unit
+    float length = -1.0f;       ///< [m]; +inf: it hits nothing; < 0: it is not shot
+    std::uint32_t ray = 0;      ///< number of the ray, or of that which hit what this shadow ray begins at
+};
+
 /// Where a record's rays start, and what a few of them brought when its light was last looked at: whether it still
 /// holds once the scene has changed. Scene space.
 struct RecordWatch {
@@ -29,7 +36,7 @@ struct RecordWatch {
     std::uint32_t touched = 0;         ///< ... when it or a record around last saw a change
     std::uint32_t view = 0;            ///< of the session, the last one that it was in
     std::vector<glm::vec3> seen;       ///< radiance by ray [W m^-2 sr^-1]; empty: it is not watched
-    std::vector<std::uint64_t> ways;   ///< bit set: cells of a grid over the scene that those rays go through
+    std::vector<WatchedWay> ways;      ///< of those rays by number, then of the shadow rays from what they hit
 };
 
 /// One irradiance record: what the hemisphere over p_k, n_k sends, how that changes nearby, and how

@@ -15,6 +15,7 @@ namespace {
 
 constexpr int kWidth = RayPacket::kWidth;
 constexpr float kInversePi = std::numbers::inv_pi_v<float>;
+constexpr int kMostWanted = 64;  // bits
 
 /// Of one cell's ray where it ends [m].
 float cone_width(std::uint32_t cell, const GatherWorkspace& w)
@@ -59,6 +60,25 @@ PacketCells fill_packet(const Basis& frame, const Birth& birth, GatherWorkspace&
     PacketCells cells{c, std::min(kWidth, count - first)};
     for (int i = 0; i < cells.count; ++i) cells.active |= static_cast<std::uint32_t>(above[i] > 0.0f) << i;
     return cells;
+}
+
+void keep_ways(const PacketCells& cells, GatherWorkspace& w)
+{
+    const RayPacket& rays = w.packets[cells.first / kWidth].ray;
+    for (int i = 0; i < cells.count; ++i) {
+        const std::size_t c = cells.first + static_cast<std::size_t>(i);
+        w.ways.resize(std::max(w.ways.size(), c + 1));
+        w.ways[c] = {ray_direction(rays, i), cells.is_active(i) ? rays.t_max[i] : -1.0f, static_cast<std::uint32_t>(c)};
+    }
+}
+
+void keep_shadow_ways(GatherWorkspace& w)
+{
+    w.shadow_ways.clear();
+    std::size_t i = 0;
+    w.shadow.each_ray([&](glm::vec3, glm::vec3 direction, float length) {
+        w.shadow_ways.push_back({direction, length, w.lights[i++].cell});
+    });
 }
 
 /// What the rays themselves tell of their cells: distance, plane of the face, sky where nothing was hit.
@@ -274,54 +294,17 @@ void Gatherer::trace(const Birth& birth, const HemisphereGrid& grid, const Basis
     w.lamp_hits.clear();
     const std::uint64_t light_key = mix64(birth.key + 1);
     for (int first = 0; first < grid.cells; first += kWidth) {
-        const PacketCells cells = fill_packet(frame, birth, w, first, grid.cells);
+        PacketCells cells = fill_packet(frame, birth, w, first, grid.cells);
+        if (first < kMostWanted) cells.active &= static_cast<std::uint32_t>(w.wanted >> first);
         const std::size_t packet = static_cast<std::size_t>(first / kWidth);
         intersect(rays_, cells.active, w.packets[packet], w.weights[packet]);
         w.hemisphere_rays += static_cast<std::uint64_t>(std::popcount(cells.active));
-        if (w.ways) w.ways->add_packet(cells.active, w.packets[packet].ray);
+        if (w.keeps_ways) keep_ways(cells, w);
         shade(frame, cells, light_key, w);
     }
-    if (w.ways) w.shadow.each_ray([&](glm::vec3 o, glm::vec3 d, float length) { w.ways->add_segment(o, d, length); });
+    if (w.keeps_ways) keep_shadow_ways(w);
     shoot_shadow_rays(w);
     if (rays_.has_transparency()) tint(grid.cells, w);
-}
-
-/// Cells have equal weights under the cosine: pi over their number.
-std::vector<float> Gatherer::radiance(int cells, GatherWorkspace& w) const
-{
-    w.radiance.clear();
-    for (int first = 0; first < cells; first += kWidth) {
-        // Lanes past the last cell, and rays below the surface, bring nothing.
-        float colors[3][kWidth] = {};
-        bool any = false;
-        for (int i = 0; i < std::min(kWidth, cells - first); ++i) {
-            const std::size_t c = static_cast<std::size_t>(first + i);
-            colors[0][i] = w.samples.red[c];
-            colors[1][i] = w.samples.green[c];
-            colors[2][i] = w.samples.blue[c];
-            any = any || colors[0][i] != 0.0f || colors[1][i] != 0.0f || colors[2][i] != 0.0f;
-        }
-        if (any)
-            w.radiance.add(w.packets[static_cast<std::size_t>(first / kWidth)].ray, colors[0], colors[1], colors[2]);
-    }
-    const float weight = std::numbers::pi_v<float> / static_cast<float>(cells);
-    add_looks(1.0f / weight, w);
-    return w.radiance.coefficients(weight);
-}
-
-std::vector<float> Gatherer::radiance_of_lamps(int cells, GatherWorkspace& w) const
-{
-    const float weight = std::numbers::pi_v<float> / static_cast<float>(cells);
-    w.radiance.clear();
-    for (std::size_t k = 0; k < w.lamp_hits.size();) {
-        const std::size_t packet = w.lamp_hits[k].cell / kWidth;
-        float colors[3][kWidth] = {};
-        for (; k < w.lamp_hits.size() && w.lamp_hits[k].cell / kWidth == packet; ++k)
-            for (int color = 0; color < 3; ++color)
-                colors[color][w.lamp_hits[k].cell % kWidth] = w.lamp_hits[k].radiance[color];
-        w.radiance.add(w.packets[packet].ray, colors[0], colors[1], colors[2]);
-    }
-    return w.radiance.coefficients(weight);
 }
 
 /// Beside the light of all other surfaces, which the integrals have, that of gathered lamps.
@@ -378,6 +361,7 @@ Record Gatherer::difference(const Birth& birth, const HemisphereGrid& grid, std:
     trace(birth, grid, frame, w);
     HemisphereSamples& s = w.samples;
     for (std::size_t c = 0; c < seen.size(); ++c) {
+        if ((w.wanted >> c & 1u) == 0u) continue;  // nothing
         const glm::vec3 now(s.red[c], s.green[c], s.blue[c]), change = now - seen[c];
         seen[c] = now;
         s.red[c] = change.r, s.green[c] = change.g, s.blue[c] = change.b;

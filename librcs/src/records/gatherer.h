@@ -16,7 +16,6 @@
 #include "rays/shadow_batch.h"
 #include "rcs/records.h"
 #include "records/hemisphere.h"
-#include "records/ways.h"
 #include "util/basis.h"
 
 namespace rcs {
@@ -82,7 +81,9 @@ struct GatherWorkspace {
     /// Of the last record: standard errors of what rays and what looks brought, and of the lit points that all records
     /// share, on luminance [W m^-2].
     float error_of_rays = 0.0f, error_of_looks = 0.0f, error_of_points = 0.0f;
-    std::optional<Ways> ways;  ///< of all rays traced, if that is wanted: set it to empty ones
+    bool keeps_ways = false;
+    std::vector<WatchedWay> ways, shadow_ways;  ///< of the rays traced, by cell, and of shadow rays, if they are kept
+    std::uint64_t wanted = ~std::uint64_t{0};   ///< bit by cell: others of the first 64 are not traced
     std::uint64_t hemisphere_rays = 0;
     std::uint64_t shadow_rays = 0;
     std::uint64_t looks_shot = 0;  ///< at lit points

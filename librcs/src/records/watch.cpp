@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "records/gatherer.h"
+#include "records/reach.h"
 #include "util/color.h"
 
 namespace rcs {
@@ -14,32 +15,21 @@ constexpr int kLookRays = 32;
 // Streams of their own, whatever the seed of the view: looks of different views are compared.
 constexpr std::uint64_t kSeed = 0x77617463;
 
-/// What has changed between the scenes that records know and the one now.
-class Reach {
-public:
-    /// @param cached  surfaces have light of further bounces
-    Reach(const SceneStates& states, bool cached) : now_(states.now)
-    {
-        Ways ways(states.box);
-        for (auto change = states.changes.rbegin(); change != states.changes.rend() && !cached; ++change) {
-            if (change->everywhere || change->state != now_ - since_.size()) return;
-            for (const Bounds& box : change->where) ways.add_box(box);
-            since_.push_back(ways);
-        }
-    }
+constexpr std::uint64_t kAllRays = ~std::uint64_t{0};
 
-    /// Whether what a record's rays would bring can be another than it was.
-    bool includes(const RecordWatch& watch) const
-    {
-        if (watch.state == now_) return false;
-        const std::size_t scenes = now_ - watch.state;
-        return watch.ways.empty() || scenes > since_.size() || since_[scenes - 1].meet(watch.ways);
-    }
-
-private:
-    std::uint32_t now_;
-    std::vector<Ways> since_;  // one scene before, two, ...
-};
+/// Those of the rays that were shot take the place of what they were; shadow rays of all others stay.
+void take_ways(const GatherWorkspace& w, RecordWatch& watch)
+{
+    const std::size_t count = watch.seen.size();
+    const auto is_shot = [&](std::uint32_t ray) { return (w.wanted >> ray & 1u) != 0u; };
+    watch.ways.resize(std::max(watch.ways.size(), count));
+    for (std::size_t c = 0; c < count; ++c)
+        if (is_shot(static_cast<std::uint32_t>(c))) watch.ways[c] = w.ways[c];
+    const auto shadows = watch.ways.begin() + static_cast<std::ptrdiff_t>(count);
+    watch.ways.erase(std::remove_if(shadows, watch.ways.end(), [&](const WatchedWay& s) { return is_shot(s.ray); }),
+                     watch.ways.end());
+    watch.ways.insert(watch.ways.end(), w.shadow_ways.begin(), w.shadow_ways.end());
+}
 
 }  // namespace
 
@@ -54,21 +44,22 @@ struct RecordWatcher::Impl {
     {
     }
 
-    /// Looks at each of the records. @param keep  (number in `which`, difference)
+    /// Looks at each of the records. @param rays  which of its rays are shot, bit by number; nothing has changed for
+    /// the others   @param keep  (number in `which`, difference)
     template <typename Keep>
-    void look(std::span<Record> records, std::span<const std::uint32_t> which, const SceneStates& states,
-              ThreadPool& pool, RecordStats& stats, const Keep& keep) const
+    void look(std::span<Record> records, std::span<const std::uint32_t> which, std::span<const std::uint64_t> rays,
+              const SceneStates& states, ThreadPool& pool, RecordStats& stats, const Keep& keep) const
     {
         std::vector<GatherWorkspace> workspaces(static_cast<std::size_t>(pool.size()), GatherWorkspace(grid.cells));
-        for (GatherWorkspace& w : workspaces) w.ways.emplace(states.box);
+        for (GatherWorkspace& w : workspaces) w.keeps_ways = true;
         pool.parallel_for(which.size(), 16, [&](std::size_t begin, std::size_t end, int thread) {
             for (std::size_t i = begin; i < end; ++i) {
                 Record& r = records[which[i]];
                 GatherWorkspace& w = workspaces[static_cast<std::size_t>(thread)];
                 r.watch.seen.resize(static_cast<std::size_t>(grid.cells), glm::vec3(0.0f));
-                w.ways->clear();
+                w.wanted = rays[i];
                 keep(i, gatherer.difference(birth_of(r, kSeed), grid, r.watch.seen, w));
-                r.watch.ways.assign(w.ways->bits().begin(), w.ways->bits().end());
+                take_ways(w, r.watch);
                 r.watch.state = states.now;
             }
         });
@@ -92,7 +83,8 @@ void RecordWatcher::begin(std::span<Record> records, const SceneStates& states, 
         watch.gathered = states.now;
         fresh.push_back(static_cast<std::uint32_t>(i));
     }
-    impl_->look(records, fresh, states, pool, stats, [](std::size_t, const Record&) {});
+    impl_->look(records, fresh, std::vector<std::uint64_t>(fresh.size(), kAllRays), states, pool, stats,
+                [](std::size_t, const Record&) {});
 }
 
 std::vector<Record> RecordWatcher::look(std::span<Record> records, std::span<const std::uint32_t> which,
@@ -101,15 +93,17 @@ std::vector<Record> RecordWatcher::look(std::span<Record> records, std::span<con
     std::vector<Record> changes(which.size());
     const Reach reach(states, impl_->cached);
     std::vector<std::uint32_t> reached, number;
+    std::vector<std::uint64_t> rays;
     for (std::size_t i = 0; i < which.size(); ++i) {
         RecordWatch& watch = records[which[i]].watch;
-        if (reach.includes(watch)) {
+        if (const std::uint64_t its_rays = reach.rays(watch); its_rays != 0) {
+            rays.push_back(its_rays);
             reached.push_back(which[i]);
             number.push_back(static_cast<std::uint32_t>(i));
         }
         watch.state = states.now;
     }
-    impl_->look(records, reached, states, pool, stats,
+    impl_->look(records, reached, rays, states, pool, stats,
                 [&](std::size_t i, Record&& change) { changes[number[i]] = std::move(change); });
     stats.looked_again += reached.size();
     return changes;
