@@ -51,7 +51,7 @@ View view_of(const RenderOptions& asked, Camera camera)
     return view;
 }
 
-// Moments of an open shutter, each with as many paths as the others: between two of these next to nothing moves.
+// Moments of an open shutter, each with as many paths as the others: as many as render shows with --aa 64.
 constexpr int kMoments = 64;
 // render_reference() rounds up to so many.
 constexpr int kPathsAtOnce = 16;

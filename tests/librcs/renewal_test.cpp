@@ -153,6 +153,7 @@ TEST(RecordWatcher, SparesRecordsThatAChangeCannotReachAndTellsTheSame)
     const std::vector<Record> each = watcher.look(copy, all, {.now = states.now}, walk.pool, none_spared);
     EXPECT_EQ(none_spared.looked_again, all.size());
     EXPECT_LT(spared.looked_again, all.size() * 9 / 10);
+    EXPECT_LT(spared.hemisphere_rays, none_spared.hemisphere_rays / 2) << "also most rays of those looked at";
     std::size_t changed = 0;
     for (std::size_t i = 0; i < all.size(); ++i) {
         ASSERT_EQ(some[i].irradiance, each[i].irradiance) << i;
@@ -163,6 +164,18 @@ TEST(RecordWatcher, SparesRecordsThatAChangeCannotReachAndTellsTheSame)
     }
     EXPECT_GT(changed, 0u);
     EXPECT_LT(changed, spared.looked_again);
+
+    // What is known of the rays that were spared goes on to hold.
+    walk.session.show(with_pebble_at(0.25));
+    const RecordWatcher later({walk.session.rays()}, settings());
+    const SceneStates then_states = walk.session.state().states();
+    const std::vector<Record> some_then = later.look(records, all, then_states, walk.pool, spared);
+    const std::vector<Record> each_then = later.look(copy, all, {.now = then_states.now}, walk.pool, none_spared);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        ASSERT_EQ(some_then[i].irradiance, each_then[i].irradiance) << i;
+        ASSERT_EQ(records[i].watch.seen, copy[i].watch.seen) << i;
+        records[i].watch.state = states.now;
+    }
 
     // Without knowing what happened meanwhile, and where light may be another, all are looked at.
     const auto looked_at = [&](std::span<const SceneChange> changes, std::uint32_t now) {

@@ -29,14 +29,14 @@ bool meets(const Bounds& box, glm::dvec3 origin, glm::dvec3 direction, double le
 
 }  // namespace
 
-Reach::Reach(const SceneStates& states, bool cached) : now_(states.now), rim_(0.0)
+Reach::Reach(const SceneStates& states, bool cached) : now_(states.now)
 {
     const glm::dvec3 size = states.box.max - states.box.min;
-    if (states.box.min.x <= states.box.max.x) rim_ = glm::dvec3(kRim * std::max({size.x, size.y, size.z}));
+    const double rim = kRim * std::max({0.0, size.x, size.y, size.z});  // an empty box has a negative size
     for (auto change = states.changes.rbegin(); change != states.changes.rend() && !cached; ++change) {
         if (change->everywhere || change->state != now_ - (where_since_.size() - 1)) return;
         for (const Bounds& box : change->where)
-            if (box.min.x <= box.max.x) where_.push_back({box.min - rim_, box.max + rim_});
+            if (box.min.x <= box.max.x) where_.push_back({box.min - rim, box.max + rim});
         where_since_.push_back(where_.size());
     }
 }

@@ -19,8 +19,7 @@ public:
 
 private:
     std::uint32_t now_;
-    glm::dvec3 rim_;                            // boxes are so much larger than they are [m]
-    std::vector<Bounds> where_;                 // of the last scenes, the newest first
+    std::vector<Bounds> where_;                 // of the last scenes, the newest first, a little larger
     std::vector<std::size_t> where_since_{0u};  // of them, those since 0, 1, 2, ... scenes ago
 };
 

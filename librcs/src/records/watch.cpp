@@ -11,7 +11,7 @@ namespace rcs {
 namespace {
 
 // Of a look. Twice as many would cost twice as much, and leave 0.7 of the noise of what has changed.
-constexpr int kLookRays = 32;
+constexpr int kLookRays = 32;  // a word numbers them: 64 at the most
 // Streams of their own, whatever the seed of the view: looks of different views are compared.
 constexpr std::uint64_t kSeed = 0x77617463;
 
