@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """The service in its container (docker/Dockerfile): nobody in particular, nothing to write to but its volumes, healthy,
-and a picture through its socket that is the host's, byte for byte. Skipped where no engine or no image is.
+and a picture through its socket that is the host's, byte for byte. Skipped where no engine or no image of this tree is.
 
     container_test.py RCSPLAT [IMAGE]    # after: docker build -t librcs/rcsplat -f docker/Dockerfile .
 """
@@ -15,6 +15,8 @@ import time
 
 SKIPPED = 77
 SECONDS = 300  # for what a busy machine may take
+TREE = pathlib.Path(__file__).resolve().parents[2]
+BUILD = "docker build -t %s -f docker/Dockerfile ."
 USER = os.getuid() or 7741  # root tries what others are
 RENDER = ["demo:cornell", "--size", "48x48", "--aa", "1"]
 
@@ -41,6 +43,25 @@ def skip_where_nothing_runs(engine, image):
     tried = subprocess.run([engine, "run", "--rm", image, "--version"], capture_output=True, text=True, timeout=SECONDS)
     if tried.returncode in (125, 126):  # the engine's own failures
         skip("%s runs nothing here: %s" % (engine, tried.stderr.strip()[-300:]))
+
+
+def sources_of(engine, image):
+    """What docker/sources said where the image was made; nothing of an image that does not say."""
+    name = "rcsplat-sources-%d" % os.getpid()
+    run(engine, "create", "--name", name, image)
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            copied = pathlib.Path(folder) / "sources"
+            done = subprocess.run([engine, "cp", name + ":/usr/share/rcsplat/sources", copied], capture_output=True)
+            return copied.read_text().strip() if done.returncode == 0 else ""
+    finally:
+        subprocess.run([engine, "rm", "-f", name], capture_output=True)
+
+
+def skip_where_it_is_another_trees(engine, image):
+    """An image that was left behind by earlier sources renders as those did."""
+    if sources_of(engine, image) != run(TREE / "docker/sources").strip():
+        skip("the image %s was made from other sources: %s" % (image, BUILD % image))
 
 
 def wait_until_healthy(engine, name):
@@ -91,8 +112,9 @@ def main():
     having = [engine for engine in engines
               if subprocess.run([engine, "image", "inspect", image], capture_output=True).returncode == 0]
     if not having:
-        skip("there is no image %s: docker build -t %s -f docker/Dockerfile ." % (image, image))
+        skip("there is no image %s: %s" % (image, BUILD % image))
     skip_where_nothing_runs(having[0], image)
+    skip_where_it_is_another_trees(having[0], image)
     folder = pathlib.Path(tempfile.mkdtemp())
     os.chmod(folder, 0o755)
     try:
