@@ -62,7 +62,7 @@ void add_render(Json& json, const RunReport& report)
     json["rays"] = {{"hemisphere", stats.records.hemisphere_rays},    {"refining", stats.records.refining_rays},
                     {"hemisphere_shadow", stats.records.shadow_rays}, {"look", stats.records.looks},
                     {"direct_shadow", stats.direct_shadow_rays},      {"lobe", stats.traced.rays},
-                    {"lobe_shadow", stats.traced.shadow_rays}};
+                    {"lobe_shadow", stats.traced.shadow_rays},        {"lobe_look", stats.traced.looks}};
     json["record_rays_per_second"] = per(static_cast<double>(record_rays(stats.records)), record_seconds);
     if (stats.light_cache.cells > 0) {
         json["light_cache"] = {{"cells", stats.light_cache.cells}, {"links", stats.light_cache.links},
@@ -134,8 +134,10 @@ void append_render(std::string& text, const RunReport& report)
                short_count(stats.light_cache.rays).c_str(), short_count(stats.light_cache.shadow_rays).c_str());
     }
     if (stats.traced.rays > 0) {
-        append(text, "glossy   %s rays along narrow lobes, their shadows %s\n", short_count(stats.traced.rays).c_str(),
+        append(text, "glossy   %s rays along narrow lobes, their shadows %s", short_count(stats.traced.rays).c_str(),
                short_count(stats.traced.shadow_rays).c_str());
+        if (stats.traced.looks > 0) append(text, ", %s looks", short_count(stats.traced.looks).c_str());
+        append(text, "\n");
     }
     append(text, "splats   %s as %s, %s pixels each\n", short_count(stats.splats.splats).c_str(),
            stats.splat_method.c_str(), short_count(pixels).c_str());

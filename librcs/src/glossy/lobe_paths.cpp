@@ -4,10 +4,12 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
 
 #include "hit_light/hit_lobes.h"
 #include "lamps/power_heuristic.h"
 #include "rays/hit_surface.h"
+#include "util/color.h"
 #include "util/random.h"
 
 namespace rcs {
@@ -32,8 +34,9 @@ void LobePaths::begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) cons
     const std::uint64_t key = lobe_key(settings_.seed, pixel_number(view_, pixel));
     RandomStream random(key);
     const glm::vec3 shift(random.next(), random.next(), random.next());
-    LobeRay* const own = ring.of(pixel);
-    std::fill(own, own + ring.count(), LobeRay{});
+    const std::span<LobeRay> own = ring.of(pixel);
+    std::fill(own.begin(), own.end(), LobeRay{});
+    const bool looks = looks_ && LobeLooks::looks(bsdf, traced);
     for (std::size_t n = 0; n < ring.count(); ++n) {
         const glm::vec3 point = lattice_point(static_cast<int>(n), shift);
         const BsdfSample sample = rcs::sample(bsdf, outgoing, point.x, {point.y, point.z}, traced);
@@ -53,6 +56,8 @@ void LobePaths::begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) cons
         path.width = sample.alpha;
         if (sample.alpha > 2.0f * kLeastAlpha)
             path.spread = 1.0f / std::sqrt(std::max(sample.density, 1e-4f) * static_cast<float>(ring.count()));
+        if (ring.has_looks()) ring.lit(own[n]) = {};
+        if (looks) path.lit = &ring.lit(own[n]);
         path.key = mix64(key + 2 * n + 1);
         w.paths.push_back(path);
     }
@@ -62,6 +67,14 @@ void LobePaths::begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) cons
 bool LobePaths::is_of_gathered(const LobePath& path, int lane, const Workspace& w) const
 {
     return path.of_lamps && path.met == 0 && path.density == 0.0f && settings_.gathered->has(w.packet.instance(lane));
+}
+
+/// Where light goes that a plain surface reflects from lamps and sky.
+glm::vec3& LobePaths::sum_of_plain(const LobePath& path, int lane, const HitSurface& hit, const Workspace& w) const
+{
+    if (path.met > 0 || !path.lit) return path.first->radiance;
+    path.lit->bound = looks_->bound(w.packet, lane, hit);
+    return path.lit->radiance;
 }
 
 void LobePaths::add_emission(const LobePath& path, int lane, const HitSurface& hit, glm::vec3 throughput,
@@ -95,10 +108,13 @@ void LobePaths::shade(const LobePath& path, int lane, const HitSurface& hit, glm
         add_emission(path, lane, hit, throughput, cone_width, w);
     if (path.met == settings_.bounces) return;
     RandomStream random(path.key);
-    const auto add = [&](const Ray& shadow_ray, glm::vec3 radiance) {
+    const auto add_to = [&](glm::vec3& sum, const Ray& shadow_ray, glm::vec3 radiance) {
         if (radiance == glm::vec3(0.0f)) return;
         w.shadow.add(shadow_ray);
-        w.lights.push_back({path.first, throughput * radiance});
+        w.lights.push_back({&sum, throughput * radiance});
+    };
+    const auto add = [&](const Ray& shadow_ray, glm::vec3 radiance) {
+        add_to(path.first->radiance, shadow_ray, radiance);
     };
     const auto add_cached = [&](glm::vec3 albedo, const SurfacePoint& point) {
         path.first->radiance +=
@@ -106,9 +122,10 @@ void LobePaths::shade(const LobePath& path, int lane, const HitSurface& hit, glm
     };
     if (light_.is_plain(w.packet.instance(lane))) {
         const HitRadiance::PlainHit plain{hit.point.material, hit.point.uv, hit.uv_per_length, cone_width};
+        glm::vec3& sum = sum_of_plain(path, lane, hit, w);
         light_.direct(hit.point, random, [&](const Ray& shadow_ray, glm::vec3 white) {
-            add(shadow_ray,
-                white * light_.reflectance(plain, hit.point.shading_normal, outgoing, shadow_ray.direction));
+            add_to(sum, shadow_ray,
+                   white * light_.reflectance(plain, hit.point.shading_normal, outgoing, shadow_ray.direction));
         });
         add_cached(light_.albedo(plain, glm::dot(hit.point.shading_normal, outgoing)), hit.point);
         return;
@@ -176,6 +193,18 @@ void LobePaths::trace_packet(const LobePath* paths, int count, Workspace& w) con
     }
 }
 
+/// @return how many
+std::size_t LobePaths::look(std::size_t begin, std::size_t end, RayRing& ring, Workspace& w) const
+{
+    if (!looks_) return 0;
+    w.looking.looks.clear();
+    const std::size_t before = w.shadow.size();
+    for (std::size_t i = begin; i < end; ++i)
+        if (g_.covered(i) && shading_.is_traced(i))
+            looks_->look(i, ~lobe_key(settings_.seed, pixel_number(view_, i)), ring, w.looking, w.shadow, w.lights);
+    return w.shadow.size() - before;
+}
+
 void LobePaths::trace(std::size_t begin, std::size_t end, RayRing& ring, Workspace& w) const
 {
     w.shadow.clear();
@@ -189,10 +218,12 @@ void LobePaths::trace(std::size_t begin, std::size_t end, RayRing& ring, Workspa
             trace_packet(&w.paths[i], static_cast<int>(std::min<std::size_t>(kWidth, w.paths.size() - i)), w);
         std::swap(w.paths, w.next);
     }
+    const std::size_t looks = look(begin, end, ring, w);
     w.shadow.trace(rays_);
-    w.shadow_rays += w.shadow.size();
+    w.looks += looks;
+    w.shadow_rays += w.shadow.size() - looks;
     for (std::size_t i = 0; i < w.shadow.size(); ++i)
-        if (w.shadow.is_free(i)) w.lights[i].ray->radiance += w.lights[i].radiance * w.shadow.transmittance(i);
+        if (w.shadow.is_free(i)) *w.lights[i].sum += w.lights[i].radiance * w.shadow.transmittance(i);
 }
 
 }  // namespace rcs

@@ -7,6 +7,7 @@
 #include <glm/glm.hpp>
 
 #include "gbuffer/shading.h"
+#include "glossy/lobe_looks.h"
 #include "glossy/lobe_rays.h"
 #include "glossy/traced_lobes.h"
 #include "hit_light/hit_lobes.h"
@@ -26,6 +27,7 @@ struct LobePath {
     float width = 0.0f;             ///< GGX width of the lobes so far, together
     float spread = 0.0f;            ///< width of the cone of directions that the path stands for, per length
     float length = 0.0f;            ///< up to this ray's origin [m]
+    LitPart* lit = nullptr;         ///< of that ray; null: nothing is looked at
     int met = 0;                    ///< surfaces since the visible point
     SurfacePoint from;              ///< where this ray starts, if met > 0
     float density = 0.0f;  ///< of its direction [1/sr]: shares what shines with the sampling of lamps at `from`; 0:
@@ -43,29 +45,29 @@ public:
         std::vector<LobePath> paths, next;
         HitPacket packet;
         ShadowBatch shadow;
-        struct PendingLight {
-            LobeRay* ray;
-            glm::vec3 radiance;
-        };
         std::vector<PendingLight> lights;
-        std::uint64_t rays = 0, shadow_rays = 0;
+        LobeLooks::Workspace looking;
+        std::uint64_t rays = 0, shadow_rays = 0, looks = 0;
 
         Workspace() { reset(packet.ray); }
     };
 
+    /// @param looks  null: there is nothing to look at
     LobePaths(const RayScene& rays, const HitRadiance& light, const GBuffer& g, const View& view,
-              const Shading& shading, const LobeSettings& settings)
-        : rays_(rays), light_(light), g_(g), view_(view), shading_(shading), settings_(settings)
+              const Shading& shading, const LobeSettings& settings, const LobeLooks* looks)
+        : rays_(rays), light_(light), g_(g), view_(view), shading_(shading), settings_(settings), looks_(looks)
     {
     }
 
-    /// Fills the ring's rays of the pixels in [begin, end).
+    /// Fills the ring's rays and looks of the pixels in [begin, end).
     void trace(std::size_t begin, std::size_t end, RayRing& ring, Workspace& w) const;
 
 private:
     void begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) const;
     void trace_packet(const LobePath* paths, int count, Workspace& w) const;
     void shade(const LobePath& path, int lane, const HitSurface& hit, glm::vec3 throughput, Workspace& w) const;
+    std::size_t look(std::size_t begin, std::size_t end, RayRing& ring, Workspace& w) const;
+    glm::vec3& sum_of_plain(const LobePath& path, int lane, const HitSurface& hit, const Workspace& w) const;
     bool is_of_gathered(const LobePath& path, int lane, const Workspace& w) const;
     void add_emission(const LobePath& path, int lane, const HitSurface& hit, glm::vec3 throughput, float cone_width,
                       const Workspace& w) const;
@@ -79,6 +81,7 @@ private:
     const View& view_;
     const Shading& shading_;
     const LobeSettings& settings_;
+    const LobeLooks* looks_;
 };
 
 }  // namespace rcs

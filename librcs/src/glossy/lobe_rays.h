@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include <glm/glm.hpp>
@@ -19,24 +21,49 @@ struct LobeRay {
 };
 static_assert(sizeof(LobeRay) == 32);
 
-/// The rays of the rows being worked on, in a ring: a band, and the rows around it that its pixels may share with.
+/// Light that both rays and looks may bring: of it rays bring D / (D + bound), looks the rest, with D pi times the part
+/// of a lobe's light that comes from that direction, per solid angle.
+struct LitPart {
+    glm::vec3 radiance{0.0f};
+    float bound = 0.0f;  ///< from where the ray or look starts [1/sr]
+};
+
+/// The rays of the rows being worked on, in a ring: a band, and the rows around it that its pixels may share with. Each
+/// pixel has rays along its lobe, and looks at lit points (LobeLooks).
 class RayRing {
 public:
     static constexpr int kMostReach = 12;  // of a neighbour [px]
     static constexpr int kBand = 64;       // rows that are shared at a time
     static constexpr int kKeptRows = kBand + 2 * kMostReach;
 
+    struct Size {
+        int width;    ///< of the picture [px]
+        int columns;  ///< that are kept at a time; as many as the width, unless single pixels are looked at
+        int rays, looks;
+    };
     /// @param of_lamps  whether rays also find gathered lamps
-    RayRing(int width, int rays, bool of_lamps)
-        : width_(static_cast<std::size_t>(width)),
-          rays_(static_cast<std::size_t>(rays)),
-          ring_(width_ * kKeptRows * rays_),
+    RayRing(const Size& size, bool of_lamps)
+        : width_(static_cast<std::size_t>(size.width)),
+          columns_(static_cast<std::size_t>(std::min(size.columns, size.width))),
+          rays_(static_cast<std::size_t>(size.rays)),
+          looks_(static_cast<std::size_t>(size.looks)),
+          ring_(columns_ * kKeptRows * (rays_ + looks_)),
+          lit_(looks_ > 0 ? ring_.size() : 0),
           of_lamps_(of_lamps ? ring_.size() : 0)
     {
     }
+    /// Columns that a pixel and its neighbours take.
+    static constexpr int kColumnsOfOne = 2 * kMostReach + 1;
+
     std::size_t count() const { return rays_; }
-    LobeRay* of(std::size_t pixel) { return ring_.data() + place(pixel); }
-    const LobeRay* of(std::size_t pixel) const { return ring_.data() + place(pixel); }
+    std::span<LobeRay> of(std::size_t pixel) { return {ring_.data() + place(pixel), rays_}; }
+    std::span<const LobeRay> of(std::size_t pixel) const { return {ring_.data() + place(pixel), rays_}; }
+    std::span<LobeRay> looks_of(std::size_t pixel) { return {ring_.data() + place(pixel) + rays_, looks_}; }
+    std::span<const LobeRay> looks_of(std::size_t pixel) const { return {ring_.data() + place(pixel) + rays_, looks_}; }
+    /// What a ray or look brings that the other kind may bring as well; only where there are looks.
+    LitPart& lit(const LobeRay& ray) { return lit_[static_cast<std::size_t>(&ray - ring_.data())]; }
+    const LitPart& lit(const LobeRay& ray) const { return lit_[static_cast<std::size_t>(&ray - ring_.data())]; }
+    bool has_looks() const { return looks_ > 0; }
     bool finds_lamps() const { return !of_lamps_.empty(); }
     /// Radiance of gathered lamps that a ray found beside its other; only where they are looked for.
     glm::vec3& of_lamps(const LobeRay& ray) { return of_lamps_[static_cast<std::size_t>(&ray - ring_.data())]; }
@@ -45,10 +72,11 @@ public:
 private:
     std::size_t place(std::size_t pixel) const
     {
-        return (pixel / width_ % kKeptRows * width_ + pixel % width_) * rays_;
+        return (pixel / width_ % kKeptRows * columns_ + pixel % width_ % columns_) * (rays_ + looks_);
     }
-    std::size_t width_, rays_;
+    std::size_t width_, columns_, rays_, looks_;
     std::vector<LobeRay> ring_;
+    std::vector<LitPart> lit_;
     std::vector<glm::vec3> of_lamps_;
 };
 

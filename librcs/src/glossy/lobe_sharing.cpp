@@ -4,8 +4,9 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
 
-#include "glossy/traced_lobes.h"
+#include "glossy/lobe_looks.h"
 #include "util/color.h"
 #include "util/random.h"
 
@@ -50,20 +51,119 @@ struct WeightedLight {
     }
 };
 
-}  // namespace
+/// A ray or look as it arrives at a pixel.
+struct Arriving {
+    glm::vec3 incoming;   ///< unit
+    float spread = 1.0f;  ///< solid angle over that which it has where it starts
+};
+/// @param position  of the pixel's point, relative to the camera
+Arriving arriving(const LobeRay& ray, glm::vec3 position)
+{
+    if (!std::isfinite(ray.distance)) return {ray.target};
+    const glm::vec3 way = ray.target - position;
+    const float d2 = glm::dot(way, way);
+    return {way / std::sqrt(d2), ray.distance * ray.distance / d2};
+}
 
-/// Harmonic mean over the pixel's own rays [m].
-float LobeSharing::mean_distance(std::size_t pixel, const RayRing& ring) const
+/// Whether traced lobes show what is behind, which neighbours do not.
+bool looks_through(const Bsdf& bsdf)
+{
+    return (bsdf.those(lit_by_rays) & transmitting_lobes(bsdf) & ~lobes_lit_behind(bsdf)) != 0u;
+}
+
+/// What a pixel's lobes make of rays and looks, its own and others'.
+class Receiver {
+public:
+    Receiver(const Bsdf& bsdf, glm::vec3 outgoing, glm::vec3 position, const RayRing& ring)
+        : bsdf_(bsdf),
+          traced_(bsdf.those(lit_by_rays)),
+          outgoing_(outgoing),
+          position_(position),
+          whole_(albedo(bsdf, outgoing, traced_)),
+          to_density_(std::numbers::pi_v<float> / std::max(luminance(whole_), 1e-30f)),
+          looks_(ring.has_looks() && LobeLooks::looks(bsdf, traced_)),
+          ring_(ring)
+    {
+    }
+
+    void add_rays(std::size_t of)
+    {
+        for (const LobeRay& ray : ring_.of(of)) {
+            if (!(ray.density > 0.0f)) continue;
+            const Arriving a = arriving(ray, position_);
+            const glm::vec3 scattered = scatter(a);
+            const glm::vec3 weight = scattered * (a.spread / ray.density);
+            glm::vec3 radiance = ray.radiance;
+            if (ring_.has_looks())
+                radiance += (1.0f - part_of_looks(a, scattered, ring_.lit(ray))) * ring_.lit(ray).radiance;
+            rays_.add(weight, radiance);
+            if (ring_.finds_lamps()) of_lamps_.add(weight, ring_.of_lamps(ray));
+        }
+    }
+    void add_looks(std::size_t of)
+    {
+        if (!looks_) return;
+        looks_of_ += 1.0f;
+        for (const LobeRay& look : ring_.looks_of(of)) {
+            const LitPart& lit = ring_.lit(look);
+            if (!(look.density > 0.0f) || lit.radiance == glm::vec3(0.0f)) continue;
+            const Arriving a = arriving(look, position_);
+            const glm::vec3 scattered = scatter(a);
+            looked_.add(scattered * (a.spread / look.density), part_of_looks(a, scattered, lit) * lit.radiance);
+        }
+    }
+
+    LobeLights sum() const
+    {
+        LobeLights lights{light_of(rays_), light_of(of_lamps_)};
+        if (!looks_) return lights;
+        // Each pixel's looks add up to what rays leave to them.
+        const auto looks = static_cast<float>(ring_.looks_of(0).size());
+        lights.reflected.radiance += looked_.sum / looks_of_;
+        lights.reflected.error = std::hypot(lights.reflected.error, looks * looked_.error_of_mean(looks * looks_of_));
+        return lights;
+    }
+
+private:
+    glm::vec3 scatter(const Arriving& a) const
+    {
+        return evaluate(bsdf_, outgoing_, a.incoming, traced_) * std::abs(glm::dot(bsdf_.normal, a.incoming));
+    }
+    float part_of_looks(const Arriving& a, glm::vec3 scattered, const LitPart& lit) const
+    {
+        if (!looks_ || !(lit.bound > 0.0f)) return 0.0f;
+        const float bound = lit.bound / a.spread;
+        return bound / (bound + to_density_ * luminance(scattered));
+    }
+    LobeLight light_of(const WeightedLight& found) const
+    {
+        const auto count = static_cast<float>(ring_.count());
+        return looks_through(bsdf_) ? LobeLight{found.sum / count, found.error_of_mean(count)} : found.by(whole_);
+    }
+
+    const Bsdf& bsdf_;
+    LobeSet traced_;
+    glm::vec3 outgoing_, position_, whole_;
+    float to_density_;
+    bool looks_;
+    const RayRing& ring_;
+    WeightedLight rays_, of_lamps_, looked_;
+    float looks_of_ = 0.0f;  // pixels
+};
+
+/// Harmonic mean of how long rays are [m].
+float mean_distance(std::span<const LobeRay> rays)
 {
     float inverse = 0.0f, count = 0.0f;
-    const LobeRay* const own = ring.of(pixel);
-    for (std::size_t n = 0; n < ring.count(); ++n) {
-        if (!(own[n].density > 0.0f)) continue;
-        inverse += 1.0f / own[n].distance;
+    for (const LobeRay& ray : rays) {
+        if (!(ray.density > 0.0f)) continue;
+        inverse += 1.0f / ray.distance;
         count += 1.0f;
     }
     return inverse > 0.0f ? count / inverse : std::numeric_limits<float>::infinity();
 }
+
+}  // namespace
 
 float LobeSharing::narrowest_traced(std::size_t pixel) const
 {
@@ -84,61 +184,60 @@ bool LobeSharing::may_share(std::size_t pixel, std::size_t neighbour) const
            there < 2.0f * here && here < 2.0f * there;
 }
 
+LobeSharing::Reach LobeSharing::reach_of(std::size_t pixel, const Bsdf& bsdf, const RayRing& ring) const
+{
+    if (looks_through(bsdf)) return {};
+    // Beyond the width of the lobe where it hits, a neighbour sees other things.
+    const float per_length = narrowest(bsdf, bsdf.those(lit_by_rays)) / g_.footprint[pixel];
+    const auto reach = [&](std::span<const LobeRay> rays) {
+        return std::min(static_cast<float>(RayRing::kMostReach), per_length * mean_distance(rays));
+    };
+    const float rays = reach(ring.of(pixel));
+    // Lit points are mostly farther off than what the lobe meets, which may stand in their way.
+    return {rays, ring.has_looks() ? std::sqrt(std::max(1.0f, rays) * reach(ring.looks_of(pixel))) : 0.0f};
+}
+
+/// Calls visit(pixel) for pixels around one that lie on its surface.
+template <typename Visit>
+void LobeSharing::each_neighbour(std::size_t pixel, float reach, const Visit& visit) const
+{
+    if (reach < 1.0f) return;
+    const int x = static_cast<int>(pixel % static_cast<std::size_t>(g_.width));
+    const int y = static_cast<int>(pixel / static_cast<std::size_t>(g_.width));
+    const float turn =
+        2.0f * std::numbers::pi_v<float> *
+        to_unit_float(static_cast<std::uint32_t>(mix64(lobe_key(seed_, pixel_number(view_, pixel)) + 77)));
+    for (int n = 0; n < kNeighbours; ++n) {
+        // Vogel's spiral: even over the disc.
+        const float radius = reach * std::sqrt((static_cast<float>(n) + 0.5f) / kNeighbours);
+        const float angle = turn + 2.3999632f * static_cast<float>(n);
+        const int nx = x + static_cast<int>(std::lround(radius * std::cos(angle)));
+        const int ny = y + static_cast<int>(std::lround(radius * std::sin(angle)));
+        if (nx < 0 || ny < 0 || nx >= g_.width || ny >= g_.height || (nx == x && ny == y)) continue;
+        const std::size_t neighbour =
+            static_cast<std::size_t>(ny) * static_cast<std::size_t>(g_.width) + static_cast<std::size_t>(nx);
+        if (may_share(pixel, neighbour)) visit(neighbour);
+    }
+}
+
 LobeLights LobeSharing::share(std::size_t pixel, const RayRing& ring) const
 {
     const Bsdf bsdf = shading_.bsdf(g_, pixel);
-    const LobeSet traced = bsdf.those(lit_by_rays);
-    const bool looks_through = (traced & transmitting_lobes(bsdf) & ~lobes_lit_behind(bsdf)) != 0u;
-    const glm::vec3 outgoing = outgoing_at(g_, view_.camera, pixel);
-    const glm::vec3 position = g_.position(pixel);
-    WeightedLight light, of_lamps;
-    const auto add = [&](std::size_t from) {
-        const LobeRay* const rays = ring.of(from);
-        for (std::size_t n = 0; n < ring.count(); ++n) {
-            const LobeRay& ray = rays[n];
-            if (!(ray.density > 0.0f)) continue;
-            glm::vec3 incoming = ray.target;
-            float density = ray.density;
-            if (std::isfinite(ray.distance)) {
-                incoming = ray.target - position;
-                const float d2 = glm::dot(incoming, incoming);
-                incoming /= std::sqrt(d2);
-                density *= d2 / (ray.distance * ray.distance);
-            }
-            const glm::vec3 weight =
-                evaluate(bsdf, outgoing, incoming, traced) * (std::abs(glm::dot(bsdf.normal, incoming)) / density);
-            light.add(weight, ray.radiance);
-            if (ring.finds_lamps()) of_lamps.add(weight, ring.of_lamps(ray));
-        }
-    };
-    add(pixel);
-    // Beyond the width of the lobe where it hits, a neighbour sees other things.
-    const float reach = std::min(static_cast<float>(RayRing::kMostReach),
-                                 narrowest(bsdf, traced) * mean_distance(pixel, ring) / g_.footprint[pixel]);
-    if (reach >= 1.0f && !looks_through) {
-        const int x = static_cast<int>(pixel % static_cast<std::size_t>(g_.width));
-        const int y = static_cast<int>(pixel / static_cast<std::size_t>(g_.width));
-        const float turn =
-            2.0f * std::numbers::pi_v<float> *
-            to_unit_float(static_cast<std::uint32_t>(mix64(lobe_key(seed_, pixel_number(view_, pixel)) + 77)));
-        for (int n = 0; n < kNeighbours; ++n) {
-            // Vogel's spiral: even over the disc.
-            const float radius = reach * std::sqrt((static_cast<float>(n) + 0.5f) / kNeighbours);
-            const float angle = turn + 2.3999632f * static_cast<float>(n);
-            const int nx = x + static_cast<int>(std::lround(radius * std::cos(angle)));
-            const int ny = y + static_cast<int>(std::lround(radius * std::sin(angle)));
-            if (nx < 0 || ny < 0 || nx >= g_.width || ny >= g_.height || (nx == x && ny == y)) continue;
-            const std::size_t neighbour =
-                static_cast<std::size_t>(ny) * static_cast<std::size_t>(g_.width) + static_cast<std::size_t>(nx);
-            if (may_share(pixel, neighbour)) add(neighbour);
-        }
-    }
-    const glm::vec3 whole = albedo(bsdf, outgoing, traced);
-    const auto light_of = [&](const WeightedLight& found) {
-        const float count = static_cast<float>(ring.count());
-        return looks_through ? LobeLight{found.sum / count, found.error_of_mean(count)} : found.by(whole);
-    };
-    return {light_of(light), light_of(of_lamps)};
+    Receiver receiver(bsdf, outgoing_at(g_, view_.camera, pixel), g_.position(pixel), ring);
+    const Reach reach = reach_of(pixel, bsdf, ring);
+    receiver.add_rays(pixel);
+    each_neighbour(pixel, reach.rays, [&](std::size_t i) { receiver.add_rays(i); });
+    receiver.add_looks(pixel);
+    each_neighbour(pixel, reach.looks, [&](std::size_t i) { receiver.add_looks(i); });
+    return receiver.sum();
+}
+
+void LobeSharing::find_neighbours(std::size_t pixel, const RayRing& ring, std::vector<std::size_t>& pixels) const
+{
+    pixels.clear();
+    const Reach reach = reach_of(pixel, shading_.bsdf(g_, pixel), ring);
+    for (const float one : {reach.rays, reach.looks})
+        each_neighbour(pixel, one, [&](std::size_t i) { pixels.push_back(i); });
 }
 
 }  // namespace rcs

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include <glm/glm.hpp>
 
@@ -33,9 +34,17 @@ public:
 
     /// From the rays of the pixel and its neighbours, all of which must be in the ring.
     LobeLights share(std::size_t pixel, const RayRing& ring) const;
+    /// The others among those, by its own rays. @param pixels  becomes them
+    void find_neighbours(std::size_t pixel, const RayRing& ring, std::vector<std::size_t>& pixels) const;
 
 private:
-    float mean_distance(std::size_t pixel, const RayRing& ring) const;
+    /// How far a pixel shares [px].
+    struct Reach {
+        float rays = 0.0f, looks = 0.0f;
+    };
+    Reach reach_of(std::size_t pixel, const Bsdf& bsdf, const RayRing& ring) const;
+    template <typename Visit>
+    void each_neighbour(std::size_t pixel, float reach, const Visit& visit) const;
     float narrowest_traced(std::size_t pixel) const;
     bool may_share(std::size_t pixel, std::size_t neighbour) const;
 

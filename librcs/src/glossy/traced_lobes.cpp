@@ -1,6 +1,7 @@
 #include "glossy/traced_lobes.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "glossy/lobe_paths.h"
 #include "glossy/lobe_rays.h"
@@ -12,10 +13,12 @@ TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GB
                         const Shading& shading, const LobeSettings& options, ThreadPool& pool, GlossyStats& stats)
 {
     const auto is_traced = [&](std::size_t i) { return gbuffer.covered(i) && shading.is_traced(i); };
-    const LobePaths paths(rays, light, gbuffer, view, shading, options);
+    std::optional<LobeLooks> looks;
+    if (options.looks_per_pixel > 0) looks.emplace(light, *options.guide, gbuffer, view, shading);
+    const LobePaths paths(rays, light, gbuffer, view, shading, options, looks ? &*looks : nullptr);
     const LobeSharing sharing(gbuffer, view, shading, options.seed);
     const bool of_lamps = options.gathered && options.gathered->any() && options.gathered->along_lobes;
-    RayRing ring(gbuffer.width, options.rays_per_pixel, of_lamps);
+    RayRing ring({gbuffer.width, gbuffer.width, options.rays_per_pixel, options.looks_per_pixel}, of_lamps);
     std::vector<LobePaths::Workspace> workspaces(static_cast<std::size_t>(pool.size()));
     TracedLight traced{
         std::vector<glm::vec3>(gbuffer.size(), glm::vec3(0.0f)), std::vector<float>(gbuffer.size(), 0.0f), {}, {}};
@@ -51,6 +54,7 @@ TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GB
     for (const LobePaths::Workspace& w : workspaces) {
         stats.rays += w.rays;
         stats.shadow_rays += w.shadow_rays;
+        stats.looks += w.looks;
     }
     return traced;
 }

@@ -8,6 +8,7 @@
 #include "gbuffer/shading.h"
 #include "hit_light/hit_radiance.h"
 #include "lamps/gathered_lamps.h"
+#include "lit_points/gather_guide.h"
 #include "rcs/glossy_stats.h"
 #include "rcs/thread_pool.h"
 
@@ -26,11 +27,13 @@ struct LobeSettings {
     int bounces = 1;          ///< surfaces after the visible point that reflect; >= 0
     std::uint64_t seed = 1;
     const GatheredLamps* gathered = nullptr;  ///< null: none
+    const GatherGuide* guide = nullptr;       ///< to lit points that are looked at; null: none
+    int looks_per_pixel = 0;                  ///< at those, beside the rays; needs a guide if > 0
 };
 
 /// Indirect light that narrow lobes reflect at every visible point: a few rays a pixel along the lobe (LobePaths),
-/// shared between neighbours (LobeSharing). Emission of what these rays meet first does not count, since the direct
-/// light has it, but for that of gathered lamps.
+/// and looks at lit points (LobeLooks), shared between neighbours (LobeSharing). Emission of what these rays meet first
+/// does not count, since the direct light has it, but for that of gathered lamps.
 TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GBuffer& gbuffer, const View& view,
                         const Shading& shading, const LobeSettings& options, ThreadPool& pool, GlossyStats& stats);
 

@@ -28,9 +28,9 @@ GatherGuide::GatherGuide(const LightSurvey& survey, double points, ThreadPool& p
     learned_ = LearnedVisibility(importance_.grid(), clusters_.size());
 }
 
-void GatherGuide::weigh_clusters(const Place& place, float* importance) const
+void GatherGuide::weigh_clusters(const Place& place, float* importance, float least_chance) const
 {
-    learned_.estimate(place.cells, importance);
+    learned_.estimate(place.cells, least_chance, importance);
     clusters_.importance(place.position, place.normal, importance, importance);
 }
 

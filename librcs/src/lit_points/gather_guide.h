@@ -57,7 +57,9 @@ public:
                 std::vector<Choice>& choices) const;
 
     /// About what each cluster of points sends to a place, and is seen of it. @param importance  room for clusters()
-    void weigh_clusters(const Place& place, float* importance) const;
+    /// @param least_chance  that a cluster is taken to be seen with
+    void weigh_clusters(const Place& place, float* importance,
+                        float least_chance = LearnedVisibility::kLeastChance) const;
     std::size_t clusters() const { return clusters_.size(); }
     float power(std::size_t cluster) const { return clusters_.power(cluster); }
     /// Chooses a point of a cluster by what it may send to a place. @param inverse_chance  of the cluster's choice
@@ -69,6 +71,7 @@ public:
 
     LookCells cells(glm::vec3 position, glm::vec3 normal) const { return learned_.cells(position, normal); }
     const LitPoints& lit() const { return lit_points_; }
+    const LightClusters& light_clusters() const { return clusters_; }
     void learn(std::span<const Look> looks) { learned_.learn(looks); }
 
 private:

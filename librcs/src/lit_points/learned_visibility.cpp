@@ -11,8 +11,6 @@ namespace {
 constexpr int kUp[] = {1, 3};
 // A chance is taken for one of the coarser cell until there are a few looks.
 constexpr float kLooksOfCoarser = 1.5f;
-// What was never seen may be seen after all.
-constexpr float kLeastChance = 0.03f;
 
 }  // namespace
 
@@ -54,7 +52,7 @@ RCS_ALWAYS_INLINE float refined(const Counts& c, float coarser)
 
 }  // namespace
 
-void LearnedVisibility::estimate(const LookCells& cells, float* chances) const
+void LearnedVisibility::estimate(const LookCells& cells, float least, float* chances) const
 {
     for (std::size_t i = 0; i < clusters_; ++i) chances[i] = refined(counts_[i], 1.0f);
     for (std::size_t level = cells.size(); level-- > 0;) {
@@ -63,7 +61,7 @@ void LearnedVisibility::estimate(const LookCells& cells, float* chances) const
         const Counts* const counts = counts_.data() + number * clusters_;
         for (std::size_t i = 0; i < clusters_; ++i) chances[i] = refined(counts[i], chances[i]);
     }
-    for (std::size_t i = 0; i < clusters_; ++i) chances[i] = std::max(chances[i], kLeastChance);
+    for (std::size_t i = 0; i < clusters_; ++i) chances[i] = std::max(chances[i], least);
 }
 
 void LearnedVisibility::learn(std::span<const Look> looks)

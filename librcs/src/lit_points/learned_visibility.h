@@ -30,8 +30,10 @@ public:
     LearnedVisibility(const CellGrid& grid, std::size_t clusters);
 
     LookCells cells(glm::vec3 position, glm::vec3 normal) const;
-    /// The chance that a look is free, more or less; never 0. @param chances  room for one per cluster
-    void estimate(const LookCells& cells, float* chances) const;
+    /// What was never seen may be seen after all.
+    static constexpr float kLeastChance = 0.03f;
+    /// The chance that a look is free, more or less. @param least  > 0   @param chances  room for one per cluster
+    void estimate(const LookCells& cells, float least, float* chances) const;
     /// Not while others estimate. What is known does not depend on the looks' order.
     void learn(std::span<const Look> looks);
 

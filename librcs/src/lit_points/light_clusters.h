@@ -27,6 +27,18 @@ public:
     /// @param importance, visibility  room for size(); may be the same
     void importance(glm::vec3 position, glm::vec3 normal, const float* visibility, float* importance) const;
 
+    /// About how a lobe weighs what comes from each cluster: GGX's distribution of half vectors, widened by the
+    /// cluster's size, is added to `weights`. @param outgoing  unit   @param alpha  GGX width
+    /// @param weights  room for size()
+    void add_lobe(glm::vec3 position, glm::vec3 normal, glm::vec3 outgoing, float alpha, float strength,
+                  float* weights) const;
+
+    /// A cluster's points as they are sorted, the first and how many.
+    struct Range {
+        std::uint32_t first, count;
+    };
+    Range points_of(std::size_t cluster) const { return {first_[cluster], first_[cluster + 1] - first_[cluster]}; }
+
     /// One of a few points of a cluster by what they send to a place (resampled importance sampling; Talbot et al.
     /// 2005).
     struct Pick {

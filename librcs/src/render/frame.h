@@ -19,6 +19,7 @@
 #include "render/course.h"
 #include "render/effect_counts.h"
 #include "render/settings.h"
+#include "render/stage_clock.h"
 #include "session/session_state.h"
 
 namespace rcs {
@@ -48,6 +49,7 @@ struct Frame {
     GatheredLamps gathered = {};
     std::unique_ptr<LampGuide> lamp_guide = {};  ///< of those, if there are any
     KeptGuide kept_guide = {};
+    int looks_of_lobes = 0;  ///< per pixel, at lit points
     std::optional<SharedSamples> shared = {};
     std::unique_ptr<Probes> probes = {};  ///< that a goal was steered by, until the first view is judged
     ErrorScale error_scale = {};          ///< what probes found of the first view's error map
@@ -73,6 +75,13 @@ struct Frame {
     KnownSamples* known() { return shared ? &shared->known : nullptr; }
 };
 
+/// Does a stage's work, timed.
+template <typename Work>
+auto timed(Frame& frame, const char* stage, const Work& work)
+{
+    return timed(frame.stats(), frame.hooks.progress, stage, work);
+}
+
 /// Plans what is to be simulated and begins with what the session keeps.
 Frame begin_frame(Session& session, const Camera& camera, const RenderOptions& asked, const RenderHooks& hooks);
 /// The same at the first of several moments.
@@ -87,6 +96,8 @@ void draw_gbuffer(Frame& frame);
 /// Light of later bounces, spread over the surfaces that gather rays can meet: once for all passes.
 void spread_bounces(Frame& frame);
 void light_directly(Frame& frame);
+/// Finds out where the light is that rays would have to look for: once, and where the scene has moved.
+void look_around(Frame& frame);
 /// One round of rays along the lobes too narrow for records.
 void trace_lobes(Frame& frame);
 /// Holes, gathers, records; the first view's by steps to an error or for a time, if that is asked for.

@@ -16,6 +16,7 @@ RenderResult render(Frame frame)
         spread_bounces(frame);
         do {
             light_directly(frame);
+            look_around(frame);
             trace_lobes(frame);
             place_records(frame);
             splat_records(frame);
@@ -49,6 +50,7 @@ RenderStats forecast(Session& session, const Camera& camera, const RenderOptions
         draw_gbuffer(frame);
         spread_bounces(frame);
         light_directly(frame);
+        look_around(frame);
         trace_lobes(frame);
         forecast_records(frame);
     }

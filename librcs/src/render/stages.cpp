@@ -9,12 +9,11 @@
 #include "placement/renewal.h"
 #include "placement/view_fit.h"
 #include "rcs/option_table.h"
-#include "records/guided_gathers.h"
 #include "records/lamps_to_gather.h"
 #include "records/watch.h"
 #include "render/frame.h"
+#include "render/light_search.h"
 #include "render/moments.h"
-#include "render/stage_clock.h"
 #include "util/random.h"
 
 namespace rcs {
@@ -30,12 +29,6 @@ constexpr double kApart = 3.0;
 // ... where so much of the picture is no more blurred than that.
 constexpr double kSharper = 0.99;
 
-template <typename Work>
-auto timed(Frame& frame, const char* stage, const Work& work)
-{
-    return timed(frame.stats(), frame.hooks.progress, stage, work);
-}
-
 /// Takes the weights on through the surfaces just shaded. @return whether anything behind them matters
 bool weigh_behind(const Shading& shading, std::vector<glm::vec3>& weight)
 {
@@ -50,35 +43,6 @@ bool weigh_behind(const Shading& shading, std::vector<glm::vec3>& weight)
             any = true;
     }
     return any;
-}
-
-/// Parts the lamps between shadow rays and records, whose light is one kind in all records there are.
-void part_lamps(Frame& f)
-{
-    if (!f.needs(Effect::indirect_diffuse)) return;
-    f.gathered = lamps_to_gather({f.rays}, f.gbuffer, f.settings.records, f.session.pool());
-    const auto differs = [&](const Record& r) { return r.gathered_lamps != f.gathered.id; };
-    if (std::any_of(f.records.begin(), f.records.end(), differs) ||
-        std::any_of(f.without_radiance.begin(), f.without_radiance.end(), differs)) {
-        f.gathered = {};
-        const std::size_t left_out = std::erase_if(f.records, differs) + std::erase_if(f.without_radiance, differs);
-        if (left_out > 0 && f.hooks.log)
-            f.hooks.log(LogLevel::warning, std::to_string(left_out) +
-                                               " records of other views are not used: they hold "
-                                               "light of huge lamps that shadow rays find in this view");
-    }
-    if (!f.gathered.any()) return;
-    f.stats().records.gathered_lamps =
-        static_cast<std::uint64_t>(std::count(f.gathered.of_instance.begin(), f.gathered.of_instance.end(), 1));
-    f.lamp_guide = std::make_unique<LampGuide>(f.rays, f.settings.effects, f.gathered, f.gbuffer, f.view(),
-                                               f.settings.seed, f.session.pool());
-    f.gathered.finder = f.lamp_guide.get();
-}
-
-std::unique_ptr<GatherGuide> find_guide(const Frame& f)
-{
-    return make_gather_guide({f.rays, f.light_cache, nullptr, &f.gathered}, f.gbuffer, f.view(), f.course.records,
-                             f.session.pool());
 }
 
 /// Records of earlier scenes.
@@ -97,23 +61,17 @@ void bring_up_to_date(Frame& f)
                                          " of them are gathered again");
 }
 
-/// What is at hand for the first view: records of other views, and where to look for light.
+/// What is at hand for the first view: records of other views.
 void prepare_records(Frame& f)
 {
     if (f.session.state().options.keep_records) f.aside = take_unseen(f.view(), f.records);
     fit_to_view(f.gbuffer, f.view(), f.records);
-    if (auto kept = f.session.state().take_guide())
-        f.kept_guide = std::move(*kept);
-    else
-        f.kept_guide = {find_guide(f), 0, f.session.state().scene_number};
-    if (f.guide()) f.stats().records.lit_points = f.guide()->lit().points.size();
     bring_up_to_date(f);
 }
 
-/// What holds in the scene of another moment than the pass before's: where looks did no good they do none now.
+/// What holds in the scene of another moment than the pass before's.
 void follow_scene(Frame& f)
 {
-    if (f.kept_guide.guide) f.kept_guide = {find_guide(f), f.kept_guide.views, f.session.state().scene_number};
     bring_up_to_date(f);
     f.has_moved = false;
 }
@@ -155,11 +113,8 @@ TracedLight trace_round(Frame& f, int round)
 {
     ++f.stats().counts.lobe_passes;
     return timed(f, "glossy", [&] {
-        LobeSettings settings = f.settings.lobes;
-        settings.seed = stream_key(f.direct.seed, Stream::glossy, static_cast<std::uint64_t>(round));
-        settings.gathered = &f.gathered;
-        return trace_lobes(f.rays, {f.rays, f.light_cache, f.settings.effects, &f.gathered}, f.gbuffer, f.view(),
-                           f.shading, settings, f.session.pool(), f.stats().traced);
+        return trace_lobes(f.rays, light_of_hits(f), f.gbuffer, f.view(), f.shading, lobe_settings(f, round),
+                           f.session.pool(), f.stats().traced);
     });
 }
 
@@ -282,7 +237,9 @@ void light_directly(Frame& f)
 
 void trace_lobes(Frame& f)
 {
-    if (f.needs(Effect::traced_lobes)) f.light.traced = trace_round(f, 0);
+    if (!f.needs(Effect::traced_lobes)) return;
+    if (f.is_first_view()) choose_looks(f);
+    f.light.traced = trace_round(f, 0);
 }
 
 void place_records(Frame& f)

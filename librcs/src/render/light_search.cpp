@@ -1,0 +1,85 @@
+#include "render/light_search.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "glossy/lobe_trial.h"
+#include "records/guided_gathers.h"
+#include "records/lamps_to_gather.h"
+#include "util/random.h"
+
+namespace rcs {
+namespace {
+
+std::unique_ptr<GatherGuide> find_guide(const Frame& f)
+{
+    return make_gather_guide({f.rays, f.light_cache, nullptr, &f.gathered}, f.gbuffer, f.view(), f.course.records,
+                             f.session.pool());
+}
+
+}  // namespace
+
+void part_lamps(Frame& f)
+{
+    if (!f.needs(Effect::indirect_diffuse)) return;
+    f.gathered = lamps_to_gather({f.rays}, f.gbuffer, f.settings.records, f.session.pool());
+    const auto differs = [&](const Record& r) { return r.gathered_lamps != f.gathered.id; };
+    if (std::any_of(f.records.begin(), f.records.end(), differs) ||
+        std::any_of(f.without_radiance.begin(), f.without_radiance.end(), differs)) {
+        f.gathered = {};
+        const std::size_t left_out = std::erase_if(f.records, differs) + std::erase_if(f.without_radiance, differs);
+        if (left_out > 0 && f.hooks.log)
+            f.hooks.log(LogLevel::warning, std::to_string(left_out) +
+                                               " records of other views are not used: they hold "
+                                               "light of huge lamps that shadow rays find in this view");
+    }
+    if (!f.gathered.any()) return;
+    f.stats().records.gathered_lamps =
+        static_cast<std::uint64_t>(std::count(f.gathered.of_instance.begin(), f.gathered.of_instance.end(), 1));
+    f.lamp_guide = std::make_unique<LampGuide>(f.rays, f.settings.effects, f.gathered, f.gbuffer, f.view(),
+                                               f.settings.seed, f.session.pool());
+    f.gathered.finder = f.lamp_guide.get();
+}
+
+HitRadiance light_of_hits(const Frame& f) { return {f.rays, f.light_cache, f.settings.effects, &f.gathered}; }
+
+LobeSettings lobe_settings(const Frame& f, int round)
+{
+    LobeSettings settings = f.settings.lobes;
+    settings.seed = stream_key(f.direct.seed, Stream::glossy, static_cast<std::uint64_t>(round));
+    settings.gathered = &f.gathered;
+    settings.guide = f.guide();
+    settings.looks_per_pixel = f.guide() ? f.looks_of_lobes : 0;
+    return settings;
+}
+
+void choose_looks(Frame& f)
+{
+    if (!f.guide() || f.settings.lobes.bounces == 0) return;
+    f.looks_of_lobes = timed(f, "glossy", [&] {
+        learn_along_lobes(f.rays, light_of_hits(f), f.gbuffer, f.view(), f.shading, f.settings.seed, f.session.pool(),
+                          *f.kept_guide.guide);
+        return worthwhile_looks(f.rays, light_of_hits(f), f.gbuffer, f.view(), f.shading, lobe_settings(f, 0),
+                                f.session.pool());
+    });
+}
+
+void look_around(Frame& f)
+{
+    if (!f.needs(Effect::indirect_diffuse) && !f.needs(Effect::traced_lobes)) return;
+    timed(f, "records", [&] {
+        if (f.is_first_view()) {
+            if (auto kept = f.session.state().take_guide())
+                f.kept_guide = std::move(*kept);
+            else
+                f.kept_guide = {find_guide(f), 0, f.session.state().scene_number};
+        }
+        // In the scene of another moment, looks do no good where they did none.
+        if (f.has_moved && f.guide())
+            f.kept_guide = {find_guide(f), f.kept_guide.views, f.session.state().scene_number};
+        if (f.guide()) f.stats().records.lit_points = f.guide()->lit().points.size();
+    });
+}
+
+}  // namespace rcs

@@ -1,0 +1,19 @@
+#pragma once
+
+#include "glossy/traced_lobes.h"
+#include "hit_light/hit_radiance.h"
+#include "render/frame.h"
+
+namespace rcs {
+
+/// Parts the lamps between shadow rays and records, whose light is one kind in all records there are.
+void part_lamps(Frame& frame);
+
+/// Light that leaves what rays hit.
+HitRadiance light_of_hits(const Frame& frame);
+/// Of one round of rays along narrow lobes. @param round  0: the first
+LobeSettings lobe_settings(const Frame& frame, int round);
+/// Settles whether narrow lobes look at lit points as well.
+void choose_looks(Frame& frame);
+
+}  // namespace rcs
