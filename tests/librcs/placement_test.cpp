@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include "accuracy/error_estimate.h"
+#include "placement/placement.h"
 #include "rcs/error.h"
 #include "rcs/gbuffer.h"
 #include "rcs/gl_context.h"
@@ -202,6 +204,57 @@ TEST(ValidateRecordOptions, NamesTheFieldItsValueAndItsRange)
             << g;
     for (const int b : {-1, 65, 700})
         EXPECT_NE(message([b](RecordSettings& o) { o.bounces = b; }).find("bounces is"), std::string::npos) << b;
+}
+
+/// Mean over the picture of what the records' extrapolations differ by, relative to their light.
+double spread_of(const std::vector<Record>& records, const GBuffer& gbuffer, const View& view, float error_tolerance,
+                 ThreadPool& pool)
+{
+    SplatStats stats;
+    const SplatBuffer sums =
+        splat_tiles(records, make_tiled_surfaces(gbuffer, pool), view, {error_tolerance, 3.0f}, pool, stats);
+    const ErrorMap map = error_map(sums, stats, 3.0f);
+    double sum = 0.0;
+    for (const float spread : map.spread) sum += static_cast<double>(spread) / static_cast<double>(gbuffer.size());
+    return sum;
+}
+
+TEST(PlaceRecordsOfARoom, LieCloserWhereTheirExtrapolationsDisagree)
+{
+    const Scene scene = load_scene("demo:ajar");
+    ThreadPool pool(2);
+    const RayScene rays = build_ray_scene(scene, pool);
+    const View view = test::view_of(scene.cameras[0], 240, 160);
+    GlContext gl;
+    const GBuffer gbuffer = render_gbuffer(gl, rays, view, 1.0f, pool);
+    const auto place = [&](bool sharpened, float error_tolerance, double& spread) {
+        RecordSettings options;
+        options.rays = 512;  // little noise, behind which spread hides
+        options.error_tolerance = error_tolerance;
+        std::vector<Record> records;
+        RecordStats stats;
+        Placement placement({rays}, gbuffer, view, options, pool, records, stats, [](float) {});
+        placement.fill();
+        if (sharpened) placement.sharpen();
+        spread = spread_of(records, gbuffer, view, error_tolerance, pool);
+        return records.size();
+    };
+    double wide = 0.0, close = 0.0, unused = 0.0;
+    const std::size_t before = place(false, 0.2f, wide), after = place(true, 0.2f, close);
+    EXPECT_LT(close, 0.85 * wide);
+    EXPECT_GT(after, before + before / 20);
+    EXPECT_LT(after, 2 * before);
+    // A larger tolerance allows more.
+    EXPECT_LT(place(true, 0.8f, unused) - place(false, 0.8f, unused), (after - before) / 2);
+}
+
+TEST_F(PlaceRecords, LieAsCloseAsThoseOfAnotherViewThatTheyAreFewBeside)
+{
+    std::vector<Record> records = place({});
+    const std::size_t known = records.size();
+    for (std::size_t k = known / 2; k < known / 2 + 3; ++k) records[k] = records[0];
+    records = place({}, 2, records);
+    EXPECT_LT(records.size(), known + known / 10);
 }
 
 }  // namespace

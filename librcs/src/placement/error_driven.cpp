@@ -21,14 +21,12 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr double kNearGoal = 1.05;    // times the goal: nearer, rays alone are enough
-constexpr float kHardlyMore = 1.05f;  // times the closest spacing: as close as they may
 constexpr double kHardlyLess = 0.95;  // times what it was: a step that does no more is the last of its kind
 constexpr double kStalled = 0.995;    // times what it was, just before the goal
 constexpr int kMostStalls = 2;
 constexpr double kReached = 1.02;     // times the goal is there
 constexpr int kMostRounds = 3;        // of the last step, each closer to its end
 constexpr double kCloserTakes = 3.0;  // times as long in all: records at half the least distance
-constexpr float kLeastReach = 4.0f;   // least R_k of a record whose expansion disagrees with the others [px]
 constexpr double kLeastForecast = 0.005;
 constexpr double kLeastGoal = 1e-3;  // of a budget that could do more than anyone would see
 
@@ -212,15 +210,8 @@ void Steering::sharpen(double part)
     const std::span<Record> records = placement_.records();
     const float least = std::min(kLeastReach, placement_.options().min_reach);  // [px]
     for (std::size_t k = 0; k < records.size(); ++k) {
-        Record& r = records[k];
-        if (!(density[k] > 1.0f)) continue;
-        const float nearer = 1.0f / std::sqrt(density[k]);
-        const float reach = r.spacing_radius / tolerance_;
-        if (reach > kHardlyMore * least * r.footprint) {
-            r.harmonic_mean_distance = nearer * reach;  // neighbours are held to it as well
-            placement_.allow_closer(k, std::max(least, nearer * reach / r.footprint));
-        } else
-            r.breadth = std::max(1.0f / overlap_, nearer * r.breadth);
+        if (!(density[k] > 1.0f) || placement_.bring_closer(k, density[k], least)) continue;
+        records[k].breadth = std::max(1.0f / overlap_, records[k].breadth / std::sqrt(density[k]));
     }
     placement_.fill();
     look();

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "accuracy/error_estimate.h"
 #include "gbuffer/views.h"
 #include "placement/placement.h"
 #include "placement/refine.h"
@@ -21,6 +22,17 @@ namespace {
 // The coarsest grid of candidates [px]: about the widest spacing of default options.
 constexpr int kCoarsestStride = 32;
 static_assert(kPartGrid % kCoarsestStride == 0);
+
+constexpr float kHardlyMore = 1.05f;  // times the closest spacing: as close as they may
+
+// Spread of the records' extrapolations, relative to their light and over Ward's error tolerance, beyond which they
+// come closer, and how often that is asked (docs/method.md, Spacing).
+constexpr float kMostSpread = 0.5f;
+constexpr int kSharpenings = 2;
+constexpr float kUsualOverlap = 3.0f;
+constexpr float kMostCloser = 8.0f;  // times as many, at a time
+// A few new records beside those of other views are as close as those are.
+constexpr double kFewAreNew = 0.1;
 
 /// One wave: in each cell of a grid, one pixel by rule.
 struct Wave {
@@ -170,6 +182,35 @@ void Placement::allow_closer(std::size_t k, float reach)
     }
 }
 
+bool Placement::bring_closer(std::size_t k, float density, float least)
+{
+    Record& r = records()[k];
+    const float nearer = 1.0f / std::sqrt(density), reach = r.spacing_radius / options_.error_tolerance;
+    if (!(reach > kHardlyMore * least * r.footprint)) return false;
+    r.harmonic_mean_distance = nearer * reach;  // neighbours are held to it as well
+    allow_closer(k, std::max(least, nearer * reach / r.footprint));
+    return true;
+}
+
+void Placement::sharpen()
+{
+    const SplatSettings as_splat{options_.error_tolerance, kUsualOverlap};
+    const float most = kMostSpread * options_.error_tolerance, least = std::min(kLeastReach, options_.min_reach);
+    for (int round = 0; round < kSharpenings; ++round) {
+        if (static_cast<double>(pixels_.size()) < kFewAreNew * static_cast<double>(records_.size())) return;
+        SplatStats stats;
+        const SplatBuffer sums = splat_tiles(records_, surfaces_, view_, as_splat, pool_, stats);
+        const ErrorMap map = error_map(sums, stats, kUsualOverlap);
+        bool any = false;
+        for (std::size_t k = 0; k < pixels_.size(); ++k) {
+            const float density = std::min(kMostCloser, map.spread[pixels_[k]] / most);
+            any |= density > 1.0f && bring_closer(k, density, least);
+        }
+        if (!any) return;
+        fill();
+    }
+}
+
 std::vector<float> Placement::noise() const
 {
     return noise_around(gatherer_.rays(), surfaces_, view_, options_.error_tolerance, pixels_, pool_, records_,
@@ -190,7 +231,8 @@ void place_records(const LitScene& scene, const GBuffer& gbuffer, const View& vi
             throw Error(ErrorCode::cancelled, "cancelled while gathering records");
     });
     placement.fill();
-    done = 0.5f;  // refining takes about as long
+    if (options.steepest < 1.0f) placement.sharpen();  // else an estimate steers, and has said where they are closer
+    done = 0.5f;                                       // refining takes about as long
     const float widest = options.error_tolerance * options.max_reach;
     placement.refine(extra_gathers(placement.records(), placement.noise(), placement.rays(), options.noise_target,
                                    widest, options.refinement * options.rays));

@@ -14,6 +14,9 @@
 
 namespace rcs {
 
+/// Least R_k of a record whose expansion disagrees with the others [px].
+inline constexpr float kLeastReach = 4.0f;
+
 /// place_records() in steps: records of one view, filled in and refined as often as needed.
 class Placement {
 public:
@@ -23,9 +26,15 @@ public:
 
     /// Adds records in waves until every visible point is within the spacing radius of one.
     void fill();
+    /// Where extrapolations disagree by more than Ward's error tolerance allows, at contacts and the edges of light,
+    /// adds records between.
+    void sharpen();
     /// Lets record k, of those made here, and what is made around it have an R_k of as little as `reach` [px]. fill()
     /// brings them in.
     void allow_closer(std::size_t k, float reach);
+    /// Lets `density` records, > 1, be where record k is, of those made here, and what is made around it. fill() brings
+    /// them in. @param least  R_k [px]   @return whether they may come that close
+    bool bring_closer(std::size_t k, float density, float least);
     /// Around each record, as it is now.
     std::vector<float> noise() const;
     /// Gathers again, with extra[i] times rays() more at record i.
