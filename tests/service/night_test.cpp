@@ -232,6 +232,27 @@ TEST_F(Night, WhatNoWorkerCouldBeToldIsRefused)
     client.cancel(many);
 }
 
+TEST_F(Night, AFrameThatCannotBeHandedOverSaysWhyAndHoldsNoWorker)
+{
+    fs::create_directory(folder_ / "root");
+    fs::rename(scene_file("cornell"), folder_ / "root/gone.glb");
+    TestServer server(folder_.path(), {"--workers", "1", "--root", folder_ / "root"});
+    Client client(server.socket());
+    v1::Request hold;
+    hold.mutable_pause();
+    client.call(hold);
+    v1::Job job = small_job();
+    job.mutable_scene()->set_path(folder_ / "root/gone.glb");
+    const auto number = client.submit(job).job(), next = client.submit(small_job()).job();
+    fs::remove(folder_ / "root/gone.glb");
+    hold.mutable_pause()->set_resume(true);
+    client.call(hold);
+    const v1::JobStatus end = client.watch(number);
+    EXPECT_EQ(end.state(), v1::JOB_STATE_FAILED);
+    EXPECT_NE(end.error().message().find("gone.glb"), std::string::npos) << end.error().message();
+    EXPECT_EQ(client.watch(next).state(), v1::JOB_STATE_COMPLETED);
+}
+
 TEST_F(Night, AWorkerThatHangsIsReplaced)
 {
     TestServer server(folder_.path(), {"--worker-start", "3"});

@@ -17,6 +17,7 @@
 #include "support/rcsplat.h"
 #include "support/render_service.h"
 #include "support/server.h"
+#include "wire/sha256.h"
 
 namespace rcs::test {
 namespace {
@@ -42,6 +43,19 @@ TEST_F(RenderService, UploadsAreResumedAndNotRepeated)
     int chunks = 0;
     client.upload({file}, [&](float) { ++chunks; });
     EXPECT_EQ(chunks, 0);
+}
+
+TEST_F(RenderService, UploadsThatWereBrokenOffTakeNoPlaces)
+{
+    TestServer server(folder_.path());
+    constexpr int kTwiceThePlaces = 128;
+    for (int i = 0; i < kTwiceThePlaces; ++i) {
+        v1::Request put;
+        put.mutable_blob_put()->mutable_blob()->set_sha256(service::sha256(std::to_string(i)));
+        put.mutable_blob_put()->mutable_blob()->set_size(1000);
+        put.mutable_blob_put()->set_data("begun");
+        ASSERT_EQ(Client(server.socket()).call(put).blob_put().held(), 5u) << i;
+    }
 }
 
 TEST_F(RenderService, ScenesByPathStayBeneathTheRoots)

@@ -301,6 +301,23 @@ TEST_F(Queue, CountsAreThoseThatCountingGives)
     expect_counted();
 }
 
+/// As long as it is open nobody else writes to its file: what it says after somebody did, it had not to look up.
+TEST_F(Queue, CountsAreKeptAndSpecsAreParsedOnce)
+{
+    const auto job = submit(job_of(3));
+    complete(start_next());
+    {
+        Database behind(folder_ / "queue.db");
+        behind.run("UPDATE jobs SET spec=x'ff'");
+        behind.run("DELETE FROM frames WHERE idx=2");
+    }
+    EXPECT_EQ(queue_->count(v1::FRAME_STATE_QUEUED), 2u);
+    const auto next = queue_->next(at(kStart));
+    ASSERT_TRUE(next && next->job);
+    EXPECT_EQ(next->key.job, job);
+    EXPECT_EQ(next->job->scene().builtin(), "demo:cornell");
+}
+
 TEST_F(Queue, TheWallsClockMovesNothing)
 {
     constexpr std::int64_t kHour = 3'600'000, kCentury = std::int64_t{876'000} * kHour;
