@@ -98,7 +98,7 @@ int main(int argc, char** argv)
     } catch (const rcs::Error& e) {
         return report(e.what(), exit_code(e.code()));
     } catch (const rcs::service::ServiceError& e) {
-        return report(e.what(), exit_code(rcs::service::from_wire(e.code())));
+        return report(e.what(), exit_code(e.code()));
     } catch (const std::bad_alloc&) {
         return report("out of memory", exit_code(ErrorCode::out_of_memory));
     } catch (const std::exception& e) {

@@ -129,7 +129,7 @@ FrameMaker::FrameMaker(const BatchArguments& arguments, ProgressBar& bar, std::f
       on_request_(std::move(on_request)),
       options_(batch_options(arguments)),
       files_(prepared_outputs(arguments, parse_frames(arguments.frames))),
-      outputs_(files_, parse_tone_map(arguments.render.output), log(), true),
+      outputs_(output_files(files_, parse_tone_map(arguments.render.output), log(), true)),
       scene_(arguments.render.scene),
       session_(session_options(arguments, options_, scene_.is_animated(), bar.log())),
       shared_records_(arguments.records_file, arguments.task.kind),

@@ -10,6 +10,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "batch/frames.h"
 #include "cli/commands.h"
 #include "cli/delivery.h"
 #include "cli/job_command.h"
@@ -76,13 +77,20 @@ struct FetchArguments : JobArguments {
     int frame = 0;
 };
 
+/// Paths of a job's outputs, by their names, as whoever submitted it called them.
+std::map<std::string, std::string> patterns_of(const v1::JobReply& job, const std::string& folder)
+{
+    std::map<std::string, std::string> patterns;
+    for (const v1::Output& output : job.job().outputs())
+        patterns[output.name()] = path_of_output(folder, output, job.status().frames());
+    return patterns;
+}
+
 void run_fetch(const FetchArguments& arguments, bool one_frame)
 {
     Client client = connect(arguments.server, Patience::of_a_waiting_client);
     const v1::JobReply job = client.details(arguments.job, 0, 1);
-    std::map<std::string, std::string> patterns;
-    for (const v1::Output& output : job.job().outputs())
-        patterns[output.name()] = path_of_output(arguments.folder, output, job.status().frames());
+    const auto patterns = patterns_of(job, arguments.folder);
     nlohmann::ordered_json written = nlohmann::ordered_json::array();
     const auto tell = [&](const std::string& path) {
         written.push_back(utf8_text(path));
@@ -129,26 +137,39 @@ v1::JobState parse_state(const std::string& text)
     throw Error(ErrorCode::bad_argument, "--state " + text + " is none of " + names);
 }
 
+/// @param patterns  what `fetch` calls the outputs
+void print_frame(const v1::FrameStatus& frame, const std::map<std::string, std::string>& patterns)
+{
+    std::printf("  frame %d %s, %.1f s, %d attempt%s", frame.number(), state_text(frame.state()).c_str(),
+                frame.seconds(), frame.attempts(), frame.attempts() == 1 ? "" : "s");
+    if (frame.has_error()) std::printf(": %s", printable(frame.error().message()).c_str());
+    std::putchar('\n');
+    for (const v1::OutputFile& file : frame.files()) {
+        const auto pattern = patterns.find(file.name());
+        if (pattern == patterns.end()) continue;
+        std::printf("    %s, %llu bytes\n", printable(path_of_frame(pattern->second, frame.number())).c_str(),
+                    static_cast<unsigned long long>(file.size()));
+    }
+    for (const std::string& warning : frame.warnings()) std::printf("    warning: %s\n", printable(warning).c_str());
+}
+
+void list_job(const ListArguments& arguments)
+{
+    Client client = connect(arguments.server);
+    const v1::JobReply reply = client.details(arguments.job, 0, 10);
+    if (arguments.json) {
+        std::printf("%s\n", json_of(reply).c_str());
+        return;
+    }
+    const auto patterns = patterns_of(reply, "");
+    print_line(reply.status());
+    for_each_frame(client, arguments.job, [&](const v1::FrameStatus& frame) { print_frame(frame, patterns); });
+}
+
 void run_list(const ListArguments& arguments)
 {
     if (arguments.job != 0) {
-        Client client = connect(arguments.server);
-        const v1::JobReply reply = client.details(arguments.job, 0, 10);
-        if (arguments.json) {
-            std::printf("%s\n", json_of(reply).c_str());
-            return;
-        }
-        print_line(reply.status());
-        for_each_frame(client, arguments.job, [](const v1::FrameStatus& frame) {
-            std::printf("  frame %d %s, %.1f s, %d attempts", frame.number(), state_text(frame.state()).c_str(),
-                        frame.seconds(), frame.attempts());
-            if (frame.has_error()) std::printf(": %s", printable(frame.error().message()).c_str());
-            std::putchar('\n');
-            for (const v1::OutputFile& file : frame.files())
-                std::printf("    %s, %llu bytes\n", file.name().c_str(), static_cast<unsigned long long>(file.size()));
-            for (const std::string& warning : frame.warnings())
-                std::printf("    warning: %s\n", printable(warning).c_str());
-        });
+        list_job(arguments);
         return;
     }
     v1::Request request;
@@ -173,12 +194,32 @@ void run_list(const ListArguments& arguments)
 
 struct StatsArguments {
     ServerArguments server;
-    bool prometheus = false, json = false;
+    bool prometheus = false, json = false, health = false;
 };
+
+/// Whether jobs are taken and frames started, and why not.
+void run_health(Client& client, bool json)
+{
+    v1::Request request;
+    request.mutable_health();
+    const v1::HealthReply reply = client.call(request).health();
+    const std::string why = printable(reply.message());
+    if (json) {
+        std::printf("%s\n", json_of(reply).c_str());
+    } else if (reply.serving()) {
+        std::printf("serving: %u workers, %u busy, %llu frames wait%s%s\n", reply.workers(), reply.busy(),
+                    static_cast<unsigned long long>(reply.queued_frames()), why.empty() ? "" : "; ", why.c_str());
+    }
+    if (!reply.serving()) throw Ended(kFailed, "not serving: " + why);
+}
 
 void run_stats(const StatsArguments& arguments)
 {
     Client client = connect(arguments.server);
+    if (arguments.health) {
+        run_health(client, arguments.json);
+        return;
+    }
     v1::Request request;
     request.mutable_stats()->set_prometheus(arguments.prometheus);
     const v1::StatsReply reply = client.call(request).stats();
@@ -243,6 +284,10 @@ void add_job_commands(CLI::App& app, Action& action)
     CLI::App& stats_command = *app.add_subcommand("stats", "Prints the counters of a server");
     stats_command.add_flag("--prometheus", stats->prometheus, "As Prometheus reads them");
     stats_command.add_flag("--json", stats->json, "Print JSON");
+    stats_command
+        .add_flag("--health", stats->health,
+                  "Say whether the server is well, and end with 1 and the reason if it is not: a full disk, no worker")
+        ->excludes("--prometheus");
     add_server_arguments(stats_command, stats->server);
     stats_command.footer("Example: rcsplat stats --prometheus");
     stats_command.callback([stats, &action] { action = [stats] { run_stats(*stats); }; });

@@ -95,8 +95,8 @@ void trace_reference(const ReferenceArguments& arguments, const CLI::App& comman
     const auto begin = std::chrono::steady_clock::now();
     ProgressBar bar(parse_log_level(arguments.report.log_level), arguments.report.quiet);
     // What others are judged by keeps all its digits.
-    const OutputFiles outputs(parse_outputs(arguments.output, PixelFormat::full_float),
-                              parse_tone_map(arguments.output), bar.log());
+    const OutputFiles outputs = output_files(parse_outputs(arguments.output, PixelFormat::full_float),
+                                             parse_tone_map(arguments.output), bar.log());
     check_text_path(arguments.report.stats_file);
     const RenderOptions asked = table_options(arguments);
 

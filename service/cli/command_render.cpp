@@ -132,8 +132,8 @@ void render_scene(const RenderArguments& arguments, const Shutter& shutter, cons
     const auto begin = std::chrono::steady_clock::now();
     ProgressBar bar(parse_log_level(arguments.report.log_level), arguments.report.quiet);
     RenderOptions options = final_options(arguments);
-    const OutputFiles outputs(parse_outputs(arguments.output, PixelFormat::half_float),
-                              parse_tone_map(arguments.output), bar.log());
+    const OutputFiles outputs = output_files(parse_outputs(arguments.output, PixelFormat::half_float),
+                                             parse_tone_map(arguments.output), bar.log());
     check_text_path(arguments.report.stats_file);
     KeptRecords kept(record_file);
     check_memory(options, arguments.output.files, bar.log());

@@ -8,6 +8,7 @@
 #include "batch/frames.h"
 #include "cli/job_run.h"
 #include "process/printable.h"
+#include "rcs/error.h"
 
 namespace rcs::service {
 namespace {
@@ -75,7 +76,7 @@ std::string Delivery::take_all(std::optional<int> only)
     });
     if (missing == 0 && all > 0) return "";
     const std::string job = "job " + std::to_string(job_);
-    if (all == 0) return job + " has no such frame";
+    if (all == 0) throw Error(ErrorCode::not_found, job + " has no frame " + std::to_string(only.value_or(0)));
     if (missing > kMostHoles) holes += "; and " + std::to_string(missing - kMostHoles) + " more";
     return job + ", " + std::to_string(missing) + " of " + std::to_string(all) +
            (all == 1 ? " frame has" : " frames have") + " no pictures: " + holes;

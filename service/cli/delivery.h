@@ -22,6 +22,7 @@ public:
     /// Frames that have ended since the last call.
     void take_new();
     /// All frames, or one. @return the frames that have no pictures, with the reason; "" if there are none
+    /// @throws rcs::Error not_found: there is no such frame
     std::string take_all(std::optional<int> frame = std::nullopt);
 
 private:

@@ -6,6 +6,7 @@
 #include <string>
 #include <system_error>
 
+#include "process/exit_code.h"
 #include "rcs/error.h"
 
 namespace rcs::service {
@@ -64,6 +65,17 @@ ToneMapOptions parse_tone_map(const OutputArguments& arguments)
     ToneMapOptions tone_map = arguments.tone_map;
     tone_map.exposure = parse_exposure(arguments.exposure);
     return tone_map;
+}
+
+OutputFiles output_files(std::vector<OutputFile> files, const ToneMapOptions& tone_map, const LogFunction& log,
+                         bool shows)
+{
+    try {
+        return OutputFiles(std::move(files), tone_map, log, shows);
+    } catch (const Error& e) {
+        if (e.code() == ErrorCode::bad_file) throw Ended(kBadConfig, e.what());
+        throw;
+    }
 }
 
 void check_written_files(const CLI::App& command)

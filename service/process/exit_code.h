@@ -12,13 +12,16 @@ inline constexpr int kFailed = 1;    ///< some of it, or for a reason that has n
 inline constexpr int kBadUsage = 2;  ///< the command line
 inline constexpr int kBadData =
     65;  ///< a scene or another file that is read is damaged, or asks for what is not offered
-inline constexpr int kNoInput = 66;      ///< a file, camera, view or layer that does not exist
-inline constexpr int kUnavailable = 69;  ///< no usable OpenGL
-inline constexpr int kInternal = 70;     ///< a defect of ours
-inline constexpr int kCannotWrite = 73;  ///< or read: the disk
-inline constexpr int kTryAgain = 75;     ///< out of memory: the same command may work later
-inline constexpr int kWarned = 80;       ///< all is done, but a warning says that pictures may not be what was meant
-inline constexpr int kSignalBase = 128;  ///< the shell's convention: 130 is SIGINT
+inline constexpr int kNoInput = 66;       ///< a file, camera, view or layer that does not exist
+inline constexpr int kUnavailable = 69;   ///< no usable OpenGL
+inline constexpr int kInternal = 70;      ///< a defect of ours
+inline constexpr int kCannotWrite = 73;   ///< or read: the disk
+inline constexpr int kTryAgain = 75;      ///< out of memory, no server, its disk is full: the same may work later
+inline constexpr int kProtocol = 76;      ///< who answers speaks otherwise
+inline constexpr int kNotPermitted = 77;  ///< by the server: who asks, what belongs to others, beyond its limits
+inline constexpr int kBadConfig = 78;     ///< a colour configuration that is refused
+inline constexpr int kWarned = 80;        ///< all is done, but a warning says that pictures may not be what was meant
+inline constexpr int kSignalBase = 128;   ///< the shell's convention: 130 is SIGINT
 
 /// What a command ends with for an error that nothing else is said about.
 int exit_code(ErrorCode code);

@@ -2,6 +2,8 @@
 
 #include <cstddef>
 
+#include "process/exit_code.h"
+
 namespace rcs::service {
 namespace {
 
@@ -76,6 +78,27 @@ ErrorCode from_wire(v1::ErrorCode code)
             return ErrorCode::internal;
         default:
             return ErrorCode::io;  // what keeps the service from its work
+    }
+}
+
+int exit_code(v1::ErrorCode code)
+{
+    switch (code) {
+        case v1::ERROR_CODE_UNAVAILABLE:
+            return kTryAgain;
+        case v1::ERROR_CODE_PROTOCOL:
+        case v1::ERROR_CODE_VERSION:
+            return kProtocol;
+        case v1::ERROR_CODE_UNAUTHENTICATED:
+        case v1::ERROR_CODE_FORBIDDEN:
+        case v1::ERROR_CODE_LIMIT:
+            return kNotPermitted;
+        case v1::ERROR_CODE_CONFLICT:
+        case v1::ERROR_CODE_TIME_LIMIT:
+        case v1::ERROR_CODE_DEPENDENCY:
+            return kFailed;
+        default:
+            return exit_code(from_wire(code));
     }
 }
 

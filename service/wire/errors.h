@@ -22,6 +22,9 @@ v1::ErrorCode to_wire(ErrorCode code);
 /// The nearest one that the library has.
 ErrorCode from_wire(v1::ErrorCode code);
 
+/// What a command ends with that such an error ended.
+int exit_code(v1::ErrorCode code);
+
 v1::Error error_message(v1::ErrorCode code, const std::string& sentence);
 
 /// Texts of a file or a name may be no UTF-8, which a message's strings have to be: such bytes become '?'.
