@@ -117,7 +117,9 @@ void add_worker_command(CLI::App& app, Action& action)
     CLI::App& command = *app.add_subcommand("worker", "Renders for a server that started it");
     command.group("");  // not for people
     const auto arguments = std::make_shared<WorkerArguments>();
-    command.add_option("--fd", arguments->fd)->required();
+    command.add_option("--in", arguments->in)->required();
+    command.add_option("--out", arguments->out)->required();
+    command.add_flag("--elsewhere", arguments->elsewhere);
     command.add_option("--threads", arguments->threads);
     command.add_option("--state", arguments->state)->required();
     command.add_option("--home", arguments->home)->required();

@@ -5,6 +5,8 @@
 
 #include "cli/describe.h"
 #include "cli/number.h"
+#include "cli/parse.h"
+#include "rcs/error.h"
 
 namespace rcs::service {
 namespace {
@@ -51,6 +53,30 @@ void add_aftermath_options(CLI::App& command, ServerConfig& c)
         ->type_name("FILE");
     add_number(command, "--on-completion-seconds", c.on_completion_seconds, {0, 86400, true},
                "Time that it may take, after which it is killed [s]");
+}
+
+WorkerEngine parse_worker_engine(const std::string& text)
+{
+    if (text == "local") return WorkerEngine::local;
+    if (text == "slurm") return WorkerEngine::slurm;
+    throw Error(ErrorCode::bad_argument, text + " is not one of local, slurm");
+}
+
+void add_slurm_options(CLI::App& command, ServerConfig& c)
+{
+    command
+        .add_option_function<std::string>(
+            "--engine", [&c](const std::string& text) { c.engine = parse_worker_engine(text); },
+            "Where workers run: on this machine, or where Slurm has room; it starts them by srun while frames wait")
+        ->type_name("local|slurm")
+        ->check(checked_by(parse_worker_engine), "");
+    command
+        .add_option("--srun-options", c.srun_options,
+                    "What srun is told of them as well, as in \"--partition=render --mem=16G\"; --threads asks for as "
+                    "many processors")
+        ->type_name("TEXT");
+    add_number(command, "--worker-idle", c.worker_idle, {0, 1e6},
+               "After which a worker of Slurm that no frame needs is let go [s]");
 }
 
 void add_limits(CLI::App& command, ServerConfig& c)
@@ -108,6 +134,7 @@ void add_server_options(CLI::App& command, ServerConfig& c)
         ->type_name("HOST:PORT");
     add_number(command, "--workers", c.workers, {0, 64}, "Worker processes; 0 takes one for each 8 cores");
     add_number(command, "--threads", c.threads, {0, 1024}, "Threads of a worker; 0 shares the cores out");
+    add_slurm_options(command, c);
     add_limits(command, c);
     command.option_defaults()->group(option_group::kServe);
     add_aftermath_options(command, c);

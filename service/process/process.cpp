@@ -1,6 +1,7 @@
 #include "process/process.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <cstdlib>
 #include <ctime>
 #include <fstream>
@@ -77,6 +78,16 @@ double available_memory()
         left = std::min(left, static_cast<double>(limit.rlim_cur) - pages * static_cast<double>(sysconf(_SC_PAGESIZE)));
     }
     return std::max(0.0, left);
+}
+
+std::uint64_t resident_memory(pid_t pid)
+{
+    std::FILE* file = std::fopen(std::string("/proc/").append(std::to_string(pid)).append("/statm").c_str(), "re");
+    if (file == nullptr) return 0;
+    unsigned long long all = 0, resident = 0;
+    const bool read = std::fscanf(file, "%llu %llu", &all, &resident) == 2;
+    std::fclose(file);
+    return read ? resident * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE)) : 0;
 }
 
 ProcessorTime processor_time()

@@ -1,5 +1,9 @@
 #pragma once
 
+#include <cstdint>
+
+#include <sys/types.h>
+
 namespace rcs::service {
 
 /// A software GL brings threads of its own; they are to be as few as ours. What the user set stands.
@@ -7,6 +11,9 @@ void limit_gl_threads(int threads);
 
 /// Memory that this process may still take: what the machine, its control group and its own limit leave. [bytes]
 double available_memory();
+
+/// Of a process on this machine; 0: unknown. [bytes]
+std::uint64_t resident_memory(pid_t pid);
 
 /// Processor time since some point in the past [s].
 struct ProcessorTime {

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <limits>
 #include <thread>
 #include <utility>
 
 #include <grp.h>
 #include <unistd.h>
 
+#include "process/program.h"
 #include "rcs/error.h"
 
 namespace rcs::service {
@@ -31,6 +33,22 @@ std::string true_folder(const char* option, const std::string& folder)
 double machine_memory_mb()
 {
     return 1e-6 * static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGESIZE));
+}
+
+void complete_local(ServerConfig& c)
+{
+    const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    if (c.workers == 0) c.workers = std::max(1, cores / kCoresOfAWorker);
+    if (c.threads == 0) c.threads = std::max(1, cores / c.workers);
+    if (c.memory_limit_mb == 0.0) c.memory_limit_mb = 0.8 * machine_memory_mb() / c.workers;
+    if (!c.srun_options.empty()) refuse_setting("--srun-options needs --engine slurm");
+}
+
+void complete_slurm(ServerConfig& c)
+{
+    if (find_program("srun").empty()) throw Error(ErrorCode::not_found, "--engine slurm: there is no srun in $PATH");
+    if (c.workers == 0) c.workers = 1;
+    if (c.memory_limit_mb == 0.0) c.memory_limit_mb = std::numeric_limits<double>::infinity();
 }
 
 }  // namespace
@@ -57,6 +75,7 @@ std::string ServerConfig::adopt_reloadable(const ServerConfig& fresh)
     keep(socket, old.socket, "--socket"), keep(group, old.group, "--group"), keep(state, old.state, "--state");
     keep(deliver_root, old.deliver_root, "--deliver-root");
     keep(listen, old.listen, "--listen"), keep(http, old.http, "--http");
+    keep(engine, old.engine, "--engine"), keep(srun_options, old.srun_options, "--srun-options");
     keep(workers, old.workers, "--workers"), keep(threads, old.threads, "--threads");
     return left_out;
 }
@@ -68,10 +87,7 @@ void complete(ServerConfig& c)
     if (c.state.empty())
         refuse_setting("--state is missing, and neither $XDG_STATE_HOME nor $HOME says where the queue is to be kept");
     if (c.state.front() != '/') c.state = std::filesystem::absolute(c.state).string();
-    const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-    if (c.workers == 0) c.workers = std::max(1, cores / kCoresOfAWorker);
-    if (c.threads == 0) c.threads = std::max(1, cores / c.workers);
-    if (c.memory_limit_mb == 0.0) c.memory_limit_mb = 0.8 * machine_memory_mb() / c.workers;
+    c.engine == WorkerEngine::slurm ? complete_slurm(c) : complete_local(c);
     for (std::string& root : c.roots) root = true_folder("--root", root);
     if (!c.deliver_root.empty()) c.deliver_root = true_folder("--deliver-root", c.deliver_root);
     if (!c.on_completion.empty() && (c.on_completion.front() != '/' || ::access(c.on_completion.c_str(), X_OK) != 0))

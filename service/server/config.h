@@ -10,6 +10,9 @@
 
 namespace rcs::service {
 
+/// Who starts workers: the server, on its own machine, or Slurm on any.
+enum class WorkerEngine { local, slurm };
+
 /// What a server is told, by flags or by a file of the same names.
 struct ServerConfig {
     std::string socket;              ///< path; its folder is made for the owner alone where it is missing
@@ -21,10 +24,13 @@ struct ServerConfig {
     std::string token_file;          ///< that TCP clients show; "": STATE/token, made when needed
     std::string tls_certificate, tls_key, client_ca;
 
-    int workers = 0;               ///< 0: one for each 8 cores
-    int threads = 0;               ///< of a worker; 0: shares the cores
+    WorkerEngine engine = WorkerEngine::local;
+    std::string srun_options;      ///< what srun is told as well, words apart by blanks
+    double worker_idle = 60.0;     ///< after which a worker that nobody needs is let go; of Slurm's alone [s]
+    int workers = 0;               ///< 0: one for each 8 cores; of Slurm's one
+    int threads = 0;               ///< of a worker; 0: shares the cores; of Slurm's: what it gives
     double time_limit = 3600.0;    ///< of a frame [s]
-    double memory_limit_mb = 0.0;  ///< of a worker [MB]; 0: 80 % of the machine's, shared
+    double memory_limit_mb = 0.0;  ///< of a worker [MB]; 0: 80 % of the machine's, shared; of Slurm's: its own
     double worker_start = 60.0;    ///< that a worker may take to be ready, and to begin with a frame [s]
     double stop_grace = 10.0;      ///< that running frames get when the server is told to stop [s]
     double min_free_mb =

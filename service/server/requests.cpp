@@ -180,7 +180,7 @@ v1::HealthReply Service::health() const
     if (const std::string paused = reason_to_wait(); !paused.empty()) why = paused;
     if (!not_scheduled_.empty()) why = not_scheduled_;
     if (!unsaved_.empty()) why = "pictures wait for the database to take them";
-    if (why.empty() && reply.workers() == 0) why = "no worker is ready";
+    if (why.empty() && reply.workers() == 0) why = workers_.absence();
     reply.set_serving(why.empty());
     reply.set_paused(queue_.is_paused());
     if (why.empty() && queue_.is_paused()) why = "the queue is paused: jobs are taken, no frame is started";

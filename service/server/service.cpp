@@ -254,7 +254,8 @@ bool Service::start_one(Moment now)
     const double limit = next->job->time_limit_seconds() > 0.0 ? next->job->time_limit_seconds() : config_.time_limit;
     frame.deadline_ms = now.steady_ms + static_cast<std::int64_t>(1e3 * limit);
     frame.progress.set_frame(next->frame.number());
-    frame.log.add("started, worker " + std::to_string(worker->pid));
+    frame.log.add("started, worker " + std::to_string(worker->pid) +
+                  (worker->host.empty() ? "" : " on " + worker->host));
     worker->scene_key = next->scene_key;
     worker->frame = std::move(frame);
     workers_.send(*worker, bytes);
@@ -303,6 +304,17 @@ void Service::watch_space()
     pause_ = std::move(why);
 }
 
+/// Those of this machine cost nothing while they wait. Of Slurm's as many as there is work for.
+std::size_t Service::workers_wanted(Moment now)
+{
+    const auto most = static_cast<std::uint64_t>(config_.workers);
+    if (config_.engine == WorkerEngine::local) return most;
+    const std::uint64_t run = queue_.count(v1::FRAME_STATE_ACTIVE);
+    const bool waits = !stopping_ && queue_.next(now).has_value();
+    return std::min(
+        most, run + (waits ? queue_.count(v1::FRAME_STATE_QUEUED) + queue_.count(v1::FRAME_STATE_SOFT_FAILED) : 0));
+}
+
 std::int64_t Service::tend()
 {
     const Moment moment = read_clocks();
@@ -310,7 +322,8 @@ std::int64_t Service::tend()
     watch_space();
     deliver(now);
     announce(now);
-    if (!stopping_ || frames_run()) workers_.tend(now, [&](std::uint64_t job) { return queue_.is_cancelled(job); });
+    if (!stopping_ || frames_run())
+        workers_.tend(now, workers_wanted(moment), [&](std::uint64_t job) { return queue_.is_cancelled(job); });
     if (now >= next_expiry_ms_) {
         next_expiry_ms_ = now + kExpiryPeriod;
         expire(moment);

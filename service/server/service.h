@@ -103,6 +103,7 @@ private:
     void put_down(const FrameEnd& end);
     internal::Task task_of(const NextFrame& next, const std::string& home);
     bool start_one(Moment now);
+    std::size_t workers_wanted(Moment now);
     void expire(Moment now);
     void expire_jobs(std::int64_t oldest_ms);
     std::int64_t queue_clock_ms() const { return queue_.clock_ms(read_clocks()); }

@@ -15,59 +15,20 @@
 #include <unistd.h>
 
 #include "process/clock.h"
+#include "process/process.h"
+#include "server/worker_process.h"
 #include "wire/errors.h"
 #include "wire/sha256.h"
 
 namespace rcs::service {
 namespace {
 
-constexpr std::int64_t kCancelGrace = 3000;     // for a worker to end a frame by itself [ms]
+constexpr std::int64_t kCancelGrace = 3000;     // for a worker to end a frame, or itself [ms]
 constexpr std::int64_t kLongestPause = 60'000;  // between attempts to start a worker [ms]
-constexpr int kSocketInWorker = 3;
 
-std::uint64_t resident_memory(pid_t pid)
+bool is_idle(const Worker& worker)
 {
-    std::FILE* file = std::fopen(std::string("/proc/").append(std::to_string(pid)).append("/statm").c_str(), "re");
-    if (file == nullptr) return 0;
-    unsigned long long all = 0, resident = 0;
-    const bool read = std::fscanf(file, "%llu %llu", &all, &resident) == 2;
-    std::fclose(file);
-    return read ? resident * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE)) : 0;
-}
-
-/// What happens between fork and exec: only what is safe there.
-[[noreturn]] void become_worker(int socket, char* const* words, pid_t server)
-{
-    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-    if (::getppid() != server) ::_exit(1);
-    sigset_t none;
-    sigemptyset(&none);
-    ::sigprocmask(SIG_SETMASK, &none, nullptr);
-    const int null = ::open("/dev/null", O_RDWR);
-    ::dup2(null, 0);
-    ::dup2(null, 1);
-    ::dup2(socket, kSocketInWorker);  // of the same number the copy keeps close-on-exec, which is undone
-    ::fcntl(kSocketInWorker, F_SETFD, 0);
-    const rlimit no_core{0, 0};
-    ::setrlimit(RLIMIT_CORE, &no_core);
-    const int score = ::open("/proc/self/oom_score_adj", O_WRONLY | O_CLOEXEC);
-    if (score >= 0) {
-        [[maybe_unused]] const ssize_t ignored = ::write(score, "900", 3);
-        ::close(score);
-    }
-    ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
-    ::execv("/proc/self/exe", words);
-    ::_exit(127);
-}
-
-bool is_idle(const Worker& worker) { return worker.ready && !worker.frame && !worker.killed_for && !worker.outdated; }
-
-std::string how_it_ended(int status)
-{
-    if (WIFSIGNALED(status))
-        return std::string("was ended by signal ") + std::to_string(WTERMSIG(status)) + " (" +
-               ::strsignal(WTERMSIG(status)) + ")";
-    return "ended with code " + std::to_string(WEXITSTATUS(status));
+    return worker.ready && !worker.frame && !worker.killed_for && !worker.outdated && !worker.leaving;
 }
 
 /// What it left: frames that it did not finish.
@@ -85,39 +46,25 @@ WorkerPool::~WorkerPool() { stop(); }
 
 void WorkerPool::spawn(std::int64_t now)
 {
-    int pair[2];
-    if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair) != 0) fail_file("make", "a socket pair");
-    Fd ours(pair[0]), theirs(pair[1]);
-    ::fcntl(ours.get(), F_SETFL, O_NONBLOCK);
     Worker worker;
     worker.home = config_.state + "/" + kResults + "/" + kWorkerHome + random_id();
     make_private_folder(worker.home);
-    std::vector<std::string> words{"rcsplat",   "worker",
-                                   "--fd",      std::to_string(kSocketInWorker),
-                                   "--threads", std::to_string(config_.threads),
-                                   "--state",   config_.state,
-                                   "--home",    worker.home};
-    for (const std::string& root : config_.roots) words.insert(words.end(), {"--root", root});
-    std::vector<char*> argv;
-    for (std::string& word : words) argv.push_back(word.data());
-    argv.push_back(nullptr);
-    const pid_t server = ::getpid();
-    const pid_t pid = ::fork();
-    if (pid < 0) fail_file("start", "a worker");
-    if (pid == 0) become_worker(theirs.get(), argv.data(), server);
-    worker.pid = pid;
+    WorkerProcess process = start_worker(config_, worker.home);
+    worker.pid = process.pid;
+    worker.socket = std::move(process.socket);
+    worker.has_place = config_.engine == WorkerEngine::local;
     worker.roots = config_.roots;
-    worker.socket = std::move(ours);
     worker.since_ms = now;
+    log_.info("worker_started", {{"pid", worker.pid}});
     workers_.push_back(std::move(worker));
-    log_.info("worker_started", {{"pid", pid}});
 }
 
 void WorkerPool::kill(Worker& worker, v1::ErrorCode code, const std::string& why)
 {
     if (worker.killed_for || worker.ended) return;
     worker.killed_for = error_message(code, why);
-    ::kill(worker.pid, SIGKILL);
+    worker.goes_since_ms = steady_ms();
+    kill_worker(worker.pid, config_.engine);
     log_.write(Level::warning, "worker_killed", {{"pid", worker.pid}, {"why", why}});
 }
 
@@ -126,9 +73,9 @@ void WorkerPool::adopt_config()
     for (Worker& worker : workers_) worker.outdated = worker.roots != config_.roots;
 }
 
-void WorkerPool::tend(std::int64_t now, const std::function<bool(std::uint64_t)>& is_cancelled)
+void WorkerPool::tend(std::int64_t now, std::size_t wanted, const std::function<bool(std::uint64_t)>& is_cancelled)
 {
-    while (workers_.size() < static_cast<std::size_t>(config_.workers) && now >= next_start_ms_) {
+    while (workers_.size() < wanted && now >= next_start_ms_) {
         try {
             spawn(now);
         } catch (const ServiceError& e) {
@@ -136,9 +83,27 @@ void WorkerPool::tend(std::int64_t now, const std::function<bool(std::uint64_t)>
             log_.write(Level::error, "worker_not_started", {{"why", e.what()}});
         }
     }
+    let_go(now, wanted);
     for (Worker& worker : workers_) {
         tend_worker(worker, now);
         if (worker.frame) tend_frame(worker, now, is_cancelled(worker.frame->key.job));
+    }
+}
+
+/// Those that nobody needs, and that have done nothing for a while. Their places are others' then.
+void WorkerPool::let_go(std::int64_t now, std::size_t wanted)
+{
+    const auto goes = [](const Worker& worker) { return worker.leaving || worker.killed_for; };
+    auto staying = workers_.size() - static_cast<std::size_t>(std::count_if(workers_.begin(), workers_.end(), goes));
+    const auto patience = static_cast<std::int64_t>(1e3 * config_.worker_idle);
+    for (Worker& worker : workers_) {
+        if (staying <= wanted) return;
+        if (goes(worker) || worker.frame || now < std::max(worker.since_ms, worker.used_ms) + patience) continue;
+        --staying;
+        worker.leaving = true;
+        worker.goes_since_ms = now;
+        worker.ready ? static_cast<void>(::shutdown(worker.socket.get(), SHUT_WR))
+                     : kill_worker(worker.pid, config_.engine);
     }
 }
 
@@ -148,7 +113,7 @@ std::int64_t WorkerPool::next_deadline_ms() const
     const auto patience = static_cast<std::int64_t>(1e3 * config_.worker_start);
     for (const Worker& worker : workers_) {
         if (worker.killed_for) continue;
-        if (!worker.ready) next = std::min(next, worker.since_ms + patience);
+        if (!worker.ready && worker.has_place) next = std::min(next, worker.since_ms + patience);
         if (worker.frame) next = std::min(next, worker.frame->deadline_ms);
     }
     return next;
@@ -158,7 +123,8 @@ std::int64_t WorkerPool::next_deadline_ms() const
 void WorkerPool::tend_worker(Worker& worker, std::int64_t now)
 {
     char text[120];
-    worker.memory = resident_memory(worker.pid);
+    if (config_.engine == WorkerEngine::local) worker.memory = resident_memory(worker.pid);
+    if (worker.goes_since_ms != 0 && now >= worker.goes_since_ms + kCancelGrace) ::kill(worker.pid, SIGKILL);
     const double megabytes = 1e-6 * static_cast<double>(worker.memory);
     if (megabytes > config_.memory_limit_mb) {
         std::snprintf(text, sizeof text, "took %.0f MB of memory, more than the limit of %.0f MB", megabytes,
@@ -168,7 +134,7 @@ void WorkerPool::tend_worker(Worker& worker, std::int64_t now)
     if (worker.outdated && !worker.frame)
         kill(worker, v1::ERROR_CODE_INTERNAL, "its roots are not the server's any more");
     const auto patience = static_cast<std::int64_t>(1e3 * config_.worker_start);
-    if (!worker.ready && now >= worker.since_ms + patience) {
+    if (!worker.ready && worker.has_place && now >= worker.since_ms + patience) {
         std::snprintf(text, sizeof text, "was not ready after %.4g s", config_.worker_start);
         kill(worker, v1::ERROR_CODE_WORKER_DIED, text);
     }
@@ -208,6 +174,14 @@ bool WorkerPool::any_waits_for_space() const
                        [](const Worker& worker) { return worker.frame && worker.frame->waits_since_ms != 0; });
 }
 
+std::string WorkerPool::absence() const
+{
+    if (config_.engine == WorkerEngine::local) return "no worker is ready";
+    if (workers_.empty()) return {};
+    const bool wait = std::none_of(workers_.begin(), workers_.end(), [](const Worker& w) { return w.has_place; });
+    return wait ? "frames wait until Slurm has room for a worker" : "no worker is ready";
+}
+
 bool WorkerPool::has_idle() const { return std::any_of(workers_.begin(), workers_.end(), is_idle); }
 
 Worker* WorkerPool::idle(const std::string& scene_key)
@@ -241,7 +215,7 @@ void WorkerPool::serve(Worker& worker, bool readable, bool writable, std::vector
     const ssize_t count = ::recv(worker.socket.get(), bytes, sizeof bytes, 0);
     if (count <= 0) {
         // Its end follows; one that only closed the socket is of no use any more.
-        if (count == 0 && !worker.ended) ::kill(worker.pid, SIGKILL);
+        if (count == 0 && !worker.ended) kill_worker(worker.pid, config_.engine);
         return;
     }
     try {
@@ -256,18 +230,39 @@ void WorkerPool::serve(Worker& worker, bool readable, bool writable, std::vector
     }
 }
 
-void WorkerPool::handle(Worker& worker, internal::FromWorker& message, std::vector<FrameEnd>& ends,
-                        std::vector<std::uint64_t>& changed)
+/// @return whether that was of the worker, not of its frame
+bool WorkerPool::hear_of_worker(Worker& worker, const internal::FromWorker& message)
 {
+    if (message.has_started()) {
+        worker.has_place = true;
+        worker.since_ms = steady_ms();
+        worker.host = message.started();
+        return true;
+    }
+    if (message.has_memory()) {
+        worker.memory = message.memory();
+        return true;
+    }
     if (message.has_ready()) {
         worker.ready = true;
+        worker.used_ms = steady_ms();
         failed_starts_ = 0;
         trouble_.clear();
         worker.seal = message.ready().seal();
         log_.write(message.ready().sealed() ? Level::info : Level::warning, "worker_ready",
-                   {{"pid", worker.pid}, {"gl", message.ready().gl_renderer()}, {"kept_from", worker.seal}});
-        return;
+                   {{"pid", worker.pid},
+                    {"host", worker.host.empty() ? "here" : worker.host},
+                    {"gl", message.ready().gl_renderer()},
+                    {"kept_from", worker.seal}});
+        return true;
     }
+    return false;
+}
+
+void WorkerPool::handle(Worker& worker, internal::FromWorker& message, std::vector<FrameEnd>& ends,
+                        std::vector<std::uint64_t>& changed)
+{
+    if (hear_of_worker(worker, message)) return;
     if (!worker.frame || message.task() != worker.frame->task) return;
     RunningFrame& frame = *worker.frame;
     frame.begun = true;
@@ -342,6 +337,12 @@ void WorkerPool::reap(std::vector<FrameEnd>& ends)
         std::vector<std::uint64_t> nobody;
         for (int i = 0; i < 64 && !worker->killed_for; ++i) serve(*worker, true, false, ends, nobody);
         const std::string how = how_it_ended(status);
+        if (worker->leaving && !worker->killed_for) {
+            log_.info("worker_let_go", {{"pid", worker->pid}, {"host", worker->host}});
+            leave_home(*worker);
+            worker = workers_.erase(worker);
+            continue;
+        }
         log_.write(Level::warning, "worker_ended", {{"pid", worker->pid}, {"how", how}});
         if (worker->frame) {
             FrameEnd end{std::move(*worker->frame), std::nullopt, Ending::died, {}};
@@ -364,10 +365,11 @@ void WorkerPool::reap(std::vector<FrameEnd>& ends)
 
 std::vector<RunningFrame> WorkerPool::stop()
 {
+    std::vector<pid_t> pids;
+    for (const Worker& worker : workers_) pids.push_back(worker.pid);
+    end_workers(pids, config_.engine);
     std::vector<RunningFrame> frames;
     for (Worker& worker : workers_) {
-        ::kill(worker.pid, SIGKILL);
-        ::waitpid(worker.pid, nullptr, 0);
         if (worker.frame) frames.push_back(std::move(*worker.frame));
         leave_home(worker);
     }

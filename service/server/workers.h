@@ -50,12 +50,15 @@ inline constexpr const char* kWorkerHome = ".worker-";  ///< in that folder: tho
 
 /// A worker process, and the socket to it.
 struct Worker {
-    pid_t pid = 0;
+    pid_t pid = 0;  ///< its own, or of the srun that speaks for it
     Fd socket;
     FrameReader reader;
     std::string out;  ///< not yet written
     bool ready = false;
     bool ended = false;              ///< its number may be another process's by now
+    bool has_place = false;          ///< it runs; before that Slurm has to give it a place
+    bool leaving = false;            ///< nobody needs it
+    std::string host;                ///< where it runs; "": here
     std::int64_t since_ms = 0;       ///< started
     std::string home;                ///< folder that it alone may write to, and its frames' folders in it
     std::string seal;                ///< from what it is kept
@@ -66,6 +69,7 @@ struct Worker {
     std::uint64_t memory = 0;  ///< resident [bytes]
     std::optional<RunningFrame> frame;
     std::optional<v1::Error> killed_for;
+    std::int64_t goes_since_ms = 0;  ///< when it was told to end; 0: was not
 };
 
 /// The worker processes. They are started when there is none too many, live on from frame to frame, and are replaced
@@ -82,7 +86,8 @@ public:
     /// The configuration has changed.
     void adopt_config();
     /// Starts what is missing, kills what is past its limits, asks cancelled frames to stop.
-    void tend(std::int64_t now, const std::function<bool(std::uint64_t job)>& is_cancelled);
+    /// @param wanted  so many workers; more are let go once they have been idle for a while
+    void tend(std::int64_t now, std::size_t wanted, const std::function<bool(std::uint64_t job)>& is_cancelled);
     /// When the first of those that hang is to be killed, if they do. [ms]
     std::int64_t next_deadline_ms() const;
     /// An idle worker, the one that keeps this scene if there is one.
@@ -103,15 +108,19 @@ public:
     const RunningFrame* running(FrameKey key) const;
     bool any_waits_for_space() const;
     std::uint64_t restarts() const { return restarts_; }
+    /// Why none is ready; "" where none is needed.
+    std::string absence() const;
     /// Why workers do not start; "" while they do.
     const std::string& trouble() const { return trouble_; }
 
 private:
     void spawn(std::int64_t now);
+    bool hear_of_worker(Worker& worker, const internal::FromWorker& message);
     void handle(Worker& worker, internal::FromWorker& message, std::vector<FrameEnd>& ends,
                 std::vector<std::uint64_t>& changed);
     FrameEnd end_of(RunningFrame frame, internal::FromWorker& message) const;
     void kill(Worker& worker, v1::ErrorCode code, const std::string& why);
+    void let_go(std::int64_t now, std::size_t wanted);
     void tend_worker(Worker& worker, std::int64_t now);
     void tend_frame(Worker& worker, std::int64_t now, bool is_cancelled);
 

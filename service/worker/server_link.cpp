@@ -1,8 +1,8 @@
 #include "worker/server_link.h"
 
 #include <cerrno>
+#include <csignal>
 
-#include <sys/socket.h>
 #include <unistd.h>
 
 #include "wire/errors.h"
@@ -16,8 +16,9 @@ namespace {
 
 }  // namespace
 
-ServerLink::ServerLink(int fd) : fd_(fd)
+ServerLink::ServerLink(int in, int out) : in_(in), out_(out)
 {
+    ::signal(SIGPIPE, SIG_IGN);  // a server that is gone is told by what write() returns
     std::thread([this] { listen(); }).detach();
 }
 
@@ -33,8 +34,9 @@ internal::Task ServerLink::next_task()
 void ServerLink::send(const internal::FromWorker& message)
 {
     const std::string bytes = frame(message);
+    const std::scoped_lock lock(sending_);
     for (std::size_t sent = 0; sent < bytes.size();) {
-        const ssize_t count = ::send(fd_, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
+        const ssize_t count = ::write(out_, bytes.data() + sent, bytes.size() - sent);
         if (count < 0 && errno == EINTR) continue;
         if (count < 0) leave();
         sent += static_cast<std::size_t>(count);
@@ -46,7 +48,7 @@ void ServerLink::listen()
     FrameReader reader;
     char bytes[64 << 10];
     for (;;) {
-        const ssize_t count = ::recv(fd_, bytes, sizeof bytes, 0);
+        const ssize_t count = ::read(in_, bytes, sizeof bytes);
         if (count < 0 && errno == EINTR) continue;
         if (count <= 0) leave();
         try {

@@ -27,6 +27,7 @@
 #include "wire/outputs.h"
 #include "wire/scene.h"
 #include "wire/sha256.h"
+#include "worker/elsewhere.h"
 #include "worker/frame_progress.h"
 #include "worker/server_link.h"
 #include "worker/small_picture.h"
@@ -378,9 +379,11 @@ void run_worker(const WorkerArguments& arguments)
     ::unsetenv("OCIO");  // the job says which configuration, or none
     ::setenv("TMPDIR", arguments.home.c_str(), 1);
     ::umask(0077);
+    if (arguments.elsewhere) check_is_shared(arguments.state, arguments.home);
     const Seal seal = seal_worker(arguments);
-    ServerLink link(arguments.fd);
-    FrameRenderer renderer(link, seal, arguments.threads);
+    ServerLink link(arguments.in, arguments.out);
+    if (arguments.elsewhere) tell_of_this_process(link);
+    FrameRenderer renderer(link, seal, arguments.threads > 0 ? arguments.threads : threads_by_slurm());
     renderer.prepare();
     for (;;) renderer.run(link.next_task());
 }

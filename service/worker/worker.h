@@ -6,8 +6,9 @@
 namespace rcs::service {
 
 struct WorkerArguments {
-    int fd = -1;                     ///< socket to the server
-    int threads = 0;                 ///< of rendering
+    int in = -1, out = -1;           ///< the socket to the server, or what passes on what is said
+    bool elsewhere = false;          ///< the server may be on another machine and see nothing of this process
+    int threads = 0;                 ///< of rendering; 0: one for each processor that it was given
     std::string state, home;         ///< the server's folder; this worker's within, where its pictures are made
     std::vector<std::string> roots;  ///< beneath which scenes may lie
 };
