@@ -210,6 +210,18 @@ TEST_F(Door, AServerRefusesToGuessWhereItsQueueIs)
     EXPECT_EQ(told.code, 0) << told.err;
 }
 
+TEST_F(Door, SlurmIsAskedForAlone)
+{
+    const std::string path = std::getenv("PATH");
+    ::setenv("PATH", folder_.path().c_str(), 1);
+    const Outcome outcome = rcsplat({"serve", "--check", "--engine", "slurm"});
+    ::setenv("PATH", path.c_str(), 1);
+    EXPECT_EQ(outcome.code, service::kNoInput);
+    EXPECT_NE(outcome.err.find("there is no srun in $PATH"), std::string::npos) << outcome.err;
+    EXPECT_EQ(rcsplat({"serve", "--check", "--engine", "lsf"}).code, kBadUsage);
+    EXPECT_EQ(rcsplat({"serve", "--check", "--srun-options", "--exclusive"}).code, kBadUsage);
+}
+
 TEST_F(Door, AReloadSaysWhatItDidNotTakeOver)
 {
     const std::string file = folder_ / "config";

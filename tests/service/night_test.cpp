@@ -258,6 +258,8 @@ TEST_F(Night, AWorkerThatHangsIsReplaced)
     TestServer server(folder_.path(), {"--worker-start", "3"});
     Client client(server.socket());
     wait_until([&] { return health_of(client).serving(); });
+    EXPECT_EQ(rcsplat({"stats", "--health", "--server", server.socket()}).out,
+              "serving: 1 workers, 0 busy, 0 frames wait\n");
     ::kill(server.worker(), SIGSTOP);
     const auto job = client.submit(small_job()).job();
     EXPECT_EQ(client.watch(job).state(), v1::JOB_STATE_COMPLETED);
@@ -271,6 +273,9 @@ TEST_F(Night, WithoutAWorkerAServerIsNotWell)
     EXPECT_FALSE(health_of(client).serving());
     wait_until([&] { return health_of(client).message().find("was not ready after 0.01 s") != std::string::npos; });
     EXPECT_FALSE(health_of(client).serving());
+    const Outcome told = rcsplat({"stats", "--health", "--server", server.socket()});
+    EXPECT_EQ(told.code, 1);
+    EXPECT_NE(told.err.find("not serving: workers do not start"), std::string::npos) << told.err;
 }
 
 TEST_F(Night, FailuresAreToldInTheUsersWords)
