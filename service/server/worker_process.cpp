@@ -34,11 +34,12 @@ std::vector<std::string> words_of_worker(const ServerConfig& config, const std::
 /// One step, whose input and output srun passes on as they are: a worker speaks by them as by its socket.
 std::vector<std::string> words_of_srun(const ServerConfig& config)
 {
-    std::vector<std::string> words{find_program("srun"),       "--ntasks=1", "--unbuffered", "--quiet", "--chdir=/",
-                                   "--job-name=rcsplat-worker"};
+    std::vector<std::string> words{find_program("srun"), "--chdir=/", "--job-name=rcsplat-worker"};
     if (config.threads > 0) words.push_back("--cpus-per-task=" + std::to_string(config.threads));
     std::istringstream more(config.srun_options);
     for (std::string word; more >> word;) words.push_back(word);
+    // What comes last holds.
+    words.insert(words.end(), {"--nodes=1", "--ntasks=1", "--unbuffered", "--quiet"});
     words.push_back(std::filesystem::read_symlink("/proc/self/exe").string());
     return words;
 }

@@ -150,7 +150,7 @@ def test_a_full_cluster(server, folder):
 
 
 def test_refusals(rcsplat, folder):
-    server = Server(rcsplat, folder / "refused", "--srun-options", "--partition=nowhere")
+    server = Server(rcsplat, folder / "refused", "--srun-options", "--ntasks=3 --partition=nowhere")
     number = server.submit(*SMALL, "-o", "a.png")
     wait_until(lambda: "workers do not start" in server.health(), "a partition that is none is told")
     expect("nowhere" in server.log.read_text() or "partition" in server.log.read_text(), server.log.read_text())
@@ -169,7 +169,8 @@ def main():
         folder.chmod(0o755)
         (folder / "slurm").mkdir()
         with cluster(folder / "slurm"):
-            server = Server(rcsplat, folder / "serve", "--memory-limit", "700")
+            more = ["--memory-limit", "700", "--srun-options", "--ntasks=2 --comment=of-workers"]
+            server = Server(rcsplat, folder / "serve", *more)
             try:
                 test_pictures(server, rcsplat, folder)
                 test_what_goes_wrong(server)

@@ -177,7 +177,7 @@ async function refresh() {
     const status = await ask("/status.json");
     health.textContent = (status.serving ? "serving" : "NOT serving: " + status.message) +
       `; ${status.busy} of ${status.workers} workers busy, ${status.waiting} frames waiting` +
-      (status.paused ? ", the queue is PAUSED" : status.eta === undefined ? "" : `, about ${seconds(status.eta)} of work`) + `, up for ${seconds(status.uptime)}` +
+      (status.paused ? ", the queue is PAUSED" : !status.eta ? "" : `, about ${seconds(status.eta)} of work`) + `, up for ${seconds(status.uptime)}` +
       (status.seal ? `; workers are kept from ${status.seal}` : "");
     take(status, true);
     draw();
