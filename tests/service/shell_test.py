@@ -44,7 +44,7 @@ def main():
                 "rcsplat render roo": {"room.glb"},
                 "rcsplat render demo:cornell -o fra": {"frames"},
                 "rcsplat completion z": {"zsh"},
-                "rcsplat serve --work": {"--workers", "--worker-start"},
+                "rcsplat serve --work": {"--workers", "--worker-start", "--worker-idle"},
                 "rcsplat plan --expo": set(),
         }.items():
             expect(completed(line, folder) == offered, f"{line!r} offers {completed(line, folder)}, expected {offered}")
