@@ -69,7 +69,7 @@ void run_watch(const JobArguments& arguments)
     }
     if (end.state() == v1::JOB_STATE_CANCELLED)
         throw ServiceError(v1::ERROR_CODE_CANCELLED, "job " + std::to_string(arguments.job) + " was cancelled");
-    if (end.state() == v1::JOB_STATE_FAILED) throw ServiceError(end.error().code(), end.error().message());
+    if (end.state() == v1::JOB_STATE_FAILED) throw Ended(kFailed, printable(end.error().message()));
 }
 
 struct FetchArguments : JobArguments {

@@ -64,7 +64,7 @@ TEST_F(Hold, WhatFailedIsTriedAgainAndTellsWhy)
 {
     const std::string job =
         submit({"--frames", "1-6", "--camera", "nowhere", "--stop-after", "2", "--label", "shot=a"});
-    EXPECT_EQ(ask({"watch", job}).code, kFailure);
+    EXPECT_EQ(ask({"watch", job}).code, 1) << "as submit would";
     const auto failed = jobs({"--state", "failed", "--label", "shot=a"});
     ASSERT_EQ(failed.size(), 1u);
     EXPECT_EQ(failed[0].at("frames_failed"), 2);
