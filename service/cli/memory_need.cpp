@@ -13,6 +13,7 @@ namespace {
 constexpr double kProgram = 130e6;         ///< [bytes]
 constexpr double kPixel = 260.0;           ///< G-buffer, light, records' sums [bytes a pixel]
 constexpr double kFurtherSamples = 150.0;  ///< sums over several samples
+constexpr double kFilter = 600.0;          ///< what a filter is told, its own images and scratch
 constexpr double kExr = 50.0;              ///< layers on their way into a file
 
 constexpr double kWorthSaying = 0.5;  ///< of what is free
@@ -31,7 +32,8 @@ double memory_need(const RenderOptions& options, const std::vector<std::string>&
     const bool exr = std::any_of(files.begin(), files.end(), [](const std::string& f) { return f.ends_with(".exr"); });
     const double pixels = options.crop ? static_cast<double>(options.crop->width) * options.crop->height
                                        : static_cast<double>(options.width) * options.height;
-    return kProgram + pixels * (kPixel + (options.aa > 1 ? kFurtherSamples : 0.0) + (exr ? kExr : 0.0));
+    return kProgram + pixels * (kPixel + (options.aa > 1 ? kFurtherSamples : 0.0) + (exr ? kExr : 0.0) +
+                                (options.denoise != Denoiser::none ? kFilter : 0.0));
 }
 
 void check_memory(const RenderOptions& options, const std::vector<std::string>& files, const LogFunction& log)

@@ -83,10 +83,10 @@ CLI::Option* add_table_option(CLI::App& command, const OptionInfo& option, const
             throw Error(e.code(), e.what() + with_suffix(option, text));
         }
     };
-    CLI::Option* added = command.add_option(std::string(option.name), texts.of(option), help_of(option))
-                             ->type_name(type_of(option))
-                             ->check(checked_by(parse), "")
-                             ->default_str(text_of(option, defaults));
+    const std::string name(option.name), alone(option.given_alone);
+    CLI::Option* added = alone.empty() ? command.add_option(name, texts.of(option), help_of(option))
+                                       : command.add_flag(name + "{" + alone + "}", texts.of(option), help_of(option));
+    added->type_name(type_of(option))->check(checked_by(parse), "")->default_str(text_of(option, defaults));
     added->group(group_of(option));
     if (is_list(option)) added->join(',')->allow_extra_args(false);
     return added;

@@ -49,6 +49,22 @@ Json error_json(const ErrorEstimate& error)
             {"p95_relative", error.p95_relative}};
 }
 
+Json denoised_json(const DenoiseStats& denoised)
+{
+    Json json = {{"library", denoised.library},
+                 {"device", denoised.device},
+                 {"error_before",
+                  {{"image", error_json(denoised.before.image)}, {"indirect", error_json(denoised.before.indirect)}}},
+                 {"lights", Json::array()}};
+    for (const DenoisedLight& light : denoised.lights)
+        json["lights"].push_back({{"name", light.name},
+                                  {"exact", light.is_exact},
+                                  {"filtered", light.filtered},
+                                  {"error_before", light.error_before},
+                                  {"error_after", light.error_after}});
+    return json;
+}
+
 void add_render(Json& json, const RunReport& report)
 {
     const RenderStats& stats = *report.render;
@@ -71,6 +87,7 @@ void add_render(Json& json, const RunReport& report)
     }
     json["error_estimate"] = {{"image", error_json(stats.errors.image)},
                               {"indirect", error_json(stats.errors.indirect)}};
+    if (!stats.denoised.library.empty()) json["denoised"] = denoised_json(stats.denoised);
     json["splats"] = stats.splats.splats;
     json["pixels_per_splat"] = per(static_cast<double>(stats.splats.samples), static_cast<double>(stats.splats.splats));
     json["splat_method"] = stats.splat_method;
@@ -113,6 +130,31 @@ void append_error(std::string& text, const char* what, const ErrorEstimate& erro
            what, 100.0 * error.mean_relative, 100.0 * error.median_relative, 100.0 * error.p95_relative);
 }
 
+/// What filtering did: never silent. @param after  the errors of the picture as it is
+void append_denoised(std::string& text, const DenoiseStats& denoised, const ErrorEstimates& after)
+{
+    if (denoised.library.empty()) return;
+    append(
+        text,
+        "denoised by %s (%s): the picture's error from %.1f %% to %.1f %%, indirect light's from %.1f %% to %.1f %%\n",
+        denoised.library.c_str(), denoised.device.c_str(), 100.0 * denoised.before.image.mean_relative,
+        100.0 * after.image.mean_relative, 100.0 * denoised.before.indirect.mean_relative,
+        100.0 * after.indirect.mean_relative);
+    if (denoised.lights.empty()) text += "         there is no light that a filter is for\n";
+    for (const DenoisedLight& light : denoised.lights) {
+        append(text, "         %s: ", light.name.c_str());
+        if (light.is_exact)
+            text += "exact, left as it was\n";
+        else if (light.filtered > 0.0)
+            append(text, "%.0f %% filtered, against other samples off by %.3g %% (rms) in place of %.3g %%\n",
+                   100.0 * light.filtered, 100.0 * light.error_after, 100.0 * light.error_before);
+        else if (!(light.error_before > 0.0))
+            text += "left as it was: too few pixels have it to judge a filter by\n";
+        else
+            append(text, "left as it was, off by %.3g %% (rms): a filter does not help\n", 100.0 * light.error_before);
+    }
+}
+
 void append_render(std::string& text, const RunReport& report)
 {
     const RenderStats& stats = *report.render;
@@ -141,6 +183,7 @@ void append_render(std::string& text, const RunReport& report)
     }
     append(text, "splats   %s as %s, %s pixels each\n", short_count(stats.splats.splats).c_str(),
            stats.splat_method.c_str(), short_count(pixels).c_str());
+    append_denoised(text, stats.denoised, stats.errors);
     append_error(text, "error    the picture", stats.errors.image);
     append_error(text, "         its indirect light", stats.errors.indirect);
     std::string left_out;

@@ -157,7 +157,7 @@ Reach machine_places()
         &reach.read);
     // Whoever started the server may have told it of other drivers.
     for (const char* name : {"LD_LIBRARY_PATH", "LIBGL_DRIVERS_PATH", "GBM_BACKENDS_PATH", "__EGL_VENDOR_LIBRARY_DIRS",
-                             "__EGL_VENDOR_LIBRARY_FILENAMES", "__EGL_EXTERNAL_PLATFORM_CONFIG_DIRS"}) {
+                             "__EGL_VENDOR_LIBRARY_FILENAMES", "__EGL_EXTERNAL_PLATFORM_CONFIG_DIRS", "RCSPLAT_OIDN"}) {
         const char* value = std::getenv(name);
         for (std::string list = value != nullptr ? value : ""; !list.empty();) {
             const std::size_t end = std::min(list.find(':'), list.size());

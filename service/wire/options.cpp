@@ -51,7 +51,9 @@ void write(const Place<Message>& at, int value) { at.by.SetInt32(&at.message, &a
 void write(const Place<Message>& at, float value) { at.by.SetFloat(&at.message, &at.field, value); }
 void write(const Place<Message>& at, double value) { at.by.SetDouble(&at.message, &at.field, value); }
 void write(const Place<Message>& at, std::uint64_t value) { at.by.SetUInt64(&at.message, &at.field, value); }
-void write(const Place<Message>& at, SplatMethod value)
+template <typename Choice>
+    requires std::is_enum_v<Choice>
+void write(const Place<Message>& at, Choice value)
 {
     at.by.SetEnumValue(&at.message, &at.field, static_cast<int>(value));
 }
@@ -81,9 +83,11 @@ void read(const Place<const Message>& at, std::optional<double>& value)
 {
     value = at.by.GetDouble(at.message, &at.field);
 }
-void read(const Place<const Message>& at, SplatMethod& value)
+template <typename Choice>
+    requires std::is_enum_v<Choice>
+void read(const Place<const Message>& at, Choice& value)
 {
-    value = static_cast<SplatMethod>(at.by.GetEnumValue(at.message, &at.field));
+    value = static_cast<Choice>(at.by.GetEnumValue(at.message, &at.field));
 }
 
 /// Lists are as on the command line.

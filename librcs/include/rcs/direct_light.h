@@ -26,8 +26,10 @@ struct DirectSettings {
                          ///< what they would send, stand for all, and penumbras get no more: cheap and
                          ///< noisy. In [0, 1024]
     bool error = false;  ///< pixels sampled twice, a few of them, tell the others' standard errors
-    std::uint64_t seed = 1;                           ///< of shadow rays
-    std::optional<EffectSet> effects = std::nullopt;  ///< of a plan; none: what the scene has, wherever it lies
+    std::optional<std::uint64_t> checked = std::nullopt;  ///< of which pixels are sampled twice more, for all passes to
+                                                          ///< check the same ones; none: only for `error`
+    std::uint64_t seed = 1;                               ///< of shadow rays
+    std::optional<EffectSet> effects = std::nullopt;      ///< of a plan; none: what the scene has, wherever it lies
     const GatheredLamps* gathered = nullptr;  ///< the diffuse part of their light is left to records; null: none
 };
 

@@ -22,7 +22,7 @@ namespace rcs {
 /// The member that holds an option's value.
 using OptionField =
     std::variant<int RenderOptions::*, float RenderOptions::*, std::uint64_t RenderOptions::*,
-                 SplatMethod RenderOptions::*, std::optional<Crop> RenderOptions::*,
+                 SplatMethod RenderOptions::*, Denoiser RenderOptions::*, std::optional<Crop> RenderOptions::*,
                  std::optional<double> RenderOptions::*, EffectSet EffectChoice::*, int QualitySettings::*,
                  float QualitySettings::*, double TargetError::*, double TargetIndirectError::*, double Budget::*>;
 
@@ -49,6 +49,7 @@ struct OptionInfo {
     OptionField field;       ///< where its value lies
     NumberRange range = {};  ///< of numbers
     std::span<const std::string_view> choices = {};  ///< of an enumeration, in its order
+    std::string_view given_alone = {};               ///< what it means without a value; "": it takes one
     std::string_view prefix = {};                    ///< of its text, where rows of one name differ by it
     std::string_view unit = {};                      ///< as text, "" where it is a plain number or says so itself
     std::span<const UnitSuffix> suffixes = {};       ///< that its text may end in

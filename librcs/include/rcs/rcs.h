@@ -3,6 +3,7 @@
 /// Everything librcs offers. See README.md for the way of the data.
 #include "rcs/camera.h"
 #include "rcs/camera_path.h"
+#include "rcs/denoise_stats.h"
 #include "rcs/direct_light.h"
 #include "rcs/effect_plan.h"
 #include "rcs/effects.h"

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "rcs/api.h"
+#include "rcs/denoise_stats.h"
 #include "rcs/direct_light.h"
 #include "rcs/effect_plan.h"
 #include "rcs/error_estimate.h"
@@ -82,6 +83,7 @@ struct RenderStats {
     std::uint64_t direct_shadow_rays = 0;                       ///< of pixels, to lamps
     GlossyStats traced;                                         ///< narrow lobes, ray traced per pixel
     ErrorEstimates errors;                                      ///< of the picture and of its indirect light
+    DenoiseStats denoised;                                      ///< if that was asked for
     std::uint64_t probe_rays = 0;                               ///< of gathers that judged the estimate
     std::uint64_t unserved_pixels = 0;         ///< visible pixels that no record reaches: 0 unless something is wrong
     std::string splat_method;                  ///< "quads" or "tiles"

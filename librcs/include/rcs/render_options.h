@@ -51,6 +51,12 @@ enum class SplatMethod {
     tiles,      ///< records binned to tiles of the image, summed by the CPU
 };
 
+/// What takes noise out of the finished picture.
+enum class Denoiser {
+    none,
+    oidn,  ///< Open Image Denoise 2, found at run time: filters what pixels sample by themselves, as far as that helps
+};
+
 /// A window of the picture [px], (x, y) its upper left corner.
 struct Crop {
     int x = 0;       ///< of the upper left corner, >= 0
@@ -82,6 +88,7 @@ struct RenderOptions {
     int lobe_rays = 16;    ///< rays a pixel along lobes too narrow for records, shared between neighbours
     float overlap = 3.0f;  ///< influence radius of the last splat, in spacing radii
     SplatMethod splat = SplatMethod::automatic;  ///< how records reach the image
+    Denoiser denoise = Denoiser::none;           ///< of direct light and of rays along lobes
     EffectChoice effects;  ///< what is simulated though the plan would not, and what is not though it would; alpha,
                            ///< transmission, normal maps and instancing are chosen in build_ray_scene()
     std::optional<std::vector<std::string>> layers;  ///< to make beside beauty (rcs/layers.h); none: the default ones

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "compose/sampled_light.h"
 #include "radiance/lobes.h"
 #include "util/color.h"
 
@@ -106,6 +107,7 @@ std::size_t accumulate_pass(const GBuffer& g, const View& view, const Shading& s
     }
     std::vector<Sample> samples;
     samples.reserve(kSamplesAtATime);
+    std::vector<SampledLight> sampled(light.layers->for_filter ? kSamplesAtATime : 0);
     std::size_t unserved = 0;
     for (std::size_t begin = 0; begin < g.size(); begin += kSamplesAtATime) {
         samples.clear();
@@ -114,6 +116,10 @@ std::size_t accumulate_pass(const GBuffer& g, const View& view, const Shading& s
             Sample& s = samples.emplace_back();
             s.pixel = i;
             look_at(pass, shading, light, pass.first ? glm::vec3(1.0f) : weight[i], s);
+            if (!sampled.empty()) {
+                sampled[i - begin] = look_at_sampled(pass, shading, light, s);
+                s.sampled = &sampled[i - begin];
+            }
             if (s.covered && light.indirect.width != 0 && !s.served) ++unserved;
         }
         for (const auto& [layer, image] : layers) layer->add(pass, samples, *image);
@@ -124,11 +130,17 @@ std::size_t accumulate_pass(const GBuffer& g, const View& view, const Shading& s
 void finish_passes(int passes, LayeredImage& sums)
 {
     for (auto& [name, image] : sums.layers) layer_sum(name).finish(passes, image);
-    Image& beauty = sums.layers["beauty"];
+    add_up_beauty(sums);
+}
+
+void add_up_beauty(LayeredImage& image)
+{
+    Image& beauty = image.layers["beauty"];
     const std::size_t pixels = beauty.pixels.size() / 4;
+    for (std::size_t i = 0; i < pixels; ++i) std::fill_n(beauty.pixels.data() + 4 * i, 3, 0.0f);
     for (const char* part : kBeautyParts) {
-        const auto found = sums.layers.find(part);
-        if (found == sums.layers.end()) continue;
+        const auto found = image.layers.find(part);
+        if (found == image.layers.end()) continue;
         for (std::size_t i = 0; i < pixels; ++i)
             for (std::size_t c = 0; c < 3; ++c) beauty.pixels[4 * i + c] += found->second.pixels[3 * i + c];
     }

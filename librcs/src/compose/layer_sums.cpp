@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "compose/sampled_light.h"
 #include "rcs/error.h"
 #include "util/color.h"
 
@@ -123,6 +124,23 @@ void add_records(const SamplePass& pass, const Sample& s, float* to)
     if (pass.first) *to += s.records;
 }
 
+void add_sampled(const SamplePass&, const Sample& s, float* to)
+{
+    using At = SampledChannels;
+    const SampledLight& sampled = *s.sampled;
+    for (std::size_t k = 0; k < SampledLight::kKinds; ++k) {
+        float* const kind = to + k * At::kOfKind;
+        const SampledLight::OfKind& of = sampled.kinds[k];
+        plus(kind + At::kLight, of.light);
+        kind[At::kSquaredError] += of.error * of.error;
+        kind[At::kNoisy] += of.noisy;
+        for (std::size_t n = 0; n < of.again.size(); ++n) kind[At::kAgain + n] += of.again[n];
+    }
+    plus(to + At::kDiffuseReflectance, sampled.diffuse_reflectance);
+    plus(to + At::kLobeReflectance, sampled.lobe_reflectance);
+    plus(to + At::kNormal, sampled.normal);
+}
+
 /// A layer to which each sample adds by itself.
 template <void (*add_one)(const SamplePass&, const Sample&, float*)>
 void each(const SamplePass& pass, std::span<const Sample> samples, Image& sums)
@@ -180,6 +198,17 @@ void finish_direct_error(int passes, Image& sums)
     for (float& value : sums.pixels) value = std::sqrt(value) / static_cast<float>(passes);
 }
 
+/// Means, and of independent passes their squared errors.
+void finish_sampled(int passes, Image& sums)
+{
+    using At = SampledChannels;
+    finish_mean(passes, sums);
+    const float scale = 1.0f / static_cast<float>(passes);
+    for (std::size_t i = 0; i < sums.pixels.size(); i += At::kAll)
+        for (std::size_t k = 0; k < SampledLight::kKinds; ++k)
+            sums.pixels[i + k * At::kOfKind + At::kSquaredError] *= scale;
+}
+
 void repeat_values(const Image& first, const std::vector<std::uint8_t>& met, Image& sums)
 {
     const auto channels = static_cast<std::size_t>(sums.channels);
@@ -204,6 +233,7 @@ constexpr LayerSum kSums[] = {
     {"records", 1, each<add_records>, finish_mean, repeat_values},
     {"position", 4, each<add_position>, finish_mean_of_counted, repeat_values},
     {"motion", kMotionParts, each<add_motion>, finish_motion, repeat_values},
+    {kSampledLayer, static_cast<int>(SampledChannels::kAll), each<add_sampled>, finish_sampled, repeat_values},
     {kObjectLayer, 2, add_object, rank_coverage, repeat_coverage},
     {kMaterialLayer, 2, add_material, rank_coverage, repeat_coverage},
 };
@@ -217,9 +247,12 @@ const LayerSum& layer_sum(std::string_view name)
     throw Error(ErrorCode::internal, "layer " + std::string(name) + " has no sum");
 }
 
-PictureLayers picture_layers(const EffectPlan& plan, const Scene& scene, const std::optional<MotionFrom>& motion)
+PictureLayers picture_layers(const EffectPlan& plan, const Scene& scene, const std::optional<MotionFrom>& motion,
+                             bool for_filter)
 {
     PictureLayers layers{scene};
+    layers.for_filter = for_filter;
+    if (for_filter) layers.made.push_back({&layer_sum(kSampledLayer), true, false});
     const EffectSet effects = plan.set();
     for (const PlannedLayer& planned : plan.layers) {
         if (!planned.made) continue;

@@ -17,6 +17,8 @@
 
 namespace rcs {
 
+struct SampledLight;
+
 /// What the sample of a pixel shows, from which each layer takes its part; 0 where there is nothing of the kind.
 struct Sample {
     std::size_t pixel = 0;
@@ -29,6 +31,7 @@ struct Sample {
     glm::vec3 irradiance{0.0f};  ///< that records tell [W m^-2]
     float direct_error = 0.0f, traced_error = 0.0f, recorded_error = 0.0f;  ///< standard errors of their luminance
     float records = 0.0f;                                                   ///< that cover the pixel
+    const SampledLight* sampled = nullptr;  ///< what is noisy in it; null where no layer asks for that
 };
 
 struct PictureLayers;
@@ -56,6 +59,9 @@ const LayerSum& layer_sum(std::string_view name);
 /// What beauty is the sum of.
 inline constexpr const char* kBeautyParts[] = {"emission", "direct", "indirect"};
 
+/// Adds the parts of beauty up, anew.
+void add_up_beauty(LayeredImage& image);
+
 /// The layers of one picture in the making, and what they are made from beside samples.
 struct PictureLayers {
     struct Made {
@@ -65,11 +71,13 @@ struct PictureLayers {
     };
     const Scene& scene;
     std::vector<Made> made = {};
+    bool for_filter = false;            ///< there is one that tells what is noisy (kSampledLayer)
     std::optional<Motion> motion = {};  ///< these three only where a layer asks for them
     CryptomatteIds objects = {}, materials = {};
 };
-/// @param motion  what the layer `motion` is told by
+/// @param for_filter  whether kSampledLayer is made as well   @param motion  what the layer `motion` is told by
 /// @throws Error bad_argument: that layer is kept, and there is nothing it could be told by
-PictureLayers picture_layers(const EffectPlan& plan, const Scene& scene, const std::optional<MotionFrom>& motion);
+PictureLayers picture_layers(const EffectPlan& plan, const Scene& scene, const std::optional<MotionFrom>& motion,
+                             bool for_filter);
 
 }  // namespace rcs

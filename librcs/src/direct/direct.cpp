@@ -9,6 +9,7 @@
 #include "direct/direct_error.h"
 #include "direct/direct_point.h"
 #include "facts/scene_effects.h"
+#include "gbuffer/checked_pixels.h"
 #include "gbuffer/visible_points.h"
 #include "rcs/error.h"
 #include "util/color.h"
@@ -45,6 +46,30 @@ std::uint64_t mixed_at(const std::vector<LampSight>& sight, const GBuffer& g, st
         }
     }
     return all.mixed() & sight[i].seen();
+}
+
+/// Light by samples of its own at the checked pixels. @param sample  of a pixel, a stream and a thread
+/// @param again  is filled in if that is wanted
+template <typename Sample>
+std::vector<CheckedPixel> sample_again(const GBuffer& g, const DirectSettings& options, ThreadPool& pool,
+                                       const Sample& sample, std::vector<DirectAgain>& again)
+{
+    const CheckedPixels squares(g.width, g.height, options.checked.value_or(options.seed));
+    std::vector<CheckedPixel> checked(squares.squares());
+    if (options.checked) again.resize(squares.squares());
+    pool.parallel_for(checked.size(), 64, [&](std::size_t begin, std::size_t end, int thread) {
+        for (std::size_t k = begin; k < end; ++k) {
+            const std::uint32_t pixel = squares.pixel(k);
+            if (pixel == CheckedPixels::kNone || !g.covered(pixel)) continue;
+            const Lit lit = sample(pixel, Stream::direct_error, thread);
+            checked[k] = {pixel, luminance(lit.irradiance), luminance(lit.glossy)};
+            if (!options.checked) continue;
+            const Lit other = sample(pixel, Stream::direct_again, thread);
+            again[k] = {pixel, {lit.irradiance, other.irradiance}, {lit.glossy, other.glossy}};
+        }
+    });
+    std::erase_if(checked, [](const CheckedPixel& c) { return c.pixel == CheckedPixels::kNone; });
+    return checked;
 }
 
 }  // namespace
@@ -128,16 +153,11 @@ DirectLightResult direct_light(const RayScene& rays, const GBuffer& gbuffer, con
         }
     });
     if (options.error && light.averages()) {
-        const std::vector<std::uint32_t> pixels = checked_pixels(gbuffer, options.seed);
-        std::vector<CheckedPixel> checked(pixels.size());
-        pool.parallel_for(pixels.size(), 64, [&](std::size_t begin, std::size_t end, int thread) {
-            for (std::size_t k = begin; k < end; ++k) {
-                const Lit lit = light_at(pixels[k], mixed_at(sight, gbuffer, pixels[k]), Stream::direct_error,
-                                         workspaces[static_cast<std::size_t>(thread)]);
-                checked[k] = {pixels[k], luminance(lit.irradiance), luminance(lit.glossy)};
-            }
-        });
-        spread_errors(checked, gbuffer, result);
+        const auto sample = [&](std::uint32_t pixel, Stream stream, int thread) {
+            return light_at(pixel, mixed_at(sight, gbuffer, pixel), stream,
+                            workspaces[static_cast<std::size_t>(thread)]);
+        };
+        spread_errors(sample_again(gbuffer, options, pool, sample, result.again), gbuffer, result);
     }
     for (const DirectLight::Workspace& w : workspaces) shadow_rays += w.rays;
     return result;

@@ -8,8 +8,15 @@
 #include "gbuffer/shading.h"
 #include "rcs/camera.h"
 #include "rcs/direct_light.h"
+#include "rcs/gbuffer.h"
 
 namespace rcs {
+
+/// What a visible point gets of lamps, by samples of its own.
+struct DirectAgain {
+    std::uint32_t pixel = GBuffer::kNone;
+    glm::vec3 irradiance[2] = {}, glossy[2] = {};  ///< independent of each other and of the pixel's own
+};
 
 /// Light of the lamps and of the sky's peaks at every visible point.
 struct DirectLightResult {
@@ -19,6 +26,7 @@ struct DirectLightResult {
                                         ///< drawn: an average over few rays; empty where all lamps are without size
     /// Standard errors of luminance, estimated; empty where there are none or DirectSettings::error does not ask.
     std::vector<float> irradiance_error, glossy_error;
+    std::vector<DirectAgain> again;  ///< of the squares of CheckedPixels; empty where nobody asked, or all is exact
 };
 
 /// @param view  of `gbuffer`: says where each point is seen from

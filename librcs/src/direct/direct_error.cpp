@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gbuffer/checked_pixels.h"
 #include "util/color.h"
-#include "util/random.h"
 
 namespace rcs {
 namespace {
@@ -13,8 +13,6 @@ namespace {
 constexpr int kBlockReach = 1;
 // Two samples of one normal error differ by 2 / sqrt(pi) standard errors in the mean.
 constexpr float kOfDifference = 0.886226925f;
-
-int squares(int pixels) { return (pixels + kCheckedSide - 1) / kCheckedSide; }
 
 /// Sums over a square of a picture, by whether its pixels see lamps in part.
 struct SquareSums {
@@ -45,8 +43,8 @@ struct SquareSums {
 class Squares {
 public:
     Squares(int width, int height)
-        : columns_(squares(width)),
-          rows_(squares(height)),
+        : columns_(checked_squares(width)),
+          rows_(checked_squares(height)),
           sums_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_)),
           around_(sums_.size())
     {
@@ -82,23 +80,6 @@ private:
 };
 
 }  // namespace
-
-std::vector<std::uint32_t> checked_pixels(const GBuffer& g, std::uint64_t seed)
-{
-    std::vector<std::uint32_t> pixels;
-    for (int y = 0; y < squares(g.height); ++y)
-        for (int x = 0; x < squares(g.width); ++x) {
-            const auto square = static_cast<std::uint64_t>(y) << 32 | static_cast<std::uint64_t>(x);
-            const std::uint64_t key = stream_key(seed, Stream::direct_error, square);
-            const int px = x * kCheckedSide + static_cast<int>(key % kCheckedSide);
-            const int py = y * kCheckedSide + static_cast<int>((key >> 32) % kCheckedSide);
-            if (px >= g.width || py >= g.height) continue;
-            const auto i =
-                static_cast<std::size_t>(py) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(px);
-            if (g.covered(i)) pixels.push_back(static_cast<std::uint32_t>(i));
-        }
-    return pixels;
-}
 
 void spread_errors(const std::vector<CheckedPixel>& checked, const GBuffer& g, DirectLightResult& light)
 {

@@ -7,13 +7,9 @@
 
 namespace rcs {
 
-/// The pixels at which light is sampled twice: one in each square of kCheckedSide, by chance.
-inline constexpr int kCheckedSide = 8;
-std::vector<std::uint32_t> checked_pixels(const GBuffer& gbuffer, std::uint64_t seed);
-
-/// One of them, and luminances by other samples, as many of them.
+/// A pixel at which light is sampled twice, and luminances by other samples, as many of them.
 struct CheckedPixel {
-    std::uint32_t pixel = 0;
+    std::uint32_t pixel = GBuffer::kNone;
     float irradiance = 0.0f, glossy = 0.0f;
 };
 

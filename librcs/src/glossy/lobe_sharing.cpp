@@ -113,9 +113,10 @@ public:
         }
     }
 
-    LobeLights sum() const
+    /// @param alone  of the pixel's own rays: their mean, else that over the mean of their weights
+    LobeLights sum(bool alone) const
     {
-        LobeLights lights{light_of(rays_), light_of(of_lamps_)};
+        LobeLights lights{light_of(rays_, alone), light_of(of_lamps_, alone)};
         if (!looks_) return lights;
         // Each pixel's looks add up to what rays leave to them.
         const auto looks = static_cast<float>(ring_.looks_of(0).size());
@@ -135,10 +136,11 @@ private:
         const float bound = lit.bound / a.spread;
         return bound / (bound + to_density_ * luminance(scattered));
     }
-    LobeLight light_of(const WeightedLight& found) const
+    LobeLight light_of(const WeightedLight& found, bool alone) const
     {
         const auto count = static_cast<float>(ring_.count());
-        return looks_through(bsdf_) ? LobeLight{found.sum / count, found.error_of_mean(count)} : found.by(whole_);
+        return alone || looks_through(bsdf_) ? LobeLight{found.sum / count, found.error_of_mean(count)}
+                                             : found.by(whole_);
     }
 
     const Bsdf& bsdf_;
@@ -229,7 +231,16 @@ LobeLights LobeSharing::share(std::size_t pixel, const RayRing& ring) const
     each_neighbour(pixel, reach.rays, [&](std::size_t i) { receiver.add_rays(i); });
     receiver.add_looks(pixel);
     each_neighbour(pixel, reach.looks, [&](std::size_t i) { receiver.add_looks(i); });
-    return receiver.sum();
+    return receiver.sum(false);
+}
+
+LobeLights LobeSharing::by_own(std::size_t pixel, const RayRing& ring) const
+{
+    const Bsdf bsdf = shading_.bsdf(g_, pixel);
+    Receiver receiver(bsdf, outgoing_at(g_, view_.camera, pixel), g_.position(pixel), ring);
+    receiver.add_rays(pixel);
+    receiver.add_looks(pixel);
+    return receiver.sum(true);
 }
 
 void LobeSharing::find_neighbours(std::size_t pixel, const RayRing& ring, std::vector<std::size_t>& pixels) const

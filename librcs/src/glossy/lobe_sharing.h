@@ -34,6 +34,8 @@ public:
 
     /// From the rays of the pixel and its neighbours, all of which must be in the ring.
     LobeLights share(std::size_t pixel, const RayRing& ring) const;
+    /// From the pixel's own alone: right in the mean, and noisier.
+    LobeLights by_own(std::size_t pixel, const RayRing& ring) const;
     /// The others among those, by its own rays. @param pixels  becomes them
     void find_neighbours(std::size_t pixel, const RayRing& ring, std::vector<std::size_t>& pixels) const;
 

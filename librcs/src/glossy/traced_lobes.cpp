@@ -3,11 +3,61 @@
 #include <algorithm>
 #include <optional>
 
+#include "gbuffer/checked_pixels.h"
 #include "glossy/lobe_paths.h"
 #include "glossy/lobe_rays.h"
 #include "glossy/lobe_sharing.h"
+#include "util/random.h"
 
 namespace rcs {
+namespace {
+
+/// Lobes of the checked pixels, by two sets of rays of their own.
+class CheckedLobes {
+public:
+    CheckedLobes(const RayScene& rays, const HitRadiance& light, const GBuffer& g, const View& view,
+                 const Shading& shading, const LobeSettings& options, const LobeLooks* looks)
+        : g_(g),
+          shading_(shading),
+          squares_(g.width, g.height, *options.checked),
+          settings_{options, options},
+          sharing_(g, view, shading, options.seed),
+          paths_{LobePaths(rays, light, g, view, shading, settings_[0], looks),
+                 LobePaths(rays, light, g, view, shading, settings_[1], looks)}
+    {
+        for (std::uint64_t k = 0; k < 2; ++k) settings_[k].seed = stream_key(options.seed, Stream::direct_again, k);
+    }
+    /// One pixel after the other: each takes the place of the last one in the ring of its thread.
+    std::vector<TracedAgain> trace(bool of_lamps, ThreadPool& pool, std::vector<LobePaths::Workspace>& workspaces) const
+    {
+        std::vector<TracedAgain> again(squares_.squares());
+        pool.parallel_for(again.size(), 64, [&](std::size_t begin, std::size_t end, int thread) {
+            RayRing ring({g_.width, 1, settings_[0].rays_per_pixel, settings_[0].looks_per_pixel}, of_lamps);
+            for (std::size_t k = begin; k < end; ++k) {
+                const std::uint32_t pixel = squares_.pixel(k);
+                if (pixel == CheckedPixels::kNone || !g_.covered(pixel) || !shading_.is_traced(pixel)) continue;
+                again[k].pixel = pixel;
+                for (std::size_t set = 0; set < 2; ++set) {
+                    paths_[set].trace(pixel, pixel + 1u, ring, workspaces[static_cast<std::size_t>(thread)]);
+                    const LobeLights found = sharing_.by_own(pixel, ring);
+                    again[k].radiance[set] = found.reflected.radiance;
+                    again[k].of_lamps[set] = found.of_lamps.radiance;
+                }
+            }
+        });
+        return again;
+    }
+
+private:
+    const GBuffer& g_;
+    const Shading& shading_;
+    CheckedPixels squares_;
+    LobeSettings settings_[2];
+    LobeSharing sharing_;
+    LobePaths paths_[2];
+};
+
+}  // namespace
 
 TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GBuffer& gbuffer, const View& view,
                         const Shading& shading, const LobeSettings& options, ThreadPool& pool, GlossyStats& stats)
@@ -20,8 +70,8 @@ TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GB
     const bool of_lamps = options.gathered && options.gathered->any() && options.gathered->along_lobes;
     RayRing ring({gbuffer.width, gbuffer.width, options.rays_per_pixel, options.looks_per_pixel}, of_lamps);
     std::vector<LobePaths::Workspace> workspaces(static_cast<std::size_t>(pool.size()));
-    TracedLight traced{
-        std::vector<glm::vec3>(gbuffer.size(), glm::vec3(0.0f)), std::vector<float>(gbuffer.size(), 0.0f), {}, {}};
+    TracedLight traced{std::vector<glm::vec3>(gbuffer.size(), glm::vec3(0.0f)),
+                       std::vector<float>(gbuffer.size(), 0.0f)};
     if (of_lamps) {
         traced.of_lamps.assign(gbuffer.size(), glm::vec3(0.0f));
         traced.of_lamps_error.assign(gbuffer.size(), 0.0f);
@@ -51,6 +101,9 @@ TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GB
             }
         });
     }
+    if (options.checked)
+        traced.again = CheckedLobes(rays, light, gbuffer, view, shading, options, looks ? &*looks : nullptr)
+                           .trace(of_lamps, pool, workspaces);
     for (const LobePaths::Workspace& w : workspaces) {
         stats.rays += w.rays;
         stats.shadow_rays += w.shadow_rays;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include <glm/glm.hpp>
@@ -14,21 +15,29 @@
 
 namespace rcs {
 
+/// What a pixel's lobes reflect, by rays of its own that no neighbour shares.
+struct TracedAgain {
+    std::uint32_t pixel = GBuffer::kNone;
+    glm::vec3 radiance[2] = {}, of_lamps[2] = {};  ///< independent of each other and of the picture's
+};
+
 struct TracedLight {
-    std::vector<glm::vec3> radiance;  ///< per pixel [W m^-2 sr^-1]; empty: none
-    std::vector<float> error;         ///< standard error of its luminance, from how the rays differ
-    std::vector<glm::vec3> of_lamps;  ///< the same of gathered lamps, which the direct light leaves to these rays;
-                                      ///< empty: of none
-    std::vector<float> of_lamps_error;
+    std::vector<glm::vec3> radiance;       ///< per pixel [W m^-2 sr^-1]; empty: none
+    std::vector<float> error;              ///< standard error of its luminance, from how the rays differ
+    std::vector<glm::vec3> of_lamps = {};  ///< the same of gathered lamps, which the direct light leaves to these rays;
+                                           ///< empty: of none
+    std::vector<float> of_lamps_error = {};
+    std::vector<TracedAgain> again = {};  ///< of the squares of CheckedPixels; empty where nobody asked
 };
 
 struct LobeSettings {
     int rays_per_pixel = 16;  ///< > 0
     int bounces = 1;          ///< surfaces after the visible point that reflect; >= 0
     std::uint64_t seed = 1;
-    const GatheredLamps* gathered = nullptr;  ///< null: none
-    const GatherGuide* guide = nullptr;       ///< to lit points that are looked at; null: none
-    int looks_per_pixel = 0;                  ///< at those, beside the rays; needs a guide if > 0
+    std::optional<std::uint64_t> checked = std::nullopt;  ///< of which pixels are traced twice more; none: of none
+    const GatheredLamps* gathered = nullptr;              ///< null: none
+    const GatherGuide* guide = nullptr;                   ///< to lit points that are looked at; null: none
+    int looks_per_pixel = 0;                              ///< at those, beside the rays; needs a guide if > 0
 };
 
 /// Indirect light that narrow lobes reflect at every visible point: a few rays a pixel along the lobe (LobePaths),

@@ -10,6 +10,8 @@ namespace {
 
 constexpr std::string_view kSplatMethods[] = {"auto", "quads", "tiles"};
 static_assert(static_cast<int>(SplatMethod::automatic) == 0 && static_cast<int>(SplatMethod::tiles) == 2);
+constexpr std::string_view kDenoisers[] = {"off", "oidn"};
+static_assert(static_cast<int>(Denoiser::none) == 0 && static_cast<int>(Denoiser::oidn) == 1);
 constexpr UnitSuffix kPercent[] = {{"%", 0.01}};
 constexpr UnitSuffix kTimes[] = {{"s", 1.0}, {"m", 60.0}};
 
@@ -177,6 +179,14 @@ constexpr OptionInfo kTable[] = {
      .range = {1, 1024},
      .group = OptionGroup::direct,
      .help = "Rays a pixel along reflections too sharp for records"},
+    {.key = "denoise",
+     .name = "--denoise",
+     .field = &RenderOptions::denoise,
+     .choices = kDenoisers,
+     .given_alone = "oidn",
+     .group = OptionGroup::direct,
+     .help = "Filter direct light and sharp reflections by Open Image Denoise 2, which has to be installed (PyPI: "
+             "pyoidn), where independent samples say that it helps"},
     {.key = "with_effects",
      .name = "--with",
      .field = &EffectChoice::with,

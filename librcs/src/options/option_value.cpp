@@ -31,11 +31,17 @@ std::vector<std::string_view> effect_names()
 // Of each type that a value can have: what is expected of it, its text, what a text says, and whether it is sound.
 
 template <typename Number>
+    requires std::is_arithmetic_v<Number>
 std::string expected(const OptionInfo& option, const Number*)
 {
     return words_of(option.range, std::is_integral_v<Number>);
 }
-std::string expected(const OptionInfo& option, const SplatMethod*) { return "one of " + list(option.choices); }
+template <typename Choice>
+    requires std::is_enum_v<Choice>
+std::string expected(const OptionInfo& option, const Choice*)
+{
+    return "one of " + list(option.choices);
+}
 std::string expected(const OptionInfo& option, const std::optional<double>*) { return words_of(option.range, false); }
 std::string expected(const OptionInfo&, const std::optional<Crop>*)
 {
@@ -44,11 +50,14 @@ std::string expected(const OptionInfo&, const std::optional<Crop>*)
 std::string expected(const OptionInfo&, const EffectSet*) { return "one of " + list(effect_names()); }
 
 template <typename Number>
+    requires std::is_arithmetic_v<Number>
 std::string text_of_value(const OptionInfo&, Number value)
 {
     return number_text(value);
 }
-std::string text_of_value(const OptionInfo& option, SplatMethod value)
+template <typename Choice>
+    requires std::is_enum_v<Choice>
+std::string text_of_value(const OptionInfo& option, Choice value)
 {
     const auto index = static_cast<std::size_t>(value);
     return index < option.choices.size() ? std::string(option.choices[index]) : number_text(static_cast<int>(value));
@@ -76,6 +85,7 @@ std::string text_of_value(const OptionInfo&, EffectSet value)
 }
 
 template <typename Number>
+    requires std::is_arithmetic_v<Number>
 void read(const OptionInfo& option, std::string_view text, Number& value)
 {
     for (const auto& [ending, factor] : option.suffixes) {
@@ -87,11 +97,13 @@ void read(const OptionInfo& option, std::string_view text, Number& value)
     }
     value = parse_number<Number>(option.key, text, option.range);
 }
-void read(const OptionInfo& option, std::string_view text, SplatMethod& value)
+template <typename Choice>
+    requires std::is_enum_v<Choice>
+void read(const OptionInfo& option, std::string_view text, Choice& value)
 {
     const auto found = std::find(option.choices.begin(), option.choices.end(), text);
     if (found == option.choices.end()) refuse_value(option.key, text, expected_of(option));
-    value = static_cast<SplatMethod>(found - option.choices.begin());
+    value = static_cast<Choice>(found - option.choices.begin());
 }
 void read(const OptionInfo& option, std::string_view text, std::optional<double>& value)
 {
@@ -126,11 +138,14 @@ void read(const OptionInfo& option, std::string_view text, EffectSet& value)
 }
 
 template <typename Number>
+    requires std::is_arithmetic_v<Number>
 void check(const OptionInfo& option, Number value)
 {
     check_number(option.key, value, option.range);
 }
-void check(const OptionInfo& option, SplatMethod value)
+template <typename Choice>
+    requires std::is_enum_v<Choice>
+void check(const OptionInfo& option, Choice value)
 {
     if (static_cast<std::size_t>(value) >= option.choices.size())
         refuse_value(option.key, text_of_value(option, value), expected_of(option));

@@ -309,6 +309,11 @@ void add_round(TracedLight& light, const TracedLight& more, int rounds)
         light.radiance[i] = glm::mix(light.radiance[i], more.radiance[i], share);
         light.error[i] = std::hypot((1.0f - share) * light.error[i], share * more.error[i]);
     }
+    for (std::size_t k = 0; k < light.again.size(); ++k)
+        for (std::size_t n = 0; n < 2; ++n) {
+            light.again[k].radiance[n] = glm::mix(light.again[k].radiance[n], more.again[k].radiance[n], share);
+            light.again[k].of_lamps[n] = glm::mix(light.again[k].of_lamps[n], more.again[k].of_lamps[n], share);
+        }
     for (std::size_t i = 0; i < light.of_lamps.size(); ++i) {
         light.of_lamps[i] = glm::mix(light.of_lamps[i], more.of_lamps[i], share);
         light.of_lamps_error[i] = std::hypot((1.0f - share) * light.of_lamps_error[i], share * more.of_lamps_error[i]);
@@ -331,6 +336,11 @@ void add_round(DirectLightResult& light, const DirectLightResult& more, int roun
     average(light.glossy, more.glossy);
     for (std::size_t i = 0; i < light.in_part.size(); ++i)
         light.in_part[i] = static_cast<std::uint8_t>(light.in_part[i] | more.in_part[i]);
+    for (std::size_t k = 0; k < light.again.size(); ++k)
+        for (std::size_t n = 0; n < 2; ++n) {
+            light.again[k].irradiance[n] = glm::mix(light.again[k].irradiance[n], more.again[k].irradiance[n], share);
+            light.again[k].glossy[n] = glm::mix(light.again[k].glossy[n], more.again[k].glossy[n], share);
+        }
     average_errors(light.irradiance_error, more.irradiance_error);
     average_errors(light.glossy_error, more.glossy_error);
 }

@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "denoise/denoise.h"
+#include "gbuffer/checked_pixels.h"
 #include "gbuffer/views.h"
 #include "image/cut.h"
 #include "plan/plan_words.h"
@@ -73,6 +75,15 @@ void describe(const Frame& f, LayeredImage& image)
     };
     tell("rcs:image-error", stats.errors.image);
     tell("rcs:indirect-error", stats.errors.indirect);
+    const DenoiseStats& denoised = stats.denoised;
+    if (!denoised.library.empty()) {
+        image.metadata["rcs:denoised-by"] = denoised.library + " (" + denoised.device + ")";
+        tell("rcs:image-error-before-denoising", denoised.before.image);
+        tell("rcs:indirect-error-before-denoising", denoised.before.indirect);
+    }
+    for (const DenoisedLight& light : denoised.lights)
+        image.metadata["rcs:denoised-" + light.name] =
+            light.is_exact ? "exact" : number(light.error_before) + " to " + number(light.error_after);
     image.metadata["rcs:renderer"] = stats.gl_renderer;
     image.metadata["rcs:records"] = number(f.records.size());
 }
@@ -112,6 +123,7 @@ Frame begin_frame(Session& session, const Camera& camera, const RenderOptions& a
     session.state().moves = false;
     const RayScene& rays = session.rays(asked.effects);
     GlContext& gl = session.gl();
+    auto oidn = asked.denoise == Denoiser::oidn ? std::make_unique<Oidn>(session.pool().size()) : nullptr;
     const EffectTally tally(gl, session.pool());
     RenderStats stats;
     stats.plan = timed(stats, hooks.progress, "plan", [&] { return plan_effects(rays, camera, asked); });
@@ -129,11 +141,12 @@ Frame begin_frame(Session& session, const Camera& camera, const RenderOptions& a
                 .hooks = hooks,
                 .settings = settings,
                 .moments = nullptr,
-                .layers = picture_layers(stats.plan, rays.scene(), asked.motion),
+                .layers = picture_layers(stats.plan, rays.scene(), asked.motion, oidn != nullptr),
                 .deadline = Deadline(asked.quality),
                 .tally = tally,
                 .course = begin_course(settings),
                 .views = views_of(camera, asked, settings.passes),
+                .oidn = std::move(oidn),
                 .result = {{}, {}, std::move(stats)},
                 .records = session.state().take_records(asked)};
     if (asked.f_stop && frame.layers->motion) frame.layers->motion->seen_by_pinhole(camera);
@@ -167,18 +180,37 @@ void cut_to_crop(const Frame& f, LayeredImage& image)
     image.window = ImageWindow{x, y, f.asked.width, f.asked.height};
 }
 
+namespace {
+
+/// @param estimate  of the picture's errors
+template <typename Estimate>
+void filter_picture(Frame& f, const Estimate& estimate)
+{
+    const ErrorEstimates before = estimate();
+    timed(f.stats(), f.hooks.progress, "denoise", [&] {
+        const View& view = f.views.front();
+        const CheckedPixels checked(view.width, view.height, f.settings.seed);
+        f.stats().denoised = denoise(*f.oidn, checked, f.result.image);
+        f.stats().denoised.before = before;
+    });
+}
+
+}  // namespace
+
 RenderResult finish(Frame& f)
 {
     f.gbuffer = {}, f.shading = {}, f.weight = {}, f.light = {};
     RenderResult& result = f.result;
     RenderStats& stats = result.stats;
-    timed(stats, f.hooks.progress, "compose", [&] {
-        finish_passes(f.course.passes, result.image);
-        cut_to_crop(f, result.image);
-    });
-    if (f.needs(Effect::error_estimate))
-        stats.errors = timed(stats, f.hooks.progress, "estimate",
-                             [&] { return estimate_errors(result.image, f.error_scale, f.session.pool()); });
+    timed(stats, f.hooks.progress, "compose", [&] { finish_passes(f.course.passes, result.image); });
+    const auto estimate = [&] {
+        if (!f.needs(Effect::error_estimate)) return ErrorEstimates{};
+        return timed(stats, f.hooks.progress, "estimate",
+                     [&] { return estimate_errors(result.image, f.error_scale, f.session.pool()); });
+    };
+    if (f.oidn) filter_picture(f, estimate);
+    cut_to_crop(f, result.image);
+    stats.errors = estimate();
     keep_layers(*f.layers, result.image);
     f.tally.finish(f.session.gl(), f.session.pool(), f.records, result.image, stats.counts);
     describe(f, result.image);

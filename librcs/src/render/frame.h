@@ -11,6 +11,7 @@
 #include "accuracy/probes.h"
 #include "compose/compose.h"
 #include "compose/shared_samples.h"
+#include "denoise/oidn.h"
 #include "gbuffer/shading.h"
 #include "lamps/gathered_lamps.h"
 #include "lit_points/gather_guide.h"
@@ -36,9 +37,10 @@ struct Frame {
     std::optional<PictureLayers> layers;  ///< that are made
     const Deadline deadline;
     const EffectTally tally;
-    Course course;            ///< that quality steers
-    std::vector<View> views;  ///< one for each pass there may be
-    RenderResult result;      ///< its image holds sums until the last pass is done
+    Course course;               ///< that quality steers
+    std::vector<View> views;     ///< one for each pass there may be
+    std::unique_ptr<Oidn> oidn;  ///< if the picture is to be filtered
+    RenderResult result;         ///< its image holds sums until the last pass is done
 
     // What passes share.
     std::vector<Record> records = {};

@@ -68,9 +68,12 @@ Settings make_settings(const RenderOptions& asked, const EffectPlan& plan, const
     s.direct.area_samples = of_pass(s.direct.area_samples, plan.passes);
     s.direct.penumbra_samples = of_pass(s.direct.penumbra_samples, plan.passes);
     s.direct.effects = s.effects;
-    s.direct.error = s.needs(Effect::error_estimate);
+    const bool filters = asked.denoise != Denoiser::none;
+    s.direct.error = s.needs(Effect::error_estimate) || filters;
+    if (filters) s.direct.checked = asked.seed;
     s.lobes = {.rays_per_pixel = rays_of_round(of_pass(asked.lobe_rays, plan.passes), asked.quality),
-               .bounces = plan.bounces};
+               .bounces = plan.bounces,
+               .checked = s.direct.checked};
     s.records = record_settings(asked);
     s.records.bounces = plan.bounces;
     s.records.radiance = s.needs(Effect::glossy_records);

@@ -6,6 +6,7 @@
 
 #include "accuracy/error_estimate.h"
 #include "accuracy/probes.h"
+#include "compose/sampled_light.h"
 #include "placement/renewal.h"
 #include "placement/view_fit.h"
 #include "rcs/option_table.h"
@@ -181,7 +182,7 @@ void show_moment(Frame& f)
     if (f.session.state().scene_number == before) return;
     f.has_moved = true;
     f.light_cache = nullptr;
-    f.layers.emplace(picture_layers(f.stats().plan, f.rays.get().scene(), std::nullopt));
+    f.layers.emplace(picture_layers(f.stats().plan, f.rays.get().scene(), std::nullopt, f.oidn != nullptr));
 }
 
 }  // namespace
@@ -345,6 +346,7 @@ void show_picture(Frame& f)
     f.hooks.after_pass(done, f.course.passes, [&] {
         LayeredImage so_far = f.result.image;
         finish_passes(done, so_far);
+        so_far.layers.erase(kSampledLayer);
         cut_to_crop(f, so_far);
         return so_far;
     });

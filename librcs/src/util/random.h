@@ -24,7 +24,8 @@ enum class Stream : std::uint64_t {
     light_cache,
     lit_points,
     probes,
-    direct_error
+    direct_error,
+    direct_again
 };
 
 inline std::uint64_t stream_key(std::uint64_t seed, Stream stream, std::uint64_t index)

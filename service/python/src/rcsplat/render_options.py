@@ -64,6 +64,9 @@ class RenderOptions(TypedDict, total=False):
     none out: a whole number in [0, 1024]."""
     lobe_rays: int
     """Rays a pixel along reflections too sharp for records: a whole number in [1, 1024]."""
+    denoise: str
+    """Filter direct light and sharp reflections by Open Image Denoise 2, which has to be installed (PyPI:
+    pyoidn), where independent samples say that it helps: one of off, oidn."""
     with_effects: Sequence[str]
     """Simulate these effects in any case; may be given several times: names that rcsplat plan lists."""
     without_effects: Sequence[str]
@@ -74,4 +77,5 @@ class RenderOptions(TypedDict, total=False):
 
 CHOICES: Dict[str, Tuple[str, ...]] = {
     "splat": ("auto", "quads", "tiles"),
+    "denoise": ("off", "oidn"),
 }
