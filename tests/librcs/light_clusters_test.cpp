@@ -103,7 +103,7 @@ TEST(LearnedVisibility, FollowsWhatWasSeenFromThere)
     const LookCells at_here = learned.cells(here, up), at_there = learned.cells(there, up);
     ASSERT_NE(at_here, at_there);
     float chances[3];
-    learned.estimate(at_here, chances);
+    learned.estimate(at_here, LearnedVisibility::kLeastChance, chances);
     for (const float c : chances) EXPECT_EQ(c, 1.0f) << "nothing is known yet";
     std::vector<Look> looks;
     for (int i = 0; i < 400; ++i) {
@@ -112,19 +112,19 @@ TEST(LearnedVisibility, FollowsWhatWasSeenFromThere)
         looks.push_back({at_there, 0, true});
     }
     learned.learn(looks);
-    learned.estimate(at_here, chances);
+    learned.estimate(at_here, LearnedVisibility::kLeastChance, chances);
     EXPECT_NEAR(chances[0], 0.25f, 0.01f);
     EXPECT_GT(chances[1], 0.0f) << "what was never seen may be seen after all";
     EXPECT_LT(chances[1], 0.05f);
     EXPECT_EQ(chances[2], 1.0f);
-    learned.estimate(at_there, chances);
+    learned.estimate(at_there, LearnedVisibility::kLeastChance, chances);
     EXPECT_NEAR(chances[0], 1.0f, 0.01f);
     EXPECT_LT(chances[1], 0.1f) << "elsewhere nothing else is known of it";
     LearnedVisibility backwards(grid, 3);
     std::reverse(looks.begin(), looks.end());
     backwards.learn(looks);
     float same[3];
-    backwards.estimate(at_there, same);
+    backwards.estimate(at_there, LearnedVisibility::kLeastChance, same);
     for (int i = 0; i < 3; ++i) EXPECT_EQ(same[i], chances[i]) << "the order of looks is that of threads";
 }
 
