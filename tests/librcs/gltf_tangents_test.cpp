@@ -1,10 +1,12 @@
 #include "scene/gltf_tangents.h"
 
 #include <cmath>
+#include <fstream>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "scene/mikktspace.h"
 #include "support/gltf_builder.h"
 #include "support/pictures.h"
 
@@ -99,6 +101,54 @@ TEST(Tangents, DegenerateMappingsStillGiveFrames)
     mesh.uvs.assign(4, {0.5f, 0.5f});
     make_tangents(mesh, 0, kPlain);
     expect_frames(mesh);
+}
+
+/// What Blender 3.4 makes of a ball with a seam and of a cube whose halves share a mirrored picture, two triangles of
+/// which have none (tests/blender/make_tangents.py); 4.5 and 5.0 make the same.
+TEST(Tangents, AreBlendersOwn)
+{
+    std::ifstream file(RCS_TESTS_DIR "/librcs/blender_tangents.json");
+    const Json meshes = Json::parse(file);
+    ASSERT_EQ(meshes.size(), 2u);
+    int undecided = 0;  // corners where nothing says where a tangent points
+    for (const auto& [name, corners] : meshes.items()) {
+        Mesh mesh;
+        std::vector<glm::vec4> expected;
+        for (const Json& c : corners) {
+            const auto at = [&](std::size_t i) { return c.at(i).get<float>(); };
+            mesh.positions.emplace_back(at(0), at(1), at(2));
+            mesh.normals.emplace_back(at(3), at(4), at(5));
+            mesh.uvs.emplace_back(at(6), at(7));
+            expected.emplace_back(at(8), at(9), at(10), at(11));
+        }
+        for (std::uint32_t i = 0; i + 2 < mesh.positions.size(); i += 3) mesh.triangles.push_back({i, i + 1, i + 2});
+        const std::vector<glm::vec4> made = mikktspace(mesh, mesh.uvs);
+        ASSERT_EQ(made.size(), expected.size());
+        for (std::size_t i = 0; i < made.size(); ++i) {
+            undecided += glm::vec3(made[i]) == glm::vec3(0.0f);
+            if (glm::vec3(made[i]) == glm::vec3(0.0f)) continue;
+            EXPECT_LT(glm::distance(glm::vec3(made[i]), glm::vec3(expected[i])), 1e-4f) << name << ", corner " << i;
+            EXPECT_EQ(made[i].w, expected[i].w) << name << ", corner " << i;
+        }
+    }
+    EXPECT_EQ(undecided, 6) << "the two triangles without a picture";
+}
+
+TEST(Tangents, OneVertexHasAsManyAsItsTrianglesWant)
+{
+    // Two triangles that meet in a vertex alone: no edge joins them, and each keeps its own.
+    Mesh mesh;
+    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {-1, 0, 0}, {-1, -1, 0}};
+    mesh.normals.assign(5, {0, 0, 1});
+    mesh.uvs = {{0, 0}, {1, 0}, {1, -1}, {0, 1}, {1, 1}};
+    mesh.triangles = {{0, 1, 2}, {0, 3, 4}};
+    make_tangents(mesh, 0, kPlain);
+    expect_frames(mesh);
+    EXPECT_EQ(mesh.positions.size(), 6u);
+    for (int k = 0; k < 3; ++k) {
+        EXPECT_EQ(mesh.tangents[mesh.triangles[0][k]], glm::vec4(1, 0, 0, 1));
+        EXPECT_EQ(mesh.tangents[mesh.triangles[1][k]], glm::vec4(0, -1, 0, 1));
+    }
 }
 
 /// A quad with a normal texture. @param attributes  more of them

@@ -257,6 +257,38 @@ TEST(NormalMap, GivenTangentsSayTheSameAsTextureCoordinates)
     }
 }
 
+TEST(NormalMap, OfWhatMirrorsNothingIsTheSameFromEverywhere)
+{
+    Square s;
+    s.material().normal_texture.texture = s.add(1, 1, {kLeanU});
+    const glm::vec3 low = glm::normalize(glm::vec3(-1.0f, 0.0f, 0.1f));
+    expect_near(s.at(0.4f, 0.3f, low).bsdf.normal, {0.6f, 0.0f, 0.8f}, 1e-4f);
+    // Never further from the surface than where half of what it looks at is inside.
+    s.material().normal_texture.texture = s.add(1, 1, {glm::vec4(1.0f, 0.5f, 0.5f, 1.0f)});
+    EXPECT_NEAR(s.at(0.4f, 0.3f, low).bsdf.normal.z, 0.1f, 1e-3f);
+    s.material().metallic = 1.0f;  // what mirrors is bent to the viewer
+    EXPECT_GT(glm::dot(s.at(0.4f, 0.3f, low).bsdf.normal, low), 0.0f);
+}
+
+TEST(NormalMap, IsReadAsItWasBaked)
+{
+    // Baking divides a normal by what is interpolated between the corners as it comes out, short where corners differ.
+    Square s;
+    s.material().normal_texture.texture = s.add(1, 1, {kLeanU});
+    const glm::vec3 left = glm::normalize(glm::vec3(-1, 0, 1)), right = glm::normalize(glm::vec3(1, 0, 1));
+    const glm::vec3 along_left = glm::normalize(glm::vec3(1, 0, 1)), along_right = glm::normalize(glm::vec3(1, 0, -1));
+    for (const glm::vec3 p : s.mesh().positions) {
+        s.mesh().normals.push_back(p.x < 0.5f ? left : right);
+        s.mesh().tangents.emplace_back(p.x < 0.5f ? along_left : along_right, 1.0f);
+    }
+    const glm::vec3 normal = glm::mix(left, right, 0.25f), tangent = glm::mix(along_left, along_right, 0.25f);
+    expect_near(s.at(0.25f, 0.4f).bsdf.normal, glm::normalize(0.6f * tangent + 0.8f * normal), 1e-4f);
+    // A stretched object turns it as it turns normals.
+    s.scene.instances[0].world_from_object = glm::scale(glm::dmat4(1.0), {2.0, 1.0, 1.0});
+    const glm::vec3 bent = 0.6f * tangent + 0.8f * normal;
+    expect_near(s.at(0.25f, 0.4f).bsdf.normal, glm::normalize(bent * glm::vec3(0.5f, 1.0f, 1.0f)), 1e-4f);
+}
+
 TEST(NormalMap, TheBackIsTheFrontTurnedInsideOut)
 {
     Square s;

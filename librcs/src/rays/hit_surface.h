@@ -29,6 +29,17 @@ inline glm::vec3 unit_or(glm::vec3 v, glm::vec3 fallback)
     return length2 > 0x1p-120f && length2 < 0x1p120f ? v * (1.0f / std::sqrt(length2)) : fallback;
 }
 
+/// A unit normal like `shading` that leans no further from the surface than this cosine: beyond it, hardly any of its
+/// hemisphere lies outside. @param geometric  unit, of the side that is seen
+inline glm::vec3 bend_towards(glm::vec3 shading, glm::vec3 geometric)
+{
+    constexpr float kLeast = 0.1f;
+    const float agreement = glm::dot(shading, geometric);
+    if (agreement >= kLeast) return shading;
+    const glm::vec3 tangent = unit_or(shading - agreement * geometric, glm::vec3(0.0f));
+    return unit_or(std::sqrt(1.0f - kLeast * kLeast) * tangent + kLeast * geometric, geometric);
+}
+
 /// The faces that a packet's rays hit, all lanes at once; lanes without a hit hold anything finite or not.
 struct alignas(64) FacePacket {
     float normal_x[RayPacket::kWidth], normal_y[RayPacket::kWidth],

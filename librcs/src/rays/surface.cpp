@@ -11,10 +11,6 @@
 namespace rcs {
 namespace {
 
-// A vertex normal may lean at most this far from the face (cosine): beyond it, hardly any of its
-// hemisphere lies outside the surface.
-constexpr float kLeastNormalAgreement = 0.1f;
-
 /// The face's normal in double precision: long thin triangles lose theirs in float.
 glm::vec3 face_normal(const std::array<glm::vec3, 3>& c)
 {
@@ -34,15 +30,6 @@ float error_scale(const std::array<glm::vec3, 3>& c, glm::vec3 face, bool instan
     // A plane through zero along an axis has no such error, but rays must not start in it.
     constexpr float kLeastPart = 0x1p-12f;
     return instanced ? max_component(most) : std::max(glm::dot(glm::abs(face), most), kLeastPart * max_component(most));
-}
-
-glm::vec3 bend_towards(glm::vec3 shading, glm::vec3 geometric)
-{
-    const float agreement = glm::dot(shading, geometric);
-    if (agreement >= kLeastNormalAgreement) return shading;
-    const glm::vec3 tangent = unit_or(shading - agreement * geometric, glm::vec3(0.0f));
-    const float along = std::sqrt(1.0f - kLeastNormalAgreement * kLeastNormalAgreement);
-    return unit_or(along * tangent + kLeastNormalAgreement * geometric, geometric);
 }
 
 /// @param geometric  unit, towards the side that the point is seen from

@@ -6,6 +6,7 @@
 
 #include "material/material_lobes.h"
 #include "material/normal_map.h"
+#include "rays/hit_surface.h"
 #include "rays/ray_scene_impl.h"
 #include "rays/surface.h"
 #include "scene/texture.h"
@@ -97,14 +98,35 @@ TangentPair tangent_frame(const RayScene& rays, const Hit& hit, const Mesh& mesh
     return tangents_from_uvs(triangle_corners(rays, hit.instance, hit.primitive), uvs);
 }
 
+/// As normal maps are baked: what is interpolated is made neither unit nor orthogonal before the texel weighs it, and
+/// an object's scale turns the result as it turns normals. Of the front side; 0 where it has no direction.
+glm::vec3 baked_normal(const RayInstance& instance, const Mesh& mesh, const Hit& hit, glm::vec3 texel, float scale)
+{
+    const glm::uvec3 t = mesh.triangles[hit.primitive];
+    const glm::vec3 normal = interpolated(mesh.normals, t, hit.u, hit.v);
+    const glm::vec4 tangent = interpolated(mesh.tangents, t, hit.u, hit.v);
+    const glm::vec3 bitangent = tangent.w * glm::cross(normal, glm::vec3(tangent));
+    const glm::vec3 n = 2.0f * texel - 1.0f;
+    const glm::vec3 bent = instance.normal_from_object *
+                           (scale * n.x * glm::vec3(tangent) + scale * n.y * bitangent + std::max(n.z, 0.0f) * normal);
+    const float length = glm::length(bent);
+    return length > 0.0f ? bent / length : glm::vec3(0.0f);
+}
+
 glm::vec3 normal_at(const RayScene& rays, const Hit& hit, const Mesh& mesh, const Material& material,
                     const SurfacePoint& point, const Lookup& look_up)
 {
-    if ((rays.impl().instances[hit.instance].simulated & kBumpy) == 0u) return point.shading_normal;
+    const RayInstance& instance = rays.impl().instances[hit.instance];
+    if ((instance.simulated & kBumpy) == 0u) return point.shading_normal;
     tally(Count::normal_maps);
     const float side = point.front ? 1.0f : -1.0f;
+    const glm::vec3 texel = look_up(material.normal_texture);
+    if (!mesh.tangents.empty() && !mesh.normals.empty()) {
+        const glm::vec3 normal = baked_normal(instance, mesh, hit, texel, material.normal_scale);
+        return normal != glm::vec3(0.0f) ? side * normal : point.shading_normal;
+    }
     return side * mapped_normal(side * point.shading_normal, tangent_frame(rays, hit, mesh, material.normal_texture),
-                                look_up(material.normal_texture), material.normal_scale);
+                                texel, material.normal_scale);
 }
 
 /// What lobes are made from: texels, and directions on the surface.
@@ -147,9 +169,11 @@ MaterialValues material_at(const RayScene& rays, const Hit& hit, const SurfacePo
     }
     values.emission = emitted_radiance(material, point.front);
     if (values.emission != glm::vec3(0.0f)) values.emission *= glm::vec3(look_up(material.emission_texture));
-    if (!is_lambertian(material) || (simulated & kBumpy) != 0u) {
+    const bool mirrors = !is_lambertian(material);
+    if (mirrors || (simulated & kBumpy) != 0u) {
         const glm::vec3 normal = normal_at(rays, hit, mesh, material, point, look_up);
-        values.bsdf.normal = keep_mirror_above(normal, point.geometric_normal, direction);
+        values.bsdf.normal = mirrors ? keep_mirror_above(normal, point.geometric_normal, direction)
+                                     : bend_towards(normal, point.geometric_normal);
     }
     const LobeLookup lobe_lookup{
         look_up, rays, hit, mesh, point.front ? values.bsdf.normal : -values.bsdf.normal, values.bsdf.normal};

@@ -2,7 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <numeric>
+#include <tuple>
 #include <vector>
+
+#include "scene/mikktspace.h"
 
 namespace rcs {
 namespace {
@@ -41,66 +46,39 @@ void give_face_normals(Mesh& mesh)
     }
 }
 
-/// How one triangle maps the texture.
-struct Mapping {
-    glm::dvec3 tangent{0.0};  ///< along u, of any length; 0 if the mapping has no area
-    double w = 0.0;           ///< 0 if the mapping has no area
-};
-
-std::vector<Mapping> mappings_of(const Mesh& mesh, const std::vector<glm::vec2>& uvs,
-                                 const glm::mat3x2& texture_from_uv)
+/// Gives each corner a vertex that has its tangent: the one it had, or a copy.
+void split_vertices(Mesh& mesh, const std::vector<glm::vec4>& tangents)
 {
-    const glm::dmat3x2 matrix(texture_from_uv);
-    std::vector<Mapping> mappings(mesh.triangles.size());
-    for (std::size_t i = 0; i < mappings.size(); ++i) {
-        const glm::uvec3 triangle = mesh.triangles[i];
-        const auto edge = [&](int k) {
-            return glm::dvec3(mesh.positions[triangle[k]]) - glm::dvec3(mesh.positions[triangle[0]]);
-        };
-        const auto uv_edge = [&](int k) {
-            return matrix * glm::dvec3(glm::dvec2(uvs[triangle[k]]) - glm::dvec2(uvs[triangle[0]]), 0.0);
-        };
-        const glm::dvec2 d1 = uv_edge(1);
-        const glm::dvec2 d2 = uv_edge(2);
-        const double area = d1.x * d2.y - d2.x * d1.y;
-        if (!(std::fabs(area) > 0.0) || !std::isfinite(area)) continue;
-        mappings[i] = {(edge(1) * d2.y - edge(2) * d1.y) * (area < 0.0 ? -1.0 : 1.0), area < 0.0 ? 1.0 : -1.0};
-    }
-    return mappings;
-}
-
-/// Gives triangles of w = -1 vertices of their own where others have w = 1.
-void split_vertices(Mesh& mesh, const std::vector<Mapping>& mappings)
-{
-    std::vector<bool> upright(mesh.positions.size(), false);
-    for (std::size_t i = 0; i < mappings.size(); ++i) {
-        if (mappings[i].w < 0.0) continue;
-        for (int k = 0; k < 3; ++k) upright[mesh.triangles[i][k]] = true;
-    }
-    std::vector<std::uint32_t> twins(mesh.positions.size(), 0);  // 0: none, as 0 cannot be a new vertex
-    for (std::size_t i = 0; i < mappings.size(); ++i) {
-        if (mappings[i].w >= 0.0) continue;
-        for (int k = 0; k < 3; ++k) {
-            std::uint32_t& vertex = mesh.triangles[i][k];
-            if (!upright[vertex]) continue;
-            if (twins[vertex] == 0) {
-                twins[vertex] = static_cast<std::uint32_t>(mesh.positions.size());
-                for_each_attribute(mesh, [&](auto& array) {
-                    const auto copy = array[vertex];
-                    array.push_back(copy);
-                });
-            }
-            vertex = twins[vertex];
+    const auto vertex_of = [&](std::uint32_t corner) -> std::uint32_t& {
+        return mesh.triangles[corner / 3][static_cast<int>(corner % 3)];
+    };
+    const auto less = [](glm::vec4 a, glm::vec4 b) {
+        return std::tie(a.x, a.y, a.z, a.w) < std::tie(b.x, b.y, b.z, b.w);
+    };
+    std::vector<std::uint32_t> corners(tangents.size());
+    std::iota(corners.begin(), corners.end(), 0u);
+    std::sort(corners.begin(), corners.end(), [&](std::uint32_t a, std::uint32_t b) {
+        if (vertex_of(a) != vertex_of(b)) return vertex_of(a) < vertex_of(b);
+        return tangents[a] != tangents[b] ? less(tangents[a], tangents[b]) : a < b;
+    });
+    std::vector<glm::vec4> given(mesh.positions.size(), glm::vec4(0.0f));  // 0: to a vertex without a triangle
+    std::uint32_t last = 0, current = 0;  // the vertex of the corner before, and what became of it
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+        std::uint32_t& vertex = vertex_of(corners[i]);
+        if (i == 0 || vertex != last) {
+            last = current = vertex;
+        } else if (tangents[corners[i]] != given[current]) {
+            current = static_cast<std::uint32_t>(given.size());
+            given.emplace_back(0.0f);
+            for_each_attribute(mesh, [&](auto& array) {
+                const auto copy = array[last];
+                array.push_back(copy);
+            });
         }
+        given[current] = tangents[corners[i]];
+        vertex = current;
     }
-}
-
-double corner_angle(const Mesh& mesh, glm::uvec3 triangle, int corner)
-{
-    const glm::dvec3 p = mesh.positions[triangle[corner]];
-    const glm::dvec3 a = glm::dvec3(mesh.positions[triangle[(corner + 1) % 3]]) - p;
-    const glm::dvec3 b = glm::dvec3(mesh.positions[triangle[(corner + 2) % 3]]) - p;
-    return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
+    mesh.tangents = std::move(given);
 }
 
 }  // namespace
@@ -114,29 +92,17 @@ glm::dvec3 any_tangent(glm::dvec3 normal)
 void make_tangents(Mesh& mesh, int uv_set, const glm::mat3x2& texture_from_uv)
 {
     if (mesh.normals.empty()) give_face_normals(mesh);
-    const std::vector<Mapping> mappings = mappings_of(mesh, uv_set == 0 ? mesh.uvs : mesh.uvs1, texture_from_uv);
-    split_vertices(mesh, mappings);
-
-    // Weighted by angle, each projected to the vertex's plane first, as MikkTSpace does.
-    std::vector<glm::dvec3> sums(mesh.positions.size(), glm::dvec3(0.0));
-    std::vector<float> signs(mesh.positions.size(), 1.0f);
-    for (std::size_t i = 0; i < mappings.size(); ++i) {
-        if (mappings[i].w == 0.0) continue;
-        for (int k = 0; k < 3; ++k) {
-            const std::uint32_t vertex = mesh.triangles[i][k];
-            const glm::dvec3 normal = mesh.normals[vertex];
-            const glm::dvec3 tangent = mappings[i].tangent - normal * glm::dot(normal, mappings[i].tangent);
-            signs[vertex] = static_cast<float>(mappings[i].w);
-            const double length = glm::length(tangent);
-            if (length > 0.0) sums[vertex] += tangent * (corner_angle(mesh, mesh.triangles[i], k) / length);
-        }
+    std::vector<glm::vec2> uvs = uv_set == 0 ? mesh.uvs : mesh.uvs1;
+    for (glm::vec2& uv : uvs) {
+        uv = texture_from_uv * glm::vec3(uv, 1.0f);
+        uv.y = -uv.y;  // glTF's v points down
     }
-    mesh.tangents.resize(mesh.positions.size());
-    for (std::size_t i = 0; i < sums.size(); ++i) {
-        const double length = glm::length(sums[i]);
-        // Opposite tangents cancel down to rounding.
-        const glm::dvec3 tangent = length > 1e-9 ? sums[i] / length : any_tangent(mesh.normals[i]);
-        mesh.tangents[i] = glm::vec4(glm::vec3(tangent), signs[i]);
+    mesh.tangents.clear();
+    split_vertices(mesh, mikktspace(mesh, uvs));
+    for (std::size_t i = 0; i < mesh.tangents.size(); ++i) {
+        const glm::vec4 made = mesh.tangents[i];
+        const glm::dvec3 tangent = glm::vec3(made) != glm::vec3(0.0f) ? glm::dvec3(made) : any_tangent(mesh.normals[i]);
+        mesh.tangents[i] = glm::vec4(glm::vec3(glm::normalize(tangent)), made.w < 0.0f ? -1.0f : 1.0f);
     }
 }
 

@@ -6,10 +6,10 @@
 
 namespace rcs {
 
-/// Gives a mesh the tangents that its normal texture is meant for: along increasing u, unit, orthogonal to the
-/// normals, w = 1 where cross(normal, tangent) points up in the image (glTF's v points down). A vertex
-/// whose triangles map the texture both mirrored and not is split. A flat-shaded mesh gets face normals, each
-/// corner a vertex of its own.
+/// Gives a mesh the tangents that its normal texture is meant for, those of MikkTSpace: along increasing u, unit,
+/// orthogonal to the normals, w = 1 where cross(normal, tangent) points up in the image (glTF's v points down). A
+/// vertex whose triangles want different ones is split. A flat-shaded mesh gets face normals, each corner a vertex of
+/// its own.
 /// @param uv_set  0 or 1; the mesh has it   @param texture_from_uv  as in TextureSlot
 void make_tangents(Mesh& mesh, int uv_set, const glm::mat3x2& texture_from_uv);
 
