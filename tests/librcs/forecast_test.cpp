@@ -40,6 +40,16 @@ TEST(WalkAhead, StartsAtTheErrorThatIsSeen)
     }
 }
 
+/// Nothing around looks at what is lit: the records make none of the picture.
+TEST(WalkAhead, WithoutLightThereIsNothingToDo)
+{
+    std::vector<RecordShare> shares = some_shares(10, 0.1f);
+    for (RecordShare& s : shares) s.area = 0.0f;
+    const PathPoint to = read_path(walk_ahead(shares, kGather, 0.8, 0.01), 0.05);
+    EXPECT_EQ(to.rays, 0.0);
+    EXPECT_EQ(to.looks, 0.0);
+}
+
 /// Noise alone takes what one allotment would, and more for the spread that may hide behind it.
 TEST(WalkAhead, TakesNoFewerRaysThanTheNoiseAlone)
 {

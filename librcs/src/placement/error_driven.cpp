@@ -149,7 +149,7 @@ std::vector<RecordShare> Steering::share_out() const
         // The weight of one splat is a cone; where all that overlap add up to W, a record makes 1 / W of its pixels.
         const float radius = influence_radius(r, overlap_) / r.footprint;
         const float light = luminance({sums_.weighted_r[pixel], sums_.weighted_g[pixel], sums_.weighted_b[pixel]});
-        const float seen = light / (light + dark * sums_.weight[pixel]);
+        const float seen = light > 0.0f ? light / (light + dark * sums_.weight[pixel]) : 0.0f;
         shares[k].area = seen * std::numbers::pi_v<float> / 3.0f * radius * radius / sums_.weight[pixel];
         shares[k].single = to_single * around[k];
         shares[k].spread = map_.spread[pixel];

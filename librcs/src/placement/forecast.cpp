@@ -95,6 +95,7 @@ std::vector<PathPoint> walk_ahead(std::vector<RecordShare> all, float gather, do
         if (is_stalled) break;
         path.push_back(at);
     }
+    if (!(path_begin > 0.0)) return path;  // without light there is no error
     for (PathPoint& p : path) p.error = path_begin * std::pow(p.error / path_begin, progress);
     return path;
 }
