@@ -64,6 +64,7 @@ void FrameProgress::after_pass(int done, int passes, double error_estimate)
 void FrameProgress::forecast(double render_seconds, int passes)
 {
     forecast_seconds_ = render_seconds;
+    message_.set_forecast_seconds(render_seconds);
     message_.set_passes(passes);
 }
 
