@@ -34,7 +34,8 @@ def run_case(rcsplat, words, case, folder):
     environment = {**os.environ, "PATH": os.defpath, "HOME": str(home), "XDG_CONFIG_HOME": str(home),
                    "RCSPLAT": rcsplat,
                    "RCSPLAT_SERVER": str(folder / "run/socket"), "RCSPLAT_STATE": str(folder / "state"),
-                   "RCS_ADDON": str(folder.parent), "RCS_OUT": str(folder), "RCS_CASE": str(case),
+                   "RCS_ADDON": str(folder.parent), "RCS_ZIP": str(folder.parent / "addon.zip"),
+                   "RCS_OUT": str(folder), "RCS_CASE": str(case),
                    "PYTHONDONTWRITEBYTECODE": "1"}
     try:
         ended = subprocess.run([*words, str(HERE / "cases/run.py")], env=environment, stdin=subprocess.DEVNULL,

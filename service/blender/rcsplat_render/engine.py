@@ -11,9 +11,9 @@ import bpy
 import numpy
 from mathutils import Vector
 
-from . import pictures, settings
+from . import pictures, preview, settings
 from .cameras import clipped, seen_through
-from .jobs import frame_of, framing_of, job_options, output
+from .jobs import framing_of, still
 from .link import LINK, Rendering, one_line
 from .snapshot import FOLDER, Snapshot, take
 from .viewport import Viewport
@@ -62,16 +62,19 @@ class RcsplatEngine(bpy.types.RenderEngine):
 
     bl_idname = "RCSPLAT"
     bl_label = "rcsplat"
-    bl_use_preview = False
+    bl_use_preview = True
     bl_use_postprocess = True
     bl_use_shading_nodes_custom = False
     bl_use_eevee_viewport = True
     bl_use_gpu_context = False
 
     def render(self, depsgraph: Any) -> None:
-        """F12, and each frame of an animation."""
+        """F12, each frame of an animation, and the picture of a material."""
         try:
-            self._render(depsgraph)
+            if self.is_preview:
+                self._render_preview(depsgraph)
+            else:
+                self._render(depsgraph)
         except InterruptedError:
             pass
         except Exception as error:  # Blender goes on, and says it in one line
@@ -91,7 +94,8 @@ class RcsplatEngine(bpy.types.RenderEngine):
         framing, camera = framing_of(scene.render), scene.camera.evaluated_get(depsgraph)
         self.update_stats("", "exports the scene")
         seen = seen_through(camera, scene.render, framing.size)
-        snapshot = in_main_thread(lambda: snapshot_now(scene, scene.rcsplat.soft_lamps), self.test_break)
+        snapshot, place = in_main_thread(
+            lambda: (snapshot_now(scene, scene.rcsplat.soft_lamps), settings.place()), self.test_break)
         corners = [thing.matrix_world @ Vector(corner) for thing in depsgraph.objects if thing.type == "MESH"
                    for corner in thing.bound_box]
         for line in seen.warnings + snapshot.warnings + clipped(camera, corners):
@@ -99,14 +103,22 @@ class RcsplatEngine(bpy.types.RenderEngine):
         layer = depsgraph.view_layer_eval
         passes = pictures.passes_of(layer)
         layers = pictures.layers_for(passes)
-        options = job_options(scene, framing, seen, snapshot)
-        rendering = LINK.render(settings.place(), snapshot.scene, {
-            **options, "frames": [frame_of(scene.frame_current, seen.camera)], "outputs": [output(layers)],
-            "priority": scene.rcsplat.priority, "labels": {"client": "blender", "kind": "still"}})
+        rendering = LINK.render(place, snapshot.scene, still(scene, framing, seen, snapshot, layers))
         if self._wait(rendering):
             sky = snapshot.world.environment if scene.render.film_transparent else None
             axis = pictures.cosines(framing.size, framing.window, seen.camera)
             self._show(rendering.ticket.data, passes, axis, sky if isinstance(sky, tuple) else None, layer.name)
+
+    def _render_preview(self, depsgraph: Any) -> None:
+        """Of Blender's own scene for it, which its exporter does not see."""
+        scene = depsgraph.scene
+        framing = framing_of(scene.render)
+        seen = seen_through(scene.camera.evaluated_get(depsgraph), scene.render, framing.size)
+        snapshot = preview.take(depsgraph, FOLDER.path())
+        rendering = LINK.render(settings.place(), snapshot.scene, preview.request(framing, seen, snapshot))
+        if self._wait(rendering):
+            axis = pictures.cosines(framing.size, framing.window, seen.camera)
+            self._show(rendering.ticket.data, [], axis, None, depsgraph.view_layer_eval.name)
 
     def _wait(self, rendering: Rendering) -> bool:
         """Whether there is a picture."""
@@ -127,8 +139,8 @@ class RcsplatEngine(bpy.types.RenderEngine):
             raise OSError(ticket.failure)
         for line in ticket.warnings:
             self.report({"WARNING"}, f"rcsplat: {line}")
-        REPORT.last = ticket.stats
-        REPORT.sent = ticket.sent
+        if not self.is_preview:
+            REPORT.last, REPORT.sent, REPORT.waited = ticket.stats, ticket.sent, ticket.waited
         return True
 
     def _show(self, data: bytes, passes: List[pictures.Pass], axis: Any, sky: Any, layer: str) -> None:
@@ -171,10 +183,12 @@ class RcsplatEngine(bpy.types.RenderEngine):
 
 
 class Report:
-    """What the panel says of the last render."""
+    """What the panel says: of the last render, and of the next."""
 
     last: Dict[str, Any] = {}
     sent = 0
+    waited: Optional[float] = None  # from the export to the first of its stages [s]
+    forecast = ""
 
 
 REPORT = Report()

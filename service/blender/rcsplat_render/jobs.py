@@ -44,3 +44,10 @@ def frame_of(number: int, camera: options_pb2.Camera) -> job_pb2.Frame:
 
 def output(layers: List[str]) -> Output:
     return Output("image.exr", layers=layers, pixel_format="float")
+
+
+def still(scene: Any, framing: Framing, seen: Seen, snapshot: Snapshot, layers: List[str]) -> Dict[str, Any]:
+    """All of submit() for a picture of the current frame."""
+    return {**job_options(scene, framing, seen, snapshot), "frames": [frame_of(scene.frame_current, seen.camera)],
+            "outputs": [output(layers)], "priority": scene.rcsplat.priority,
+            "labels": {"client": "blender", "kind": "still"}}

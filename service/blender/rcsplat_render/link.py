@@ -8,7 +8,9 @@ import json
 import logging
 import pathlib
 import threading
+import time
 from concurrent.futures import Future
+from concurrent.futures import TimeoutError as FutureTimeout
 from typing import Any, Coroutine, Dict, List, Optional
 
 from rcsplat import AsyncClient, ConnectionLost, RenderError, service_pb2
@@ -37,8 +39,10 @@ class Ticket:
     stage: str = "connects"
     fraction: float = 0.0
     eta: Optional[float] = None
+    forecast: Optional[float] = None  # of the whole picture [s], as the server says before it begins
     error: Optional[float] = None  # that the picture is estimated to have
     sent: int = 0  # bytes of files that the server did not have
+    waited: Optional[float] = None  # from asking until somebody works on it [s]
     done: bool = False
     failure: str = ""
     warnings: List[str] = dataclasses.field(default_factory=list)
@@ -104,6 +108,12 @@ class Link:
         """One picture, an EXR that is called image.exr."""
         return Rendering(self, place, scene, options)
 
+    def forecast(self, place: Place, scene: pathlib.Path, options: Dict[str, Any]) -> "Rendering":
+        """What a picture will take, in the ticket's `forecast`: the job ends as soon as the server has told.
+
+        Where the picture is done before, its stats."""
+        return Rendering(self, place, scene, options, forecast_alone=True)
+
     def stop(self) -> None:
         if self._loop is None or self._thread is None:
             return
@@ -129,13 +139,15 @@ class Link:
 class Rendering:
     """A ticket that is worked on."""
 
-    def __init__(self, link: Link, place: Place, scene: pathlib.Path, options: Dict[str, Any]) -> None:
+    def __init__(self, link: Link, place: Place, scene: pathlib.Path, options: Dict[str, Any],
+                 forecast_alone: bool = False) -> None:
         self.ticket = Ticket()
+        self._forecast_alone = forecast_alone
         self._link, self._place, self._scene, self._options = link, place, scene, options
         self._future = link.run(self._work())
 
     async def _work(self) -> None:
-        ticket = self.ticket
+        ticket, asked = self.ticket, time.monotonic()
         try:
             client = await self._link.client(self._place)
             before, ticket.stage = client.sent, "uploads"
@@ -143,13 +155,20 @@ class Rendering:
             ticket.job, ticket.stage, ticket.sent = job.number, "waits", client.sent - before
             async for status in job.progress():
                 for running in status.running:
+                    ticket.waited = ticket.waited or time.monotonic() - asked
                     ticket.stage, ticket.fraction = running.stage, running.fraction
                     ticket.eta = running.eta_seconds if running.HasField("eta_seconds") else None
                     ticket.error = running.error_estimate if running.HasField("error_estimate") else None
+                    ticket.forecast = running.forecast_seconds if running.HasField("forecast_seconds") else None
+                if self._forecast_alone and ticket.forecast is not None:
+                    await job.cancel()
+                    return
             frame = (await job.details(frames=1)).frames[0]
             ticket.warnings = list(frame.warnings)
             ticket.stats = json.loads(frame.stats_json or "{}")
             ticket.error = frame.error_estimate
+            if self._forecast_alone:
+                return
             ticket.data = await job.read("image.exr", frame.number)
         except asyncio.CancelledError:
             ticket.failure = "cancelled"
@@ -159,6 +178,15 @@ class Rendering:
                 self._link.abandoned.setdefault(self._place, []).append(ticket.job)
         finally:
             ticket.done = True
+
+    def wait(self, seconds: float) -> Ticket:
+        """For scripts. What lasts longer is cancelled."""
+        try:
+            self._future.result(seconds)
+        except FutureTimeout:
+            self.cancel()
+            raise OSError(f"no answer within {seconds:g} s") from None
+        return self.ticket
 
     def cancel(self) -> None:
         """Returns at once; the job ends soon."""

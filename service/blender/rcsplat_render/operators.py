@@ -7,8 +7,18 @@ from typing import Any, Callable, Optional, Set
 
 import bpy
 
-from . import night, settings
-from .link import one_line
+from . import night, pictures, settings
+from .cameras import seen_through
+from .engine import REPORT, snapshot_now
+from .jobs import framing_of, still
+from .link import LINK, Rendering, Ticket, one_line
+
+
+def redraw_properties(context: Any) -> None:
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "PROPERTIES":
+                area.tag_redraw()
 
 
 class Watch:
@@ -44,10 +54,7 @@ class Watch:
         state = looked.result()
         self.line = "; ".join([state.line, *state.failures[:1]])
         night.fetch(bpy.context.scene, found, state)
-        for window in bpy.context.window_manager.windows:
-            for area in window.screen.areas:
-                if area.type == "PROPERTIES":
-                    area.tag_redraw()
+        redraw_properties(bpy.context)
         return 0.2 if state.pictures else None if state.ended else 5.0
 
 
@@ -169,7 +176,70 @@ class RCSPLAT_OT_forget(bpy.types.Operator):
         WATCH.line = ""
 
 
-CLASSES = (RCSPLAT_OT_queue, RCSPLAT_OT_fetch, RCSPLAT_OT_forget)
+def forecast_line(scene: Any, ticket: Ticket) -> str:
+    if ticket.failure:
+        return ticket.failure
+    goal = f"{scene.rcsplat.target_error:.3g} %"
+    if ticket.forecast is None:  # the picture was there before
+        return f"{goal} takes {ticket.stats.get('seconds', 0.0):.2g} s"
+    return f"{goal} will take about {ticket.forecast:.{0 if ticket.forecast >= 10.0 else 1}f} s"
+
+
+class RCSPLAT_OT_forecast(bpy.types.Operator):
+    """Ask the server how long a picture of this error will take, without rendering it."""
+
+    bl_idname = "rcsplat.forecast"
+    bl_label = "Forecast"
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return bool(context.scene.rcsplat.goal == "ERROR" and context.scene.camera is not None)
+
+    def _ask(self, context: Any) -> Rendering:
+        scene = context.scene
+        snapshot = snapshot_now(scene, scene.rcsplat.soft_lamps)
+        framing = framing_of(scene.render)
+        camera = scene.camera.evaluated_get(context.evaluated_depsgraph_get())
+        seen = seen_through(camera, scene.render, framing.size)
+        layers = pictures.layers_for(pictures.passes_of(context.view_layer))
+        return LINK.forecast(settings.place(), snapshot.scene, still(scene, framing, seen, snapshot, layers))
+
+    def execute(self, context: Any) -> Set[str]:
+        """At once, for scripts."""
+        def work() -> None:
+            ticket = self._ask(context).wait(300.0)
+            REPORT.forecast = forecast_line(context.scene, ticket)
+            self.report({"INFO"}, f"rcsplat: {REPORT.forecast}")
+
+        return _attempted(self, work)
+
+    def invoke(self, context: Any, event: Any) -> Set[str]:
+        def work() -> None:
+            self._asked = self._ask(context)
+
+        if _attempted(self, work) == {"CANCELLED"}:
+            return {"CANCELLED"}
+        REPORT.forecast = "asks the server"
+        self._timer = context.window_manager.event_timer_add(0.1, window=context.window)
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: Any, event: Any) -> Set[str]:
+        if event.type == "ESC":
+            self._asked.cancel()
+            return self._leave(context, "")
+        if event.type == "TIMER" and self._asked.ticket.done:
+            return self._leave(context, forecast_line(context.scene, self._asked.ticket))
+        return {"PASS_THROUGH"}
+
+    def _leave(self, context: Any, line: str) -> Set[str]:
+        REPORT.forecast = line
+        context.window_manager.event_timer_remove(self._timer)
+        redraw_properties(context)
+        return {"FINISHED"}
+
+
+CLASSES = (RCSPLAT_OT_queue, RCSPLAT_OT_forecast, RCSPLAT_OT_fetch, RCSPLAT_OT_forget)
 
 
 def register() -> None:

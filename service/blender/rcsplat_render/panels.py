@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import Any
 
 import bpy
@@ -16,6 +17,12 @@ SHARED = ("RENDER_PT_format", "RENDER_PT_frame_range", "RENDER_PT_output", "REND
           "DATA_PT_EEVEE_light", "DATA_PT_context_light", "DATA_PT_spot", "WORLD_PT_context_world",
           "EEVEE_WORLD_PT_surface", "EEVEE_MATERIAL_PT_context_material", "EEVEE_MATERIAL_PT_surface",
           "MATERIAL_PT_preview", "VIEWLAYER_PT_layer", "RENDER_PT_gpencil")
+
+
+def columns_of(context: Any) -> int:
+    """About how many letters are wide as a panel with an icon."""
+    letter = 7.0 * float(context.preferences.system.ui_scale)
+    return max(16, int(context.region.width / letter) - 7)
 
 
 class _Panel(bpy.types.Panel):
@@ -39,11 +46,13 @@ class RCSPLAT_PT_render(_Panel):
         for name in ("bounces", "aa", "soft_lamps", "seed"):
             layout.prop(own, name)
         layout.prop(context.scene.render, "film_transparent")
+        layout.operator("rcsplat.forecast")
+        if REPORT.forecast:
+            layout.label(text=REPORT.forecast, icon="TIME")
 
 
 class RCSPLAT_PT_plan(_Panel):
-    bl_label = "Last render"
-    bl_options = {"DEFAULT_CLOSED"}
+    bl_label = "Effects of the last render"
 
     def draw(self, context: Any) -> None:
         if not REPORT.last:
@@ -52,8 +61,10 @@ class RCSPLAT_PT_plan(_Panel):
         self.layout.label(text=f"{REPORT.last.get('seconds', 0.0):.3g} s, {REPORT.sent} bytes uploaded")
         for effect in REPORT.last.get("plan", {}).get("effects", []):
             needed = effect.get("needed", False)
-            self.layout.label(text=f"{effect['name']}: {effect.get('reason', '')}",
-                              icon="CHECKBOX_HLT" if needed else "CHECKBOX_DEHLT")
+            lines = self.layout.column(align=True)
+            lines.label(text=effect["name"], icon="CHECKBOX_HLT" if needed else "CHECKBOX_DEHLT")
+            for line in textwrap.wrap(effect.get("reason", ""), columns_of(context)):
+                lines.label(text=line, icon="BLANK1")
 
 
 class RCSPLAT_PT_night(_Panel):

@@ -1,6 +1,8 @@
 """Blender's own default scene: a picture with its passes, by a server that the add-on starts and ends; what goes wrong
 is one line."""
 
+import json
+
 import bpy
 import numpy
 import stage
@@ -40,6 +42,7 @@ red = stage.color(stage.rendered(scene))
 folder = addon.snapshot.FOLDER.path()
 sizes = sorted(path.stat().st_size for path in folder.glob("scene-*.gltf"))
 print(f"case: uploaded {before} bytes, then 0, then {addon.engine.REPORT.sent} of a changed material", flush=True)
+print(f"case: the second render began {1e3 * addon.engine.REPORT.waited:.0f} ms after its export", flush=True)
 assert addon.engine.REPORT.sent in sizes, (addon.engine.REPORT.sent, sizes)
 assert len(list(folder.glob("mesh-*.bin"))) == 1
 assert red[32, 48, 0] > 3.0 * red[32, 48, 1]
@@ -53,6 +56,30 @@ assert part["Combined.R"].shape == (16, 48), part["Combined.R"].shape
 apart = numpy.abs(stage.color(part)[..., 0] - red[32:48, 24:72, 0]).mean() / red[..., 0].mean()
 assert apart < 0.03, apart
 scene.render.use_border = False
+
+# What it will take is said before, by a job that ends without a picture.
+assert bpy.ops.rcsplat.forecast() == {"FINISHED"}
+print(f"case: forecast: {addon.engine.REPORT.forecast}", flush=True)
+assert addon.engine.REPORT.forecast.startswith("5 % ") and addon.engine.REPORT.forecast.endswith(" s")
+effects = addon.engine.REPORT.last["plan"]["effects"]
+assert effects and all(effect["reason"] for effect in effects), effects
+scene.rcsplat.goal = "BUDGET"
+assert not bpy.ops.rcsplat.forecast.poll(), "the time is given"
+scene.rcsplat.goal = "ERROR"
+
+# Previews of materials are made from what the dependency graph has: there is no exporter for Blender's scene of them.
+taken = addon.preview.take(bpy.context.evaluated_depsgraph_get(), addon.snapshot.FOLDER.path())
+document = json.loads(taken.scene.read_text())
+assert [entry["name"] for entry in document["materials"]] == ["Material"], document["materials"]
+assert numpy.allclose(document["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"], (0.8, 0.1, 0.1, 1.0))
+framing = addon.jobs.framing_of(scene.render)
+seen = addon.cameras.seen_through(scene.camera, scene.render, framing.size)
+small = addon.link.LINK.render(addon.settings.place(), taken.scene,
+                               addon.preview.request(framing, seen, taken)).wait(120.0)
+assert small.data and not small.failure and not small.warnings, (small.failure, small.warnings)
+preview = stage.channels_of(addon.pictures.plain(small.data))
+assert preview["R"][32, 48] > 3.0 * preview["G"][32, 48], "the material is red"
+assert abs(preview["R"][32, 48] / red[32, 48, 0] - 1.0) < 0.1, (preview["R"][32, 48], red[32, 48, 0])
 
 # One line for what cannot be rendered, and Blender goes on.
 held, scene.camera = scene.camera, None

@@ -4,7 +4,8 @@ frame 12. A job is cancelled; a server that dies is one line."""
 import threading
 import time
 
-import bpy
+import bpy  # before addon_utils, which is a part of it
+import addon_utils
 import numpy
 import stage
 
@@ -52,6 +53,14 @@ began = time.perf_counter()
 assert bpy.ops.rcsplat.queue() == {"FINISHED"}
 print(f"case: 24 frames were exported and queued in {time.perf_counter() - began:.1f} s", flush=True)
 assert len(addon.night.nights()) == 1
+
+# Blender is closed, and its server with it; another one goes on.
+assert addon.server.SERVER.started
+addon_utils.disable("rcsplat_render")
+assert not addon.server.SERVER.started
+addon = stage.start()
+scene = bpy.context.scene
+assert len(addon.night.nights()) == 1, "what was queued is forgotten"
 until = time.monotonic() + 200.0
 while addon.night.nights() and time.monotonic() < until:
     assert bpy.ops.rcsplat.fetch() == {"FINISHED"}

@@ -159,7 +159,7 @@ def color(picture, name="Combined"):
     return numpy.stack([picture[f"{name}.{c}"] for c in "RGB"], axis=-1)
 
 
-def cycles(scene, samples, bounces):
+def cycles(scene, samples, bounces, seed=0):
     """The same scene by Blender's path tracer; none where this Blender lacks it."""
     if not hasattr(bpy.types.Scene, "cycles"):
         import addon_utils
@@ -169,6 +169,7 @@ def cycles(scene, samples, bounces):
     scene.render.engine = "CYCLES"
     own = scene.cycles
     own.device, own.samples, own.use_denoising, own.use_adaptive_sampling = "CPU", samples, False, False
+    own.seed = seed
     own.pixel_filter_type, own.filter_width = "BOX", 1.0
     own.sample_clamp_indirect = own.sample_clamp_direct = 0.0
     own.max_bounces, own.diffuse_bounces, own.glossy_bounces = bounces, bounces, bounces
