@@ -23,7 +23,8 @@
 namespace rcs::service {
 namespace {
 
-constexpr std::int64_t kCancelGrace = 3000;     // for a worker to end a frame, or itself [ms]
+constexpr std::int64_t kCancelGrace = 800;      // for a worker to end a frame by itself [ms]
+constexpr std::int64_t kLeaveGrace = 3000;      // for a worker to end itself [ms]
 constexpr std::int64_t kLongestPause = 60'000;  // between attempts to start a worker [ms]
 
 bool is_idle(const Worker& worker)
@@ -124,7 +125,7 @@ void WorkerPool::tend_worker(Worker& worker, std::int64_t now)
 {
     char text[120];
     if (config_.engine == WorkerEngine::local) worker.memory = resident_memory(worker.pid);
-    if (worker.goes_since_ms != 0 && now >= worker.goes_since_ms + kCancelGrace) ::kill(worker.pid, SIGKILL);
+    if (worker.goes_since_ms != 0 && now >= worker.goes_since_ms + kLeaveGrace) ::kill(worker.pid, SIGKILL);
     const double megabytes = 1e-6 * static_cast<double>(worker.memory);
     if (megabytes > config_.memory_limit_mb) {
         std::snprintf(text, sizeof text, "took %.0f MB of memory, more than the limit of %.0f MB", megabytes,
