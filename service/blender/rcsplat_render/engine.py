@@ -14,12 +14,13 @@ from mathutils import Vector
 from . import pictures, preview, settings
 from .cameras import clipped, seen_through
 from .jobs import framing_of, still
-from .link import LINK, Rendering, one_line
+from .link import LINK, Rendering, Ticket, one_line
 from .snapshot import FOLDER, Snapshot, take
 from .viewport import Viewport
 
 _LOG = logging.getLogger("rcsplat")
-POLL = 0.05  # [s]
+POLL = 0.05  # for Esc, and the end [s]
+TELL = 0.5  # how far it is [s]
 
 
 def in_main_thread(work: Callable[[], Any], is_broken: Callable[[], bool]) -> Any:
@@ -122,18 +123,14 @@ class RcsplatEngine(bpy.types.RenderEngine):
 
     def _wait(self, rendering: Rendering) -> bool:
         """Whether there is a picture."""
-        ticket = rendering.ticket
+        ticket, told, shown = rendering.ticket, 0.0, ""
         while not ticket.done:
             if self.test_break():
                 rendering.cancel()
                 return False
-            self.update_progress(ticket.fraction)
-            parts = [ticket.stage]
-            if ticket.error:
-                parts.append(f"error {100.0 * ticket.error:.2g} %")
-            if ticket.eta is not None:
-                parts.append(f"{ticket.eta:.0f} s to go")
-            self.update_stats("", " | ".join(parts))
+            if time.monotonic() - told >= TELL:
+                told = time.monotonic()
+                shown = self._tell(ticket, shown)
             time.sleep(POLL)
         if ticket.failure:
             raise OSError(ticket.failure)
@@ -142,6 +139,20 @@ class RcsplatEngine(bpy.types.RenderEngine):
         if not self.is_preview:
             REPORT.last, REPORT.sent, REPORT.waited = ticket.stats, ticket.sent, ticket.waited
         return True
+
+    def _tell(self, ticket: Ticket, shown: str) -> str:
+        """How far it is, where that is news: Blender draws its window each time, and hears no key meanwhile."""
+        parts = [ticket.stage]
+        if ticket.error:
+            parts.append(f"error {100.0 * ticket.error:.2g} %")
+        if ticket.eta is not None:
+            parts.append(f"{ticket.eta:.0f} s to go")
+        line = " | ".join(parts)
+        news = f"{line} {ticket.fraction:.2f}"
+        if news != shown:
+            self.update_progress(ticket.fraction)
+            self.update_stats("", line)
+        return news
 
     def _show(self, data: bytes, passes: List[pictures.Pass], axis: Any, sky: Any, layer: str) -> None:
         height, width = axis.shape
