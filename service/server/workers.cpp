@@ -23,7 +23,7 @@
 namespace rcs::service {
 namespace {
 
-constexpr std::int64_t kCancelGrace = 800;      // for a worker to end a frame by itself [ms]
+constexpr std::int64_t kCancelGrace = 500;      // for a worker to end a frame by itself [ms]
 constexpr std::int64_t kLeaveGrace = 3000;      // for a worker to end itself [ms]
 constexpr std::int64_t kLongestPause = 60'000;  // between attempts to start a worker [ms]
 
