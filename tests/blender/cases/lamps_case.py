@@ -58,4 +58,8 @@ stage.close("square", irradiance("AREA", (0.0, 0.0, 2.0), energy=50.0, shape="SQ
 disk = 0.5**2 / (0.5**2 + 2.0**2)
 stage.close("disk", irradiance("AREA", (0.0, 0.0, 2.0), energy=50.0, shape="DISK", size=1.0),
             FLAT * 50.0 / (math.pi * 0.25) * disk, 0.005)
+half, side = 0.4, 0.2
+factor = half * side / math.sqrt((half**2 + 2.0**2) * (side**2 + 2.0**2))
+stage.close("ellipse", irradiance("AREA", (0.0, 0.0, 2.0), energy=50.0, shape="ELLIPSE", size=2.0 * half,
+                                  size_y=2.0 * side), FLAT * 50.0 / (math.pi * half * side) * factor, 0.005)
 stage.end(addon)
