@@ -116,7 +116,8 @@ class RcsplatEngine(bpy.types.RenderEngine):
         framing = framing_of(scene.render)
         seen = seen_through(scene.camera.evaluated_get(depsgraph), scene.render, framing.size)
         snapshot = preview.take(depsgraph, FOLDER.path())
-        rendering = LINK.render(settings.place(), snapshot.scene, preview.request(framing, seen, snapshot))
+        place = in_main_thread(settings.place, self.test_break)
+        rendering = LINK.render(place, snapshot.scene, preview.request(framing, seen, snapshot))
         if self._wait(rendering):
             axis = pictures.cosines(framing.size, framing.window, seen.camera)
             self._show(rendering.ticket.data, [], axis, None, depsgraph.view_layer_eval.name)
@@ -134,9 +135,9 @@ class RcsplatEngine(bpy.types.RenderEngine):
             time.sleep(POLL)
         if ticket.failure:
             raise OSError(ticket.failure)
-        for line in ticket.warnings:
-            self.report({"WARNING"}, f"rcsplat: {line}")
         if not self.is_preview:
+            for line in ticket.warnings:
+                self.report({"WARNING"}, f"rcsplat: {line}")
             REPORT.last, REPORT.sent, REPORT.waited = ticket.stats, ticket.sent, ticket.waited
         return True
 
