@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "placement/placement.h"
 #include "rcs/ray_scene.h"
 #include "rcs/reference.h"
 #include "stability/case_run.h"
@@ -31,9 +32,9 @@ void record_in_a_crease(CaseRun& run)
     const int seen = spread_of(result.image, "beauty").pixels;
     run.require(seen > 500, "the crease is hardly in view: " + std::to_string(seen) + " pixels");
     run.figure(static_cast<double>(result.records.size()) / seen, "records a pixel");
+    const float least = std::min(RecordSettings{}.steepest * options.min_reach, kLeastReach);
     for (const Record& r : result.records)
-        run.require(r.spacing_radius >= 0.999f * settings_or_default(options).error_tolerance *
-                                            RecordSettings{}.steepest * options.min_reach * r.footprint,
+        run.require(r.spacing_radius >= 0.999f * settings_or_default(options).error_tolerance * least * r.footprint,
                     "a record's radius of " + text_of(static_cast<double>(r.spacing_radius)) +
                         " m is below the least of pixels");
 }
