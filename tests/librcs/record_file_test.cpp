@@ -54,6 +54,11 @@ std::vector<Record> random_records(int count)
         r.gradient_scale = k % 2 == 0 ? 0.0f : 1.0f;
         r.closeness = 0.25f;
         r.breadth = 0.5f;
+        if (k % 4 == 0) {
+            r.watch.origin = r.position;
+            r.watch.geometric_normal = r.normal;
+            r.watch.instance = static_cast<std::uint32_t>(k);
+        }
         for (int i = 0; i < (k % 2 == 0 ? 108 : 0); ++i) r.radiance.push_back(unit(engine) - 0.5f);
         if (k % 3 != 0) continue;
         r.gathered_lamps = static_cast<std::uint32_t>(k);
@@ -97,9 +102,10 @@ TEST(RecordFile, KeepsItsFormatWithinAVersion)
     r.harmonic_mean_distance = 4.0f;
     r.rays = 128;
     r.footprint = 0.5f;
+    r.watch.instance = 5;
     const std::string bytes = to_bytes({"scene", "settings"}, {r});
-    ASSERT_EQ(bytes.size(), 12u + 4 + 4 + 5 + 4 + 8 + 4 + 43 * 4);
-    EXPECT_EQ(bytes.substr(0, 25), std::string("rcs records\n\2\0\0\0\5\0\0\0scene", 25));
+    ASSERT_EQ(bytes.size(), 12u + 4 + 4 + 5 + 4 + 8 + 4 + 50 * 4);
+    EXPECT_EQ(bytes.substr(0, 25), std::string("rcs records\n\3\0\0\0\5\0\0\0scene", 25));
     const auto word = [&](std::size_t i) { return bytes.substr(41 + 4 * i, 4); };
     EXPECT_EQ(word(6), std::string("\0\0\x80\x3f", 4)) << "irradiance 1";
     EXPECT_EQ(word(8), std::string("\0\0\x40\x40", 4)) << "irradiance 3";
@@ -107,7 +113,8 @@ TEST(RecordFile, KeepsItsFormatWithinAVersion)
     EXPECT_EQ(word(32), std::string("\0\0\x80\x7f", 4)) << "gradient reach infinite";
     EXPECT_EQ(word(33), std::string("\x80\0\0\0", 4)) << "128 rays";
     EXPECT_EQ(word(34), std::string("\0\0\0\x3f", 4)) << "footprint 0.5";
-    EXPECT_EQ(word(42), std::string("\0\0\0\0", 4)) << "no radiance of lamps";
+    EXPECT_EQ(word(48), std::string("\0\0\0\0", 4)) << "no radiance";
+    EXPECT_EQ(word(47), std::string("\5\0\0\0", 4)) << "born on instance 5";
 }
 
 TEST(RecordFile, CutShortOrWithAnyBitFlippedIsOneErrorThatNamesIt)
@@ -137,7 +144,7 @@ TEST(RecordFile, CutShortOrWithAnyBitFlippedIsOneErrorThatNamesIt)
     EXPECT_NE(message(whole + "x").find("a.records"), std::string::npos);
     EXPECT_NE(message("").find("a.records is no record file"), std::string::npos);
     EXPECT_NE(message(std::string("rcs records\n\1\0\0\0", 16) + std::string(16, '0'))
-                  .find("version 1, this build reads version 2"),
+                  .find("version 1, this build reads version 3"),
               std::string::npos);
 }
 
@@ -165,6 +172,8 @@ TEST(RecordFile, WithValuesThatNoRecordHasIsAnError)
         {"scale", [](Record& r) { r.gradient_scale = 1.5f; }},
         {"scale", [](Record& r) { r.closeness = 0.0f; }},
         {"scale", [](Record& r) { r.breadth = kNan; }},
+        {"birth", [](Record& r) { r.watch.origin.x = kNan; }},
+        {"birth", [](Record& r) { r.watch.geometric_normal = {0.5f, 0.0f, 0.0f}; }},
         {"radiance", [](Record& r) { r.radiance[5] = kInfinity; }},
         {"radiance", [](Record& r) { r.radiance.pop_back(); }},
     };

@@ -10,6 +10,7 @@
 
 #include "rcs/render.h"
 #include "records/gather.h"
+#include "records/record_bytes.h"
 #include "records/watch.h"
 #include "scene/scene_parts.h"
 #include "session/session_state.h"
@@ -317,6 +318,27 @@ TEST(Renewal, EveryRecordIsGatheredAgainOnceItsLifeIsOver)
             EXPECT_GT(r.watch.gathered, first);
         }
     }
+}
+
+TEST(Renewal, RecordsOfAFileFollowOnceItIsKnownWhatTheySee)
+{
+    Walk first;
+    first.show(moved_by(0.0));
+    const std::string file = to_bytes({"scene", "settings"}, first.session.records());
+    const auto frame_after = [&](bool watched) {
+        Walk later;
+        later.session.show(moved_by(0.0));
+        later.session.begin_with(parse_records(file, "file").records);
+        if (watched) begin_watching(later.session, moved_by(0.0).cameras[0], later.options);
+        return later.show(moved_by(0.3));
+    };
+    const RenderStats with = frame_after(true).stats, without = frame_after(false).stats;
+    const RenderStats by_session = first.show(moved_by(0.3)).stats;
+    EXPECT_EQ(without.records.watched, 0u) << "all went";
+    EXPECT_LT(2 * with.records.records, without.records.records);
+    EXPECT_EQ(with.records.watched, by_session.records.watched);
+    EXPECT_EQ(with.records.renewed, by_session.records.renewed);
+    EXPECT_EQ(with.records.records, by_session.records.records);
 }
 
 TEST(Renewal, ASessionThatDoesNotWatchDropsAll)

@@ -33,7 +33,8 @@ RCS_API void write_records(const std::string& path, const RecordKey& key, const 
 /// Whether write_records() could write there. @throws Error io that names the file
 RCS_API void check_record_path(const std::string& path);
 
-/// What write_records() saved, bit for bit.
+/// What write_records() saved, bit for bit. Of what a record watches it is where it was born; begin_watching() tells a
+/// session the rest.
 /// @throws Error that names the file. not_found; io; unsupported: written by another version; bad_file: no record file,
 /// a
 ///     damaged one, or one of another key

@@ -18,6 +18,7 @@
 #include "rcs/light_cache.h"
 #include "rcs/log.h"
 #include "rcs/records.h"
+#include "rcs/reference.h"
 #include "rcs/render_options.h"
 #include "rcs/session.h"
 #include "rcs/splat.h"
@@ -139,6 +140,23 @@ RCS_API RenderResult render(Session& session, const MomentFunction& moments, con
 
 /// The same in a session of its own.
 RCS_API RenderResult render(Scene scene, const Camera& camera, const RenderOptions& options,
+                            const RenderHooks& hooks = {});
+
+/// Path traces what render() shows of moments: their mean, of 64 evenly spread over the time that the shutter is open,
+/// or of one for each 16 paths where there are fewer. The session is left with the scene of the last one.
+/// @param view  sets all but the camera   @param lens  of each moment's camera; empty: that of the options, at all
+/// times
+/// @throws as render_reference() of one; what `moments` throws
+RCS_API LayeredImage render_reference(Session& session, const MomentFunction& moments, View view,
+                                      const ReferenceOptions& options,
+                                      const std::function<Lens(const Camera&)>& lens = {},
+                                      const ProgressFunction& progress = {});
+
+/// Lets a session that watches know what its records see, as those of a file do not: they were handed to it by
+/// Session::begin_with(), in the scene that it shows. Without this they go when it shows another one.
+/// @param camera, options  of a view that they were gathered for
+/// @throws as render()
+RCS_API void begin_watching(Session& session, const Camera& camera, const RenderOptions& options,
                             const RenderHooks& hooks = {});
 
 /// What which error would cost: stops before the main work. Its `forecast` is empty where there is no indirect light.

@@ -14,10 +14,10 @@ namespace rcs {
 namespace {
 
 constexpr std::string_view kMagic = "rcs records\n";
-constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kVersion = 3;
 constexpr std::uint32_t kLongestKey = 4096;        // [bytes] of each of its texts
 constexpr std::size_t kRadiance = 3 * kHarmonics;  // values of a record that has radiance
-constexpr std::size_t kRecordBytes = 4 * 43;       // without radiance
+constexpr std::size_t kRecordBytes = 4 * 50;       // without radiance
 constexpr float kFarthest = 1e18f;                 // as for meshes: their product stays a float
 constexpr float kLeastFootprint = 1e-30f;          // below, one over a radius is no float
 constexpr float kSlightlyMore = 1.001f;            // by rounding, than all of it
@@ -30,7 +30,6 @@ void visit_fields(AnyRecord& record, const Visit& visit)
     auto& [position, normal, irradiance, of_lamps, rotation_gradient, translation_gradient, harmonic_mean_distance,
            minimum_distance, gradient_reach, rays, footprint, noise, spacing_radius, gradient_scale, closeness, breadth,
            gathered_lamps, radiance, radiance_of_lamps, watch] = record;
-    (void)watch;  // of a session, whose scenes it counts
     const auto vector = [&](auto& v) {
         for (int i = 0; i < 3; ++i) visit(v[i]);
     };
@@ -51,6 +50,10 @@ void visit_fields(AnyRecord& record, const Visit& visit)
     visit(closeness);
     visit(breadth);
     visit(gathered_lamps);
+    // Where it was born: who knows that can watch it again. The rest is of a session, whose scenes it counts.
+    vector(watch.origin);
+    vector(watch.geometric_normal);
+    visit(watch.instance);
 }
 
 void put(std::string& bytes, std::uint32_t value)
@@ -131,6 +134,11 @@ std::string_view defect_of(const Record& r)
     if (!is_distance(r.noise) || std::isinf(r.noise)) return "a noise";
     if (!(r.gradient_scale >= 0.0f && r.gradient_scale <= 1.0f) || !is_part(r.closeness) || !is_part(r.breadth))
         return "a scale";
+    const RecordWatch& w = r.watch;
+    const bool is_born = w.geometric_normal != glm::vec3(0.0f);
+    if (!is_finite(w.origin) || glm::length(w.origin) > kFarthest || !is_finite(w.geometric_normal) ||
+        (is_born && !(std::abs(glm::length(w.geometric_normal) - 1.0f) <= kUnitLength)))
+        return "a birth";
     for (const std::vector<float>* radiance : {&r.radiance, &r.radiance_of_lamps})
         if (!std::all_of(radiance->begin(), radiance->end(), [](float value) { return std::isfinite(value); }))
             return "a radiance";

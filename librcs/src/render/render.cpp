@@ -1,5 +1,6 @@
 #include "rcs/render.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "render/frame.h"
@@ -41,6 +42,19 @@ RenderResult render(Session& session, const MomentFunction& moments, const Rende
                     const RenderHooks& hooks)
 {
     return render(begin_frame(session, moments, asked, hooks));
+}
+
+void begin_watching(Session& session, const Camera& camera, const RenderOptions& asked, const RenderHooks& hooks)
+{
+    Frame frame = begin_frame(session, camera, asked, hooks);
+    const bool of_lamps =
+        std::any_of(frame.records.begin(), frame.records.end(), [](const Record& r) { return r.gathered_lamps != 0; });
+    if (!of_lamps && frame.needs(Effect::indirect_diffuse) && begin_pass(frame)) {
+        draw_gbuffer(frame);
+        spread_bounces(frame);
+        watch_records(frame);
+    }
+    session.begin_with(std::move(frame.records));
 }
 
 RenderStats forecast(Session& session, const Camera& camera, const RenderOptions& asked, const RenderHooks& hooks)
