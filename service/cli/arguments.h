@@ -47,6 +47,8 @@ public:
     explicit CameraSource(const SceneArguments& arguments);
     /// @throws rcs::Error as camera_at()
     CameraChoice at(std::optional<double> time) const;
+    /// Of a camera beside the scene's.
+    const std::optional<CameraPath>& path() const { return path_; }
 
 private:
     CameraChoice choice_;             ///< without a path

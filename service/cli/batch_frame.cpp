@@ -6,8 +6,6 @@
 #include <fstream>
 #include <utility>
 
-#include <sys/resource.h>
-
 #include "cli/outputs.h"
 #include "cli/run_support.h"
 #include "output/small_copy.h"
@@ -113,16 +111,6 @@ std::string ocio_text(const ToneMapper* mapper)
 
 }  // namespace
 
-double cpu_seconds()
-{
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    const auto of = [](const timeval& t) {
-        return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-    };
-    return of(usage.ru_utime) + of(usage.ru_stime);
-}
-
 FrameMaker::FrameMaker(const BatchArguments& arguments, ProgressBar& bar, std::function<void()> on_request)
     : arguments_(arguments),
       bar_(bar),
@@ -157,7 +145,7 @@ FrameRecord FrameMaker::wanted(int number) const
     wanted.source = scene_.source_at(time);
     if (arguments_.shutter.blurs())
         for (const double part : {0.0, 1.0})
-            wanted.source += " " + scene_.source_at(arguments_.shutter.time(time, part));
+            wanted.source += " " + scene_.source_at(arguments_.shutter.exposed(time).at(part));
     wanted.depends = {{"scene", ""}, {"camera", ""}};
     wanted.depends.insert(wanted.depends.end(), settings_.begin(), settings_.end());
     const std::string exposure = arguments_.render.output.exposure;
@@ -237,7 +225,7 @@ void FrameMaker::identify(FrameRecord& wanted)
     };
     const double time = time_of(wanted.number);
     if (arguments_.shutter.blurs())
-        for (const double part : {0.0, 1.0}) add_moment(arguments_.shutter.time(time, part));
+        for (const double part : {0.0, 1.0}) add_moment(arguments_.shutter.exposed(time).at(part));
     add_moment(time);
     for (auto& [name, text] : wanted.depends) {
         if (name == "scene") text = scene.text();

@@ -19,8 +19,6 @@
 
 namespace rcs::service {
 
-double cpu_seconds();  ///< of this process, all threads
-
 /// The mark of a frame that is being made. @param path  of its record
 inline std::string running_path(const std::string& path) { return path + ".running"; }
 /// Where a task says for others why a frame failed.

@@ -216,7 +216,7 @@ void add_render_command(CLI::App& app, Action& action)
         ->envname("")
         ->default_str("")
         ->description("Let this render server do it: a socket or HOST:PORT");
-    for (const char* local : {"--threads", "--dry-run", "--records", "--asset-root", "--shutter"})
+    for (const char* local : {"--threads", "--dry-run", "--records", "--asset-root"})
         command.get_option("--server")->excludes(local);
     command.footer("Example: rcsplat render sponza.glb --camera atrium --size 1000x1000 -o sponza.png -o sponza.exr");
     command.callback([arguments, server, record_file, shutter, &command, &action] {
@@ -225,7 +225,8 @@ void add_render_command(CLI::App& app, Action& action)
         }
         const bool remote = command.get_option("--server")->count() > 0;
         action = [arguments, server, record_file, shutter, remote, &command] {
-            remote ? render_on_server(*arguments, *server) : render_scene(*arguments, *shutter, *record_file, command);
+            remote ? render_on_server(*arguments, *shutter, *server)
+                   : render_scene(*arguments, *shutter, *record_file, command);
         };
     });
 }

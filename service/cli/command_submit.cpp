@@ -28,7 +28,7 @@ struct SubmitArguments {
     RenderArguments render;
     ServerArguments server;
     std::string frames;
-    double fps = 24.0;
+    Shutter shutter;
     int priority = 0;
     std::string key;
     std::vector<std::string> labels;
@@ -42,6 +42,8 @@ struct SubmitArguments {
 void add_frames(const SubmitArguments& arguments, RequestedJob& requested)
 {
     if (arguments.frames.empty()) {
+        if (arguments.shutter.blurs() && !arguments.render.scene.time)
+            throw Error(ErrorCode::bad_argument, "--shutter needs --time or --frames");
         *requested.job.add_frames() = request_frame(arguments.render, 0, arguments.render.scene.time);
         return;
     }
@@ -52,7 +54,7 @@ void add_frames(const SubmitArguments& arguments, RequestedJob& requested)
         }
     }
     for (const int number : numbers) {
-        const double time = arguments.render.scene.time.value_or(number / arguments.fps);
+        const double time = arguments.render.scene.time.value_or(number / arguments.shutter.fps);
         *requested.job.add_frames() = request_frame(arguments.render, number, time);
     }
 }
@@ -93,7 +95,7 @@ std::vector<std::string> deliver_job(const SubmitArguments& arguments, const Req
 void run_submit(const SubmitArguments& arguments)
 {
     ProgressBar bar(parse_log_level(arguments.render.report.log_level), arguments.render.report.quiet);
-    RequestedJob requested = request_job(arguments.render, arguments.on_server);
+    RequestedJob requested = request_job(arguments.render, arguments.shutter, arguments.on_server);
     add_frames(arguments, requested);
     requested.job.set_priority(arguments.priority);
     requested.job.set_idempotency_key(arguments.key);
@@ -142,7 +144,8 @@ void add_submit_command(CLI::App& app, Action& action)
         .add_option("--frames", arguments->frames,
                     "Frames of an animation, such as 1-100x2,150; outputs have #### for the number")
         ->type_name("LIST");
-    add_fps(command, arguments->fps);
+    add_fps(command, arguments->shutter.fps);
+    add_shutter(command, arguments->shutter);
     command.option_defaults()->group(option_group::kServe);
     add_number(command, "--priority", arguments->priority, {-100, 100}, "Larger ones come first; waiting raises it");
     command.add_option("--key", arguments->key, "Submitted again with the same key, it stays one job")

@@ -81,10 +81,13 @@ void request_environment(const SceneArguments& arguments, RequestedJob& requeste
 
 }  // namespace
 
-RequestedJob request_job(const RenderArguments& arguments, bool on_server)
+RequestedJob request_job(const RenderArguments& arguments, const Shutter& shutter, bool on_server)
 {
     RequestedJob requested;
     *requested.job.mutable_options() = to_message(final_options(arguments));
+    requested.job.set_shutter_seconds(shutter.exposed(0.0).open);
+    if (!arguments.scene.camera_path.empty())
+        *requested.job.mutable_camera_path() = to_message(*CameraSource(arguments.scene).path());
     std::set<std::string> names;
     for (OutputFile& file : parse_outputs(arguments.output, PixelFormat::half_float)) {
         requested.paths.push_back(file.path);
@@ -109,9 +112,10 @@ v1::Frame request_frame(const RenderArguments& arguments, int number, std::optio
 {
     v1::Frame frame;
     frame.set_number(number);
+    const bool is_moved = !arguments.scene.camera_path.empty();
     const CameraChoice camera = camera_choice(arguments.scene, time);
-    if (!camera.name.empty()) frame.set_camera_name(utf8_text(camera.name));
-    if (camera.given) *frame.mutable_camera_given() = to_message(*camera.given);
+    if (!is_moved && !camera.name.empty()) frame.set_camera_name(utf8_text(camera.name));
+    if (!is_moved && camera.given) *frame.mutable_camera_given() = to_message(*camera.given);
     if (camera.lens_shift) *frame.mutable_lens_shift() = to_message(*camera.lens_shift);
     if (time) frame.set_time(*time);
     if (const auto motion = motion_choice(arguments, time)) *frame.mutable_motion() = to_message(*motion);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "cli/render_arguments.h"
+#include "cli/shutter.h"
 #include "client/client.h"
 
 namespace rcs::service {
@@ -18,9 +19,10 @@ struct RequestedJob {
 };
 
 /// @param on_server  the scene is a path there @throws rcs::Error
-RequestedJob request_job(const RenderArguments& arguments, bool on_server);
+RequestedJob request_job(const RenderArguments& arguments, const Shutter& shutter, bool on_server);
 
-/// A frame with the camera of the command line. @param time  [s]; none: the rest pose
+/// A frame with the camera of the command line, but for one that moves along a path, which the job has.
+/// @param time  [s]; none: the rest pose
 v1::Frame request_frame(const RenderArguments& arguments, int number, std::optional<double> time);
 
 }  // namespace rcs::service

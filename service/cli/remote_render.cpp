@@ -40,10 +40,10 @@ std::string summary(const nlohmann::ordered_json& stats, const std::vector<std::
 
 }  // namespace
 
-void render_on_server(const RenderArguments& arguments, const ServerArguments& server)
+void render_on_server(const RenderArguments& arguments, const Shutter& shutter, const ServerArguments& server)
 {
     ProgressBar bar(parse_log_level(arguments.report.log_level), arguments.report.quiet);
-    RequestedJob requested = request_job(arguments, false);
+    RequestedJob requested = request_job(arguments, shutter, false);
     *requested.job.add_frames() = request_frame(arguments, 0, arguments.scene.time);
     for (const std::string& path : requested.paths) check_output_path(path, {});
     check_text_path(arguments.report.stats_file);

@@ -17,17 +17,8 @@ void add_shutter(CLI::App& command, Shutter& shutter, const std::string& help)
 MomentFunction moments_of(const SceneArguments& arguments, const CameraSource& camera, const Session& session,
                           const Shutter& shutter, double time)
 {
-    return [&arguments, &camera, &session, shutter, time, moves = is_animated(arguments.scene)](double part) {
-        const double now = shutter.time(time, part);
-        Moment moment;
-        if (moves) {
-            SceneChoice choice = scene_choice(arguments);
-            choice.time = now;
-            moment.scene = load_scene(choice, {}, &session.scene());  // warned of when the picture's own was loaded
-        }
-        moment.camera = choose_camera(moment.scene ? *moment.scene : session.scene(), camera.at(now));
-        return moment;
-    };
+    return moments_of(
+        scene_choice(arguments), [&camera](double now) { return camera.at(now); }, session, shutter.exposed(time));
 }
 
 }  // namespace rcs::service

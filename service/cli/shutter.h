@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 
 #include "cli/arguments.h"
+#include "output/moments.h"
 #include "rcs/render.h"
 
 namespace rcs::service {
@@ -15,8 +16,8 @@ struct Shutter {
     double fps = 24.0;  ///< frames a second
 
     bool blurs() const { return open > 0.0; }
-    /// When a part of the time has passed that it is open, around the picture's own time [s].
-    double time(double picture, double part) const { return picture + (part - 0.5) * open / fps; }
+    /// @param picture  its own time [s]
+    Exposed exposed(double picture) const { return {open / fps, picture}; }
 };
 
 /// --shutter. The option --fps is left to the command.
@@ -24,7 +25,7 @@ struct Shutter {
 void add_shutter(CLI::App& command, Shutter& shutter, const std::string& help = {});
 
 /// What is seen while the shutter is open.
-/// @param scene, camera, session  the latter shows the scene at any time; all three must outlive what is returned
+/// @param camera, session  the latter shows the scene at any time; both must outlive what is returned
 /// @param time  of the picture [s]
 MomentFunction moments_of(const SceneArguments& scene, const CameraSource& camera, const Session& session,
                           const Shutter& shutter, double time);

@@ -64,6 +64,8 @@ void OutputFiles::write(const LayeredImage& image, ThreadPool& pool, const Progr
     if (!std::all_of(files_.begin(), files_.end(), is_exr)) {
         tell(progress, "tone map");
         display = timed(report, "tone map", [&] { return tone_mapper_->apply(beauty, pool); });
+    }
+    if (tone_mapper_) {
         report.shown_with = ShownWith{tone_mapper_->config_name(), tone_mapper_->display(), tone_mapper_->view(),
                                       static_cast<double>(tone_mapper_->exposure(beauty))};
     }

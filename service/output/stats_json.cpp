@@ -223,6 +223,16 @@ std::uint64_t peak_memory()
     return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024u;  // Linux counts in KiB
 }
 
+double cpu_seconds()
+{
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    const auto of = [](const timeval& t) {
+        return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+    };
+    return of(usage.ru_utime) + of(usage.ru_stime);
+}
+
 void RunReport::add(const std::string& stage, double stage_time) { stage_seconds.emplace_back(stage, stage_time); }
 
 Json to_json(const RunReport& report)
@@ -240,6 +250,7 @@ Json to_json(const RunReport& report)
     }
     json["threads"] = report.threads;
     json["seconds"] = report.seconds;
+    json["cpu_seconds"] = cpu_seconds() - report.cpu_before;
     json["stage_seconds"] = Json::object();
     json["stages"] = Json::array();  // the same in order; objects have none for many readers
     for (const auto& [stage, seconds] : report.stage_seconds) {

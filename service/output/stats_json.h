@@ -34,6 +34,7 @@ struct RunReport {
     std::vector<std::pair<std::string, std::string>> options;   ///< in the order of --help, as texts
     std::vector<std::pair<std::string, double>> stage_seconds;  ///< in order of execution; wall time
     double seconds = 0.0;                                       ///< wall time of the whole command
+    double cpu_before = 0.0;                                    ///< what the process had taken when it began [s]
     std::optional<RenderStats> render;                          ///< of the render command
     std::uint64_t paths = 0;                                    ///< of the reference command
     std::optional<Forecast> forecast;                           ///< with a target or budget
@@ -60,6 +61,8 @@ auto timed(RunReport& report, const std::string& stage, const Work& work)
 
 /// Largest amount of memory this process ever held [bytes].
 std::uint64_t peak_memory();
+/// Processor time of this process so far, all threads [s].
+double cpu_seconds();
 
 nlohmann::ordered_json to_json(const RunReport& report);
 nlohmann::ordered_json to_json(const ErrorMetrics& metrics);

@@ -18,8 +18,8 @@
 namespace rcs::service {
 namespace {
 
-constexpr int kMostFrames = 10'000, kMostFiles = 10'000, kMostOutputs = 16, kMostLabels = 32, kMostPriority = 100,
-              kMostAfter = 16;
+constexpr int kMostFrames = 10'000, kMostKeys = 10'000, kMostFiles = 10'000, kMostOutputs = 16, kMostLabels = 32,
+              kMostPriority = 100, kMostAfter = 16;
 constexpr std::size_t kLongestLabel = 200, kLongestName = 100, kLongestText = 1000;  // [bytes]
 
 [[noreturn]] void refuse(const std::string& what) { throw ServiceError(v1::ERROR_CODE_BAD_ARGUMENT, what); }
@@ -166,6 +166,36 @@ void check_frames(const v1::Job& job)
     }
 }
 
+/// Those of the window that is rendered count: nothing is kept of what lies around it.
+void check_pixels(const RenderOptions& options, const ServerConfig& config)
+{
+    const int width = options.crop ? options.crop->width : options.width;
+    const int height = options.crop ? options.crop->height : options.height;
+    if (1e-6 * width * height <= config.max_pixels_millions) return;
+    const std::string name = options.crop ? "a crop of " : "a frame of ";
+    throw ServiceError(v1::ERROR_CODE_LIMIT, name + std::to_string(width) + "x" + std::to_string(height) +
+                                                 " has more than the " + std::to_string(config.max_pixels_millions) +
+                                                 " million pixels that this server renders");
+}
+
+/// What a job says of cameras that move and of the shutter.
+void check_exposed(const v1::Job& job, const RenderOptions& options)
+{
+    check_count("camera_path.keys", job.camera_path().keys_size(), 0, kMostKeys);
+    for (const v1::CameraKey& key : job.camera_path().keys())
+        check_length("camera_path.keys.camera", key.camera(), kLongestText);
+    if (job.camera_path().keys_size() > 0) from_message(job.camera_path());
+    check_number("shutter_seconds", job.shutter_seconds(), kShutters);
+    if (job.shutter_seconds() == 0.0) return;
+    if (options.aa < 2) refuse("options.aa is 1, expected at least 2 with shutter_seconds: each shows a moment");
+    if (job.frames_size() == 0 ||
+        !std::all_of(job.frames().begin(), job.frames().end(), [](const v1::Frame& f) { return f.has_time(); }))
+        refuse("shutter_seconds needs a time of every frame");
+    for (const v1::Output& output : job.outputs())
+        if (std::find(output.layers().begin(), output.layers().end(), "motion") != output.layers().end())
+            refuse("outputs.layers has motion, which is of one moment, but shutter_seconds is not 0");
+}
+
 /// What is accepted can be told to a worker: all of the job but its other frames and its list of files.
 void check_task(const v1::Job& job)
 {
@@ -232,13 +262,8 @@ CheckedJob check_job(const v1::Job& job, const ServerConfig& config, const BlobS
     check_scene(config, checked);
     check_environment(checked);
     const RenderOptions options = from_message(job.options());
-    const double megapixels = 1e-6 * options.width * options.height;
-    if (megapixels > config.max_pixels_millions) {
-        throw ServiceError(v1::ERROR_CODE_LIMIT, "a frame of " + std::to_string(options.width) + "x" +
-                                                     std::to_string(options.height) + " has more than the " +
-                                                     std::to_string(config.max_pixels_millions) +
-                                                     " million pixels that this server renders");
-    }
+    check_pixels(options, config);
+    check_exposed(job, options);
     from_message(job.tone_map());
     check_length("tone_map.display", job.tone_map().display(), kLongestText);
     check_length("tone_map.view", job.tone_map().view(), kLongestText);

@@ -8,6 +8,7 @@
 #include "wire/errors.h"
 #include "wire/framing.h"
 #include "wire/outputs.h"
+#include "wire/sha256.h"
 
 namespace rcs::service {
 v1::Response Service::answer(const v1::Request& request, const Caller& caller)
@@ -116,6 +117,7 @@ v1::BlobPutReply Service::put(const v1::BlobPutRequest& request, const Caller& c
 v1::FetchReply Service::fetch(const v1::FetchRequest& request, const Caller& caller) const
 {
     check_may_see(request.job(), caller);
+    if (request.name().empty()) return fetch_small_picture(request);
     const auto index = queue_.index_of(request.job(), request.frame());
     const auto found = index ? queue_.file({request.job(), *index}, request.name()) : std::nullopt;
     if (!found) {
@@ -131,6 +133,19 @@ v1::FetchReply Service::fetch(const v1::FetchRequest& request, const Caller& cal
     if (request.offset() + reply.data().size() < file.size() && reply.data().size() < length) {
         throw ServiceError(v1::ERROR_CODE_IO, "the picture " + file.name() + " is shorter on disk than it was");
     }
+    return reply;
+}
+
+/// The one that the worker made beside the frame's files: a few kilobytes.
+v1::FetchReply Service::fetch_small_picture(const v1::FetchRequest& request) const
+{
+    const std::string bytes = read_part(picture_path(request.job(), request.frame(), ""), 0, kMaxChunk);
+    Sha256 sum;
+    sum.add(bytes);
+    v1::FetchReply reply;
+    reply.mutable_file()->set_size(bytes.size());
+    reply.mutable_file()->set_sha256(sum.digest());
+    if (request.offset() < bytes.size()) reply.set_data(bytes.substr(request.offset()));
     return reply;
 }
 

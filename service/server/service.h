@@ -74,6 +74,7 @@ public:
     Counters& counters() { return counters_; }
     void adopt_config();
     /// Of a completed frame's picture. @throws ServiceError not_found
+    v1::FetchReply fetch_small_picture(const v1::FetchRequest& request) const;
     v1::FetchReply fetch(const v1::FetchRequest& request, const Caller& caller) const;
     v1::PreviewReply preview(const v1::PreviewRequest& request, const Caller& caller) const;
 

@@ -12,5 +12,6 @@ inline constexpr NumberRange kRotations{-360, 360};                         ///<
 inline constexpr double kLargestCoordinate =
     1e18;  ///< of cameras, as of a scene's matrices: Embree takes no larger ones
 inline constexpr NumberRange kJpegQualities{1, 100};
+inline constexpr NumberRange kShutters{0, 1e6};  ///< how long one is open [s]
 
 }  // namespace rcs::service

@@ -12,6 +12,12 @@ namespace {
 
 [[noreturn]] void refuse_scene(const std::string& what) { throw Error(ErrorCode::bad_argument, what); }
 
+glm::dvec3 place(const std::string& field, const google::protobuf::RepeatedField<double>& values)
+{
+    if (values.size() != 3) refuse_scene(field + " has " + std::to_string(values.size()) + " values, expected 3");
+    return {values[0], values[1], values[2]};
+}
+
 }  // namespace
 
 v1::LensShift to_message(const glm::dvec2& lens_shift)
@@ -94,12 +100,58 @@ EnvironmentChoice from_message(const v1::Environment& m, const std::string& imag
     return choice;
 }
 
-CameraChoice camera_choice(const v1::Frame& frame)
+v1::CameraPath to_message(const CameraPath& path)
+{
+    v1::CameraPath m;
+    for (const CameraKey& key : path.keys) {
+        const auto& [time, camera, eye, target, up, yfov, cut] = key;
+        v1::CameraKey& to = *m.add_keys();
+        to.set_time(time);
+        to.set_camera(camera);
+        to.set_yfov(yfov);
+        to.set_cut(cut);
+        for (int i = 0; i < 3; ++i) to.add_eye(eye[i]), to.add_target(target[i]), to.add_up(up[i]);
+    }
+    return m;
+}
+
+CameraPath from_message(const v1::CameraPath& m)
+{
+    CameraPath path;
+    for (const v1::CameraKey& from : m.keys()) {
+        const std::string name = "camera_path.keys[" + std::to_string(path.keys.size()) + "].";
+        CameraKey& key = path.keys.emplace_back();
+        key.time = from.time();
+        key.camera = from.camera();
+        key.cut = from.cut();
+        if (from.has_yfov()) key.yfov = from.yfov();
+        if (!key.camera.empty()) continue;
+        key.eye = place(name + "eye", from.eye());
+        key.target = place(name + "target", from.target());
+        if (from.up_size() > 0) key.up = place(name + "up", from.up());
+    }
+    try {
+        validate(path);
+    } catch (const Error& e) {
+        refuse_scene(std::string("camera_path.") + e.what());
+    }
+    return path;
+}
+
+CameraChoice camera_choice(const v1::Frame& frame, const v1::CameraPath& path, double time)
 {
     CameraChoice choice{frame.camera_name(), {}, {}};
-    if (frame.has_camera_given()) choice.given = from_message(frame.camera_given());
+    if (frame.has_camera_given())
+        choice.given = from_message(frame.camera_given());
+    else if (!frame.has_camera_name() && path.keys_size() > 0)
+        choice = camera_at(from_message(path), time);
     if (frame.has_lens_shift()) choice.lens_shift = from_message(frame.lens_shift());
     return choice;
+}
+
+CameraChoice camera_choice(const v1::Frame& frame, const v1::CameraPath& path)
+{
+    return camera_choice(frame, path, frame.time());
 }
 
 v1::Motion to_message(const MotionChoice& choice)
@@ -120,7 +172,7 @@ MotionChoice motion_choice(const v1::Frame& frame)
         choice.time = m.time();
     }
     if (m.has_camera_name() || m.has_camera_given()) {
-        choice.camera = camera_choice(frame);
+        choice.camera = camera_choice(frame, {});
         choice.camera->name = m.camera_name();
         choice.camera->given.reset();
         if (m.has_camera_given()) choice.camera->given = from_message(m.camera_given());

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "rcs/camera.h"
+#include "rcs/camera_path.h"
 #include "rcs/scene_choice.h"
 #include "rcs/v1/job.pb.h"
 
@@ -22,11 +23,18 @@ v1::Environment to_message(const EnvironmentChoice& choice, const std::string& l
 /// @param image_file  where its image lies, if it has one
 EnvironmentChoice from_message(const v1::Environment& message, const std::string& image_file);
 
+v1::CameraPath to_message(const CameraPath& path);
 /// @throws rcs::Error bad_argument
-CameraChoice camera_choice(const v1::Frame& frame);
+CameraPath from_message(const v1::CameraPath& message);
+
+/// What a frame is looked at through. @param path  Job.camera_path; without keys: none
+/// @param time  of the picture, or of a moment of it [s]
+/// @throws rcs::Error bad_argument
+CameraChoice camera_choice(const v1::Frame& frame, const v1::CameraPath& path, double time);
+CameraChoice camera_choice(const v1::Frame& frame, const v1::CameraPath& path);
 
 v1::Motion to_message(const MotionChoice& choice);
-/// @param frame  whose camera's lens shift counts for the other camera, too
+/// Of a frame's other camera: the lens shift of its own counts for it, too.
 /// @throws rcs::Error bad_argument
 MotionChoice motion_choice(const v1::Frame& frame);
 

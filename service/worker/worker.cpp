@@ -14,6 +14,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "output/moments.h"
 #include "output/output_files.h"
 #include "output/plan_json.h"
 #include "output/stats_json.h"
@@ -31,6 +32,7 @@
 #include "worker/frame_progress.h"
 #include "worker/server_link.h"
 #include "worker/small_picture.h"
+#include "worker/task.h"
 #include "worker/worker_seal.h"
 
 namespace rcs::service {
@@ -42,70 +44,12 @@ using Clock = std::chrono::steady_clock;
 constexpr auto kBetweenPreviews = std::chrono::milliseconds(500);
 constexpr auto kBetweenLooks = std::chrono::milliseconds(250);  ///< for room on the disk
 
-/// Everything that the loaded scene depends on; of files by path also when they were written.
-std::string key_of(const internal::Task& task)
-{
-    std::string key =
-        task.scene_key() + "\n" + task.environment_file() + "\n" + task.job().environment().SerializeAsString();
-    key += "\n" + task.job().scene().animation();
-    if (task.frame().has_time()) key += "\n" + std::to_string(task.frame().time());
-    if (task.job().scene().has_path()) {
-        const fs::path folder = fs::path(task.scene_file()).parent_path();
-        for (const std::string& name : scene_files(task.scene_file())) {
-            struct stat status{};
-            ::stat((folder / name).c_str(), &status);
-            key.append("\n")
-                .append(name)
-                .append(" ")
-                .append(std::to_string(status.st_size))
-                .append(" ")
-                .append(std::to_string(status.st_mtim.tv_sec))
-                .append(".")
-                .append(std::to_string(status.st_mtim.tv_nsec));
-        }
-    }
-    return key;
-}
-
-SceneChoice scene_choice(const internal::Task& task)
-{
-    SceneChoice choice{task.scene_file(),
-                       {},
-                       from_message(task.job().environment(), task.environment_file()),
-                       {},
-                       task.job().scene().animation()};
-    if (task.frame().has_time()) choice.time = task.frame().time();
-    return choice;
-}
-
-std::optional<MotionFrom> motion_from(const internal::Task& task, const Scene& scene)
-{
-    if (!task.frame().has_motion()) return std::nullopt;
-    return load_motion(motion_choice(task.frame()), scene, scene_choice(task), camera_choice(task.frame()));
-}
-
 /// What files of a picture take at most [bytes].
 std::uint64_t most_bytes(const LayeredImage& image, int files)
 {
     std::uint64_t floats = 0;
     for (const auto& [name, layer] : image.layers) floats += layer.pixels.size();
     return (1 << 20) + static_cast<std::uint64_t>(files) * floats * sizeof(float);
-}
-
-/// What went wrong as the user knows things: by the names in the job, not by those of the server's folders.
-std::string in_the_users_words(std::string text, const internal::Task& task)
-{
-    const auto rename = [&](const std::string& path, const std::string& name) {
-        for (std::size_t at = 0; path.size() > 1 && (at = text.find(path, at)) != text.npos; at += name.size())
-            text.replace(at, path.size(), name);
-    };
-    const v1::Job& job = task.job();
-    if (!job.scene().has_path()) rename(task.scene_file(), job.scene().label());
-    if (!job.scene().has_path()) rename(fs::path(task.scene_file()).parent_path().string() + "/", "");
-    rename(task.environment_file(), job.environment().label());
-    rename(task.ocio_file(), "of the job");
-    rename(task.folder() + "/", "");
-    return text;
 }
 
 class FrameRenderer {
@@ -124,6 +68,8 @@ private:
     RunReport begin_report(const v1::Job& job, const RenderOptions& options);
     void make_pictures(const internal::Task& task, RenderOptions options, const OutputFiles& outputs, RunReport& report,
                        internal::Done& done);
+    RenderResult render_exposed(const internal::Task& task, const Camera& camera, const RenderOptions& options,
+                                const RenderHooks& hooks);
     void show_scene(const internal::Task& task, const EffectChoice& effects, RunReport& report, internal::Done& done);
     LogFunction warnings();
     void tell(FrameProgress& progress);
@@ -304,9 +250,22 @@ RunReport FrameRenderer::begin_report(const v1::Job& job, const RenderOptions& o
     report.options = list_options(options);
     report.scene = job.scene().label();
     report.threads = session_.pool().size();
+    report.cpu_before = cpu_seconds();
     report.width = options.width;
     report.height = options.height;
     return report;
+}
+
+/// @param camera  of a picture without motion blur
+RenderResult FrameRenderer::render_exposed(const internal::Task& task, const Camera& camera,
+                                           const RenderOptions& options, const RenderHooks& hooks)
+{
+    const double open = task.job().shutter_seconds();
+    if (open <= 0.0) return render(session_, camera, options, hooks);
+    scene_key_.clear();  // the scene of the last moment stays
+    const auto camera_then = [&](double time) { return camera_choice(task.frame(), task.job().camera_path(), time); };
+    return render(session_, moments_of(scene_choice(task), camera_then, session_, {open, task.frame().time()}), options,
+                  hooks);
 }
 
 /// Renders and writes the frame's files.
@@ -333,11 +292,11 @@ void FrameRenderer::make_pictures(const internal::Task& task, RenderOptions opti
     };
     hooks.progress("load", 0.0f);
     show_scene(task, options.effects, report, done);
-    const Camera camera = choose_camera(session_.scene(), camera_choice(task.frame()));
+    const Camera camera = choose_camera(session_.scene(), camera_choice(task.frame(), task.job().camera_path()));
     report.camera = camera.name;
     options.motion = motion_from(task, session_.scene());
     previewed_ = Clock::now();
-    RenderResult result = render(session_, camera, options, hooks);
+    RenderResult result = render_exposed(task, camera, options, hooks);
     for (const auto& [stage, seconds] : result.stats.stage_seconds) report.add(stage, seconds);
     result.image.metadata["rcs:scene"] = task.job().scene().label();
     result.image.metadata["rcs:environment"] = task.job().environment().label();

@@ -111,6 +111,23 @@ TEST_F(RenderService, JobsThatCannotBeAreRefusedAtOnce)
     }
     EXPECT_EQ(code([](auto& j) { j.add_frames()->mutable_motion()->set_time(std::nan("")); }),
               v1::ERROR_CODE_BAD_ARGUMENT);
+    const auto blurred = [&](const auto& change) {
+        return code([&](auto& j) {
+            j.mutable_options()->set_aa(2), j.set_shutter_seconds(0.02), j.add_frames()->set_time(1.0);
+            change(j);
+        });
+    };
+    EXPECT_EQ(blurred([](auto&) {}), v1::ERROR_CODE_UNSPECIFIED);
+    EXPECT_EQ(blurred([](auto& j) { j.mutable_frames(0)->clear_time(); }), v1::ERROR_CODE_BAD_ARGUMENT);
+    EXPECT_EQ(blurred([](auto& j) { j.clear_frames(); }), v1::ERROR_CODE_BAD_ARGUMENT);
+    EXPECT_EQ(blurred([](auto& j) { j.mutable_options()->set_aa(1); }), v1::ERROR_CODE_BAD_ARGUMENT);
+    EXPECT_EQ(blurred([](auto& j) { j.set_shutter_seconds(-1.0); }), v1::ERROR_CODE_BAD_ARGUMENT);
+    EXPECT_EQ(blurred([](auto& j) {
+                  j.mutable_outputs(0)->set_name("a.exr"), j.mutable_outputs(0)->add_layers("motion");
+                  j.mutable_frames(0)->mutable_motion()->set_time(0.5);
+              }),
+              v1::ERROR_CODE_BAD_ARGUMENT);
+    EXPECT_EQ(code([](auto& j) { j.mutable_camera_path()->add_keys(); }), v1::ERROR_CODE_BAD_ARGUMENT);
     EXPECT_EQ(code([](auto& j) { j.set_priority(101); }), v1::ERROR_CODE_BAD_ARGUMENT);
     EXPECT_EQ(code([](auto& j) { j.mutable_environment()->mutable_constant()->set_red(-1.0f); }),
               v1::ERROR_CODE_BAD_ARGUMENT);
@@ -197,6 +214,9 @@ TEST_F(RenderService, ConfigurationIsCheckedAndReadAgain)
     Client client(server.socket());
     v1::Job job = small_job(1100);
     EXPECT_EQ(code_of([&] { client.submit(job); }), v1::ERROR_CODE_LIMIT);
+    v1::Job window = job;
+    for (const int number : {1000, 1000, 100, 100}) window.mutable_options()->add_crop(number);
+    EXPECT_EQ(client.watch(client.submit(window).job()).state(), v1::JOB_STATE_COMPLETED) << "what is rendered counts";
     write_bytes(file, "max-megapixels = 2\n");
     ::kill(server.pid(), SIGHUP);
     wait_until([&] { return server.log().find("event=reloaded") != std::string::npos; });

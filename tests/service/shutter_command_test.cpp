@@ -100,6 +100,8 @@ TEST(ShutterOption, RefusesWhatCannotBe)
                  "aa is 1, expected at least 2", folder);
     expect_error(words({"--time", "1", "--shutter", "0.5", "--records", folder / "r"}), test::kBadUsage,
                  "--records excludes --shutter", folder);
+    expect_error({"submit", "demo:furnace", "--shutter", "0.5", "-o", folder / "f.png", "--server", folder / "none"},
+                 test::kBadUsage, "--shutter needs --time or --frames", folder);
 }
 
 }  // namespace

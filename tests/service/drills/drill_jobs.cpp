@@ -90,7 +90,7 @@ std::string DrillJobs::render_frame(const v1::Job& job, const v1::Frame& frame)
     RenderOptions options = service::from_message(job.options());
     service::render_for(files, options);
     const service::OutputFiles outputs(files, service::from_message(job.tone_map()), {});
-    const Camera camera = choose_camera(session_.scene(), service::camera_choice(frame));
+    const Camera camera = choose_camera(session_.scene(), service::camera_choice(frame, {}));
     RenderResult result = render(session_, camera, options, {});
     result.image.metadata["rcs:scene"] = job.scene().label();
     result.image.metadata["rcs:environment"] = job.environment().label();

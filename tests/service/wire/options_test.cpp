@@ -204,6 +204,41 @@ TEST(WireOptions, ACameraTravelsExactly)
     }
 }
 
+TEST(WireOptions, ACameraPathTravelsAndFramesThatNameNoneLookThroughIt)
+{
+    CameraPath path{{CameraKey{}, CameraKey{}, CameraKey{}}};
+    path.keys[0].eye = {1.5, 2.25, 0.1};
+    path.keys[0].up = {0, 0, 1};
+    path.keys[1] = {.time = 1.0, .eye = {3, 1, 1}, .target = {0, 1, 0}, .yfov = 0.5};
+    path.keys[2] = {.time = 2.0, .camera = "door", .cut = true};
+    const v1::CameraPath sent = to_message(path);
+    v1::Frame frame;
+    frame.mutable_lens_shift()->set_up(0.5);
+    const CameraChoice between = camera_choice(frame, sent, 0.3);
+    EXPECT_EQ(between.given->world_from_view, camera_at(path, 0.3).given->world_from_view);
+    EXPECT_EQ(between.given->yfov, camera_at(path, 0.3).given->yfov);
+    EXPECT_EQ(between.lens_shift, glm::dvec2(0.0, 0.5));
+    EXPECT_EQ(camera_choice(frame, sent, 2.5).name, "door");
+    frame.set_time(2.5);
+    EXPECT_EQ(camera_choice(frame, sent).name, "door") << "at its own time";
+    frame.set_camera_name("window");
+    EXPECT_EQ(camera_choice(frame, sent).name, "window") << "it names one";
+
+    const auto refused = [&](const auto& change, const std::string& name) {
+        v1::CameraPath broken = sent;
+        change(broken);
+        try {
+            from_message(broken);
+            ADD_FAILURE() << name << " was taken";
+        } catch (const Error& e) {
+            EXPECT_NE(std::string(e.what()).find(name), std::string::npos) << e.what();
+        }
+    };
+    refused([](auto& p) { p.mutable_keys(1)->mutable_eye()->RemoveLast(); }, "camera_path.keys[1].eye has 2 values");
+    refused([](auto& p) { p.mutable_keys(1)->set_time(0.0); }, "camera_path.keys[1].time is 0");
+    refused([](auto& p) { p.mutable_keys(0)->set_yfov(4.0); }, "camera_path.keys[0].fov");
+}
+
 TEST(WireOptions, WhatMotionIsToldByTravels)
 {
     v1::Frame frame;

@@ -55,6 +55,10 @@ class JobOptions(RenderOptions, total=False):
     """A picture for each: numbers, which show the scene at number / fps, or whole frames."""
     fps: float
     """Default 24."""
+    shutter: float
+    """Motion blur: part of the time from frame to frame that is seen, around the frame's own, in [0, 1]."""
+    camera_path: options_pb2.CameraPath
+    """A camera that moves, in place of camera."""
     environment: Union[str, Vector, "os.PathLike[str]"]
     """scene (the default), none, a constant radiance, or a latitude-longitude image."""
     environment_rotation: float
@@ -229,6 +233,8 @@ def job_message(options: JobOptions, uploads: Mapping[str, options_pb2.Blob]) ->
         after=options.get("after", ()),
         stop_after=options.get("stop_after", 0),
         deliver=options.get("deliver", ""),
+        camera_path=options.get("camera_path"),
+        shutter_seconds=options.get("shutter", 0.0) / options.get("fps", 24.0),
     )
     job.scene.animation = options.get("animation", "")
     _set_environment(job, options)
