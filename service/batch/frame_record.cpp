@@ -8,6 +8,8 @@
 #include <nlohmann/json.hpp>
 
 #include "output/stats_json.h"
+#include "rcs/error.h"
+#include "rcs/fingerprint.h"
 
 namespace rcs::service {
 namespace {
@@ -41,7 +43,7 @@ FrameRecord record_of(const Json& json)
     record.source = json.at("source");
     for (const auto& [name, text] : json.at("depends").items()) record.depends.emplace_back(name, text);
     for (const Json& file : json.at("files"))
-        record.files.push_back({file.at("name"), file.at("bytes"), file.at("kept")});
+        record.files.push_back({file.at("name"), file.at("bytes"), file.at("kept"), file.value("hash", "")});
     record.figures = figures_of(json.at("figures"));
     record.figures.thumbnail = json.at("thumbnail");
     return record;
@@ -88,7 +90,7 @@ void write_frame_record(const std::string& path, const FrameRecord& record)
     Json depends = Json::object(), files = Json::array();
     for (const auto& [name, text] : record.depends) depends[name] = text;
     for (const FrameFile& file : record.files)
-        files.push_back({{"name", file.name}, {"bytes", file.bytes}, {"kept", file.kept}});
+        files.push_back({{"name", file.name}, {"bytes", file.bytes}, {"kept", file.kept}, {"hash", file.hash}});
     const Json json{{"layout", kLayout},
                     {"frame", record.number},
                     {"source", record.source},
@@ -97,6 +99,19 @@ void write_frame_record(const std::string& path, const FrameRecord& record)
                     {"figures", to_json(record.figures)},
                     {"thumbnail", record.figures.thumbnail}};
     write_text_file(path, json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+std::string file_hash(const std::string& path)
+{
+    std::ifstream file(path, std::ios::binary);
+    if (!file) throw Error(ErrorCode::io, path + ": cannot be read");
+    Fingerprint print;
+    std::string bytes(1 << 20, '\0');
+    do {
+        file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+        print.add_bytes(bytes.data(), static_cast<std::size_t>(file.gcount()));
+    } while (file);
+    return print.text();
 }
 
 std::string difference(const Dependencies& was, const Dependencies& is)

@@ -31,7 +31,8 @@ struct FrameFigures {
 struct FrameFile {
     std::string name;  ///< within the folder of the frame's first file
     std::uint64_t bytes = 0;
-    std::string kept;  ///< what of the picture, and how it is stored
+    std::string kept;       ///< what of the picture, and how it is stored
+    std::string hash = {};  ///< of its bytes; empty: not known
     bool operator==(const FrameFile&) const = default;
 };
 
@@ -51,6 +52,9 @@ std::string record_path(const std::string& first_file);
 std::optional<FrameRecord> read_frame_record(const std::string& path);
 /// Appears under its name only when complete. @throws rcs::Error io
 void write_frame_record(const std::string& path, const FrameRecord& record);
+
+/// Of a file's bytes, as text. @throws rcs::Error io
+std::string file_hash(const std::string& path);
 
 /// What differs, in words: "rays was 128, is 64"; "" if nothing does.
 std::string difference(const Dependencies& was, const Dependencies& is);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <functional>
 #include <optional>
 
@@ -99,6 +100,12 @@ std::string curve(const BatchReport& report, const Series& series)
            "<polyline points=\"" + line + "\"/>" + dots + "</svg></figure>\n";
 }
 
+std::string log_of(const FrameResult& frame)
+{
+    if (frame.log.empty()) return {};
+    return "<details><summary>log</summary><pre>" + html_escape(frame.log) + "</pre></details>";
+}
+
 std::string failures(const BatchReport& report)
 {
     std::string rows;
@@ -106,7 +113,7 @@ std::string failures(const BatchReport& report)
         if (frame.end != FrameEnd::failed && frame.end != FrameEnd::left) continue;
         const std::string why = frame.end == FrameEnd::failed ? frame.error : "the batch ended before it";
         rows += "<tr><td>" + std::to_string(frame.number) + "</td><td>" + name_of(frame.end) + "</td><td>" +
-                html_escape(why) + "</td></tr>\n";
+                html_escape(why) + log_of(frame) + "</td></tr>\n";
     }
     if (rows.empty()) return {};
     return "<section aria-labelledby=\"failed\"><h2 id=\"failed\">Frames that are not "
@@ -147,6 +154,15 @@ std::string warnings(const BatchReport& report)
     return "<section aria-labelledby=\"warnings\"><h2 id=\"warnings\">Warnings</h2><ul>" + list + "</ul></section>\n";
 }
 
+std::string removed(const BatchReport& report)
+{
+    std::string list;
+    for (const std::string& line : report.removed) list += "<li>" + html_escape(line) + "</li>\n";
+    if (list.empty()) return {};
+    return "<section aria-labelledby=\"removed\"><h2 id=\"removed\">Earlier nights</h2><ul>" + list +
+           "</ul></section>\n";
+}
+
 std::string cost(const BatchReport& report)
 {
     const auto frames = static_cast<double>(report.frames.size());
@@ -156,8 +172,13 @@ std::string cost(const BatchReport& report)
                                 text_of(static_cast<double>(report.peak_memory) / 1e6, "%.0f MB") + " of memory.";
     const std::string tasks = "Until " + report.ended + ", in tasks: frames took " + duration_text(report.seconds) +
                               " one after the other, " + processor + ".";
-    return (report.threads > 0 ? machine : tasks) + " A frame took " +
-           duration_text(mean_of(report, &FrameFigures::seconds)) + " on average. Next night: all " +
+    const std::string server = "From " + report.began + " to " + report.ended + ": " + duration_text(report.seconds) +
+                               ", by the render server at " + report.server + ", which took " + processor +
+                               " for its frames.";
+    return (!report.server.empty() ? server
+            : report.threads > 0   ? machine
+                                   : tasks) +
+           " A frame took " + duration_text(mean_of(report, &FrameFigures::seconds)) + " on average. Next night: all " +
            std::to_string(report.frames.size()) + " frames anew would take about " +
            duration_text(frames * mean_of(report, &FrameFigures::seconds)) +
            (report.threads > 0 ? "." : " of one machine's time.");
@@ -187,6 +208,13 @@ std::string pictures(const BatchReport& report)
 
 }  // namespace
 
+std::vector<std::string> report_files() { return {"report.json", "report.html", kMovieFile}; }
+
+std::string report_record_path(const std::string& folder)
+{
+    return record_path((std::filesystem::path(folder) / "report.html").string());
+}
+
 std::size_t picture_step(std::size_t frames)
 {
     return std::max<std::size_t>(1, (frames + kMostPictures - 1) / kMostPictures);
@@ -207,10 +235,37 @@ std::string name_of(FrameEnd end)
     return {};
 }
 
+std::string line_of(const FrameResult& result, bool explain)
+{
+    const std::string line = "frame " + std::to_string(result.number) + ": ";
+    const FrameFigures& f = result.figures;
+    switch (result.end) {
+        case FrameEnd::failed:
+            return line + "failed: " + result.error;
+        case FrameEnd::kept:
+            return line + (explain ? "done before, and nothing it depends on has changed" : "done before");
+        case FrameEnd::left:
+            return line + "to be rendered: " + result.why;
+        case FrameEnd::rendered:
+            break;
+    }
+    return line + "rendered in " + duration_text(f.seconds) + ", error " + percent_text(f.error) + ", records " +
+           std::to_string(f.records_made) + " made, " + std::to_string(f.records_reused) + " reused" +
+           (explain ? "; " + result.why : "");
+}
+
 std::size_t BatchReport::count(FrameEnd end) const
 {
     return static_cast<std::size_t>(
         std::count_if(frames.begin(), frames.end(), [&](const FrameResult& frame) { return frame.end == end; }));
+}
+
+double cpu_of_rendered(const BatchReport& report)
+{
+    double sum = 0.0;
+    for (const FrameResult& frame : report.frames)
+        if (frame.end == FrameEnd::rendered) sum += frame.figures.cpu_seconds;
+    return sum;
 }
 
 void add_up(BatchReport& report)
@@ -242,6 +297,7 @@ Json to_json(const BatchReport& report)
     for (const FrameResult& frame : report.frames) {
         Json json{{"frame", frame.number}, {"state", name_of(frame.end)}, {"why", frame.why}};
         if (!frame.error.empty()) json["error"] = frame.error;
+        if (!frame.log.empty()) json["log"] = frame.log;
         if (is_there(frame)) {
             json["files"] = frame.files;
             json["figures"] = to_json(frame.figures);
@@ -256,12 +312,14 @@ Json to_json(const BatchReport& report)
             {"height", report.height},
             {"threads", report.threads},
             {"independent_frames", report.independent},
+            {"server", report.server.empty() ? Json(nullptr) : Json(report.server)},
             {"began", report.began},
             {"ended", report.ended},
             {"seconds", report.seconds},
             {"cpu_seconds", report.cpu_seconds},
             {"peak_memory_bytes", report.peak_memory},
             {"movie", report.has_movie ? Json(kMovieFile) : Json(nullptr)},
+            {"removed", report.removed},
             {"counts",
              {{"frames", report.frames.size()},
               {"rendered", report.count(FrameEnd::rendered)},
@@ -288,6 +346,7 @@ std::string to_html(const BatchReport& report)
                       {"failures", failures(report)},
                       {"movie", movie(report)},
                       {"warnings", warnings(report)},
+                      {"removed", removed(report)},
                       {"cost", html_escape(cost(report))},
                       {"curves", curves},
                       {"rows", rows(report)},

@@ -1,5 +1,6 @@
 #include "cli/batch_frame.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -10,7 +11,6 @@
 #include "cli/run_support.h"
 #include "output/small_copy.h"
 #include "process/clock.h"
-#include "process/interrupt.h"
 #include "rcs/rcs.h"
 #include "report/encoding.h"
 
@@ -62,7 +62,7 @@ SessionOptions session_options(const BatchArguments& arguments, const RenderOpti
 {
     // Records keep the rays they have: a goal could not refine those of other frames.
     return {.threads = arguments.render.scene.threads,
-            .keep_records = !arguments.independent && !has_goal(options),
+            .keep_records = !arguments.independent && !arguments.on_server && !has_goal(options),
             .watch_records = is_animated,
             .log = std::move(log)};
 }
@@ -116,7 +116,8 @@ FrameMaker::FrameMaker(const BatchArguments& arguments, ProgressBar& bar, std::f
       bar_(bar),
       on_request_(std::move(on_request)),
       options_(batch_options(arguments)),
-      files_(prepared_outputs(arguments, parse_frames(arguments.frames))),
+      numbers_(parse_frames(arguments.frames)),
+      files_(prepared_outputs(arguments, numbers_)),
       outputs_(output_files(files_, parse_tone_map(arguments.render.output), log(), true)),
       scene_(arguments.render.scene),
       session_(session_options(arguments, options_, scene_.is_animated(), bar.log())),
@@ -131,8 +132,10 @@ FrameMaker::FrameMaker(const BatchArguments& arguments, ProgressBar& bar, std::f
     settings_.emplace_back("records of other frames",
                            session_options(arguments, options_, false, {}).keep_records ? "used" : "none");
     const ToneMapper* mapper = outputs_.tone_mapper();
-    settings_.emplace_back("colour configuration", ocio_text(mapper));
-    settings_.emplace_back("display", mapper->display() + ", " + mapper->view());
+    if (!std::all_of(files_.begin(), files_.end(), is_exr)) {  // those keep what is not shown by any
+        settings_.emplace_back("colour configuration", ocio_text(mapper));
+        settings_.emplace_back("display", mapper->display() + ", " + mapper->view());
+    }
     if (arguments.shutter.blurs()) settings_.emplace_back("shutter", number_text(arguments.shutter.open));
     settings_.emplace_back("motion", arguments.render.motion_time + " " + arguments.render.motion_camera);
 }
@@ -150,33 +153,51 @@ FrameRecord FrameMaker::wanted(int number) const
     wanted.depends.insert(wanted.depends.end(), settings_.begin(), settings_.end());
     const std::string exposure = arguments_.render.output.exposure;
     const bool held = held_exposure_ && number != exposure_frame_;
-    wanted.depends.emplace_back("exposure", held ? "held at " + number_text(*held_exposure_) : exposure);
+    if (!std::all_of(files_.begin(), files_.end(), is_exr))
+        wanted.depends.emplace_back("exposure", held ? "held at " + number_text(*held_exposure_) : exposure);
     const std::vector<std::string> paths = paths_of(number);
     const fs::path folder = fs::path(paths.front()).parent_path();
     for (std::size_t i = 0; i < files_.size(); ++i)
-        wanted.files.push_back({fs::path(paths[i]).lexically_proximate(folder).string(), 0, kept_by(files_[i])});
+        wanted.files.push_back({fs::path(paths[i]).lexically_proximate(folder).string(), 0, kept_by(files_[i]), {}});
     return wanted;
+}
+
+void FrameMaker::forget(const FrameRecord& frame) const
+{
+    const std::string path = record_path(paths_of(frame.number).front());
+    std::error_code ignored;
+    fs::remove(path, ignored);
+    fs::remove(failed_path(path), ignored);
+}
+
+void FrameMaker::settle(FrameRecord& frame) const
+{
+    const std::string first = paths_of(frame.number).front();
+    for (FrameFile& file : frame.files) {
+        const std::string path = (fs::path(first).parent_path() / file.name).string();
+        file.bytes = fs::file_size(path);
+        file.hash = file_hash(path);
+    }
+    write_frame_record(record_path(first), frame);
 }
 
 void FrameMaker::render(FrameRecord& wanted)
 {
     const std::string path = record_path(paths_of(wanted.number).front());
     const RunningMark mark(running_path(path));
-    std::error_code ignored;
-    fs::remove(path, ignored);  // it says nothing of the files that come now
-    fs::remove(failed_path(path), ignored);
+    forget(wanted);
     for (int tries = 1;; ++tries) {
         try {
             wanted.figures = {};
             wanted.figures.tries = tries;
             try_frame(wanted);
-            return write_frame_record(path, wanted);
+            return settle(wanted);
         } catch (const Error& e) {
             if (e.code() == ErrorCode::cancelled && interrupt_signal() == 0)
                 throw Error(ErrorCode::internal,
                             "it took longer than --time-limit " + number_text(arguments_.time_limit) + " s");
             if (tries > arguments_.retries || !may_pass(e.code())) throw;
-            bar_.log()(LogLevel::info, "frame " + std::to_string(wanted.number) + " is tried again: " + e.what());
+            log()(LogLevel::info, "frame " + std::to_string(wanted.number) + " is tried again: " + e.what());
         }
     }
 }
@@ -197,18 +218,36 @@ std::vector<std::string> FrameMaker::paths_of(int number) const
 
 LogFunction FrameMaker::log()
 {
-    return [this, say = bar_.log()](LogLevel level, std::string_view line) {
+    return [this, show = bar_.log()](LogLevel level, std::string_view line) {
         // What a deadline aims at is a guess that nobody asked for: what was reached is in the report.
         const bool is_guess = arguments_.deadline_ms && line.ends_with(" wanted");
         if (level == LogLevel::warning && !is_guess) warnings_.emplace_back(line);
-        say(is_guess ? LogLevel::info : level, line);
+        say(line);
+        show(is_guess ? LogLevel::info : level, line);
     };
+}
+
+void FrameMaker::say(std::string_view line)
+{
+    constexpr std::size_t kMostLines = 100;
+    if (said_.size() == kMostLines) said_.pop_front();
+    said_.emplace_back(line);
+}
+
+std::string FrameMaker::log_so_far() const
+{
+    std::string text;
+    for (const std::string& line : said_) text += line + "\n";
+    return text;
 }
 
 ProgressFunction FrameMaker::progress()
 {
     return [this, show = bar_.progress()](std::string_view stage, float fraction) {
-        if (std::this_thread::get_id() == main_ && take_report_request()) on_request_();
+        if (std::this_thread::get_id() == main_) {
+            answer_request();
+            if (stage_ != stage) say("stage: " + (stage_ = stage));
+        }
         too_slow_ = arguments_.time_limit > 0.0 && seconds_since(frame_began_) > arguments_.time_limit;
         return show(stage, fraction) && !too_slow_;
     };
@@ -266,10 +305,32 @@ void FrameMaker::take_exposure(const std::vector<int>& all)
     }
 }
 
+/// Those of a file, in the scene that they were gathered in: an overture's last frame, or one like this.
+void FrameMaker::begin_records(int number)
+{
+    if (!shared_records_.are_wanted()) return;
+    std::vector<int> frames;
+    if (scene_.is_animated() && arguments_.task.kind == TaskKind::part)
+        frames = frames_of({TaskKind::overture, 1, arguments_.task.parts}, numbers_);
+    else if (scene_.is_animated() && arguments_.task.kind == TaskKind::all)
+        frames = {numbers_.back()};
+    std::reverse(frames.begin(), frames.end());
+    frames.push_back(number);
+    for (const int frame : frames) {
+        scene_.show(session_, time_of(frame), log());
+        const bool found =
+            shared_records_.begin(session_, options_, scene_.is_animated(), &frame == &frames.back(), log());
+        if (!found) continue;
+        const Camera camera = choose_camera(session_.scene(), scene_.camera_at(time_of(frame)));
+        if (scene_.is_animated()) begin_watching(session_, camera, options_, {.log = log(), .progress = progress()});
+        return;
+    }
+}
+
 RenderResult FrameMaker::render_picture(FrameRecord& wanted)
 {
+    begin_records(wanted.number);
     identify(wanted);
-    shared_records_.begin(session_, options_, scene_.is_animated(), log());
     wanted.figures.records_reused = session_.records().size();
     RenderArguments arguments = arguments_.render;
     arguments.scene.time = time_of(wanted.number);
@@ -298,8 +359,6 @@ void FrameMaker::try_frame(FrameRecord& wanted)
     RunReport written;
     outputs_.write(result.image, session_.pool(), progress(), written,
                    [&](const std::string& pattern) { return path_of_frame(pattern, wanted.number); });
-    const std::string folder = fs::path(written.written.front()).parent_path().string();
-    for (FrameFile& file : wanted.files) file.bytes = fs::file_size(fs::path(folder) / file.name);
 
     FrameFigures& figures = wanted.figures;
     const RenderStats& stats = result.stats;
@@ -326,8 +385,10 @@ void FrameMaker::judge(const FrameRecord& wanted, const LayeredImage& image, Fra
         const auto found = image.layers.find(name);
         return found == image.layers.end() ? std::nullopt : std::optional(found->second);
     };
-    Before now{wanted.depends[1].second, {image.layers.at("beauty"), layer("motion"), layer("depth")}};
-    if (before_ && (now.frame.motion || now.camera == before_->camera))
+    Before now{wanted.number, wanted.depends[1].second, {image.layers.at("beauty"), layer("motion"), layer("depth")}};
+    const auto here = std::lower_bound(numbers_.begin(), numbers_.end(), wanted.number);
+    const bool follows = before_ && here != numbers_.begin() && *std::prev(here) == before_->number;
+    if (follows && (now.frame.motion || now.camera == before_->camera))
         figures.flicker = change_between(before_->frame, now.frame);
     before_ = std::move(now);
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <deque>
 #include <functional>
 #include <optional>
 #include <string>
@@ -15,6 +16,7 @@
 #include "cli/batch_scene.h"
 #include "cli/progress_bar.h"
 #include "output/output_files.h"
+#include "process/interrupt.h"
 #include "rcs/render.h"
 
 namespace rcs::service {
@@ -41,8 +43,15 @@ public:
     FrameRecord wanted(int number) const;
     /// @throws rcs::Error io, if the scene's files have changed
     void check_scene() const { scene_.check_unchanged(); }
+    /// What was said since forget_log(), line by line: stages and messages, the last ones where there are many.
+    std::string log_so_far() const;
+    void forget_log() { said_.clear(), stage_.clear(); }
     /// Adds scene and camera, which have to be loaded for it. @throws rcs::Error
     void identify(FrameRecord& wanted);
+    /// Removes what is known of it: that says nothing of the files that come now.
+    void forget(const FrameRecord& frame) const;
+    /// Writes the record of a frame whose files are there. @throws rcs::Error io
+    void settle(FrameRecord& frame) const;
     /// Makes the frame and its record. @throws rcs::Error, after as many tries as the arguments say
     void render(FrameRecord& wanted);
     /// Whether the exposure of the next frame is to be that of all after it: one that followed each picture by itself
@@ -53,6 +62,8 @@ public:
     }
     /// Takes it from a frame that is done.
     void hold_exposure(const FrameFigures& figures);
+    /// What is held [EV]; none: each picture's own.
+    std::optional<float> held_exposure() const { return held_exposure_; }
     /// Takes it from the one of all frames that another task has found it with.
     void take_exposure(const std::vector<int>& all);
     /// What which error costs in a frame. @throws rcs::Error
@@ -63,12 +74,19 @@ public:
     double seconds_around() const { return seconds_around_; }
     /// In place of what the arguments say.
     void aim(Quality quality) { quality_ = quality; }
+    /// Writes the report if SIGUSR1 has asked for it.
+    void answer_request() const
+    {
+        if (take_report_request()) on_request_();
+    }
     void warn(const std::string& line) { bar_.log()(LogLevel::warning, line); }
     /// For other tasks, if there is a file for it. @throws rcs::Error io
     void save_records() const { shared_records_.save(session_, options_); }
 
 private:
+    void say(std::string_view line);
     void try_frame(FrameRecord& wanted);
+    void begin_records(int number);
     RenderResult render_picture(FrameRecord& wanted);
     void judge(const FrameRecord& wanted, const LayeredImage& image, FrameFigures& figures);
     double time_of(int number) const { return number / arguments_.shutter.fps; }
@@ -79,10 +97,13 @@ private:
     ProgressBar& bar_;
     const std::function<void()> on_request_;
     std::vector<std::string> warnings_;  // of the frame in the making
+    std::deque<std::string> said_;       // ... by all levels, and its stages
+    std::string stage_;
     std::chrono::steady_clock::time_point frame_began_;
     bool too_slow_ = false;
 
     const RenderOptions options_;
+    const std::vector<int> numbers_;  // of the whole batch
     const std::vector<OutputFile> files_;
     OutputFiles outputs_;
     BatchScene scene_;
@@ -96,6 +117,7 @@ private:
     Forecast forecast_;
     double seconds_around_ = 0.0;
     struct Before {
+        int number;
         std::string camera;
         FlickerFrame frame;
     };

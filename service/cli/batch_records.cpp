@@ -14,22 +14,28 @@ SharedRecords::SharedRecords(std::string file, TaskKind task) : file_(std::move(
     if (!file_.empty() && task_ != TaskKind::part) check_record_path(file_);
 }
 
-void SharedRecords::begin(Session& session, const RenderOptions& options, bool is_animated, const LogFunction& log)
+bool SharedRecords::begin(Session& session, const RenderOptions& options, bool is_animated, bool is_last,
+                          const LogFunction& log)
 {
-    if (std::exchange(begun_, true) || file_.empty()) return;
+    if (!are_wanted()) return false;
     std::error_code ignored;
     if (!std::filesystem::exists(file_, ignored)) {
-        if (task_ == TaskKind::part && !is_animated)
+        begun_ = true;
+        if (task_ == TaskKind::part)
             log(LogLevel::warning, "record file '" + file_ + "' does not exist: this part begins without records");
-        return;
+        return false;
     }
     try {
         session.begin_with(read_records(file_, record_key(session.scene(), options)));
+        begun_ = true;
+        return true;
     } catch (const Error& e) {
+        if (e.code() == ErrorCode::bad_file && is_animated && !is_last) return false;
         // What an overture finds of an earlier one, it makes anew.
         begun_ = e.code() == ErrorCode::bad_file && (is_animated || task_ == TaskKind::overture);
         if (!begun_) throw;
         log(LogLevel::info, e.what());
+        return false;
     }
 }
 

@@ -14,9 +14,12 @@ public:
     /// @param file  empty: none @throws rcs::Error: it could not be written
     SharedRecords(std::string file, TaskKind task);
 
-    /// Once the first frame's scene is shown. A file of another pose is left alone where poses change.
+    /// Whether the file is still to be begun with.
+    bool are_wanted() const { return !begun_ && !file_.empty(); }
+    /// Once a frame's scene is shown. A file of another pose is left alone where poses change.
+    /// @param is_last  this is the last scene that is tried   @return whether the session begins with them
     /// @throws rcs::Error bad_file
-    void begin(Session& session, const RenderOptions& options, bool is_animated, const LogFunction& log);
+    bool begin(Session& session, const RenderOptions& options, bool is_animated, bool is_last, const LogFunction& log);
     /// Those that hold in the scene that is shown. @throws rcs::Error io
     void save(const Session& session, const RenderOptions& options) const;
 

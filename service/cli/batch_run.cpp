@@ -9,15 +9,17 @@
 #include <optional>
 #include <set>
 
-#include <signal.h>
 #include <nlohmann/json.hpp>
 
 #include "batch/frame_record.h"
 #include "batch/frames.h"
+#include "batch/leftovers.h"
 #include "batch/movie.h"
 #include "batch/report.h"
 #include "cli/batch_frame.h"
+#include "cli/batch_nights.h"
 #include "cli/batch_pace.h"
+#include "cli/batch_server.h"
 #include "cli/progress_bar.h"
 #include "output/output_files.h"
 #include "output/stats_json.h"
@@ -33,31 +35,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
-
-/// Whether a file was left half written by a process that was killed: FileWriter's ".NAME.tmp-PID" of one of `paths`.
-bool is_leftover(const fs::path& file, const std::set<std::string>& paths)
-{
-    const std::string name = file.filename().string();
-    const std::size_t mark = name.rfind(".tmp-");
-    if (!name.starts_with('.') || mark == name.npos) return false;
-    const int pid = std::atoi(name.c_str() + mark + 5);
-    const bool ours = paths.contains((file.parent_path() / name.substr(1, mark - 1)).string());
-    return ours && pid > 0 && ::kill(pid, 0) != 0 && errno == ESRCH;
-}
-
-/// @param scratch  files that only a killed process leaves
-void remove_leftovers(const std::set<std::string>& paths, const std::set<std::string>& scratch)
-{
-    std::set<std::string> folders;
-    for (const std::string& path : paths) folders.insert(fs::path(path).parent_path().string());
-    for (const std::string& folder : folders) {
-        std::error_code failed;
-        for (const auto& entry : fs::directory_iterator(folder.empty() ? "." : folder, failed)) {
-            const fs::path file = fs::path(folder) / entry.path().filename();
-            if (is_leftover(file, paths) || scratch.contains(file.string())) fs::remove_all(file, failed);
-        }
-    }
-}
 
 /// What other tasks have left of a frame that is not done.
 void tell_failure(const std::string& record, FrameResult& result)
@@ -82,11 +59,17 @@ private:
     std::vector<int> order() const;
     std::set<int> waiting() const;
     void begin_task();
+    FrameResult& slot_of(int number);
+    void render(FrameRecord& wanted, FrameResult& result);
+    void take(const FrameRecord& frame, const Failure& failure);
+    void take_asked();
     void tell(const FrameResult& result) const;
     bool renders() const { return !arguments_.plan_only && arguments_.task.kind != TaskKind::report; }
     bool reports() const { return arguments_.task.kind == TaskKind::all || arguments_.task.kind == TaskKind::report; }
     void write_report();
+    void thin_out(FrameResult& slot) const;
     void show_movie();
+    void remove_nights();
     void end();
 
     const BatchArguments& arguments_;
@@ -95,6 +78,7 @@ private:
     ProgressBar bar_;
     FrameMaker maker_;
     BatchPace pace_;
+    std::optional<ServerFrames> server_;  // makes them; none: maker_
     BatchReport report_;
     std::string report_folder_;
     bool rendered_before_ = false;  // some frame of this run is not as it was
@@ -119,6 +103,11 @@ Batch::Batch(const BatchArguments& arguments)
     report_.threads = maker_.threads();
     report_.independent = arguments.independent;
     report_.began = local_text(read_clocks().wall_ms);
+    if (arguments.on_server) {
+        report_.server = arguments.server.address;
+        server_.emplace(arguments, maker_, bar_,
+                        [this](const FrameRecord& frame, const Failure& failure) { take(frame, failure); });
+    }
     install_batch_signal_handlers();
 }
 
@@ -178,11 +167,48 @@ std::set<int> Batch::waiting() const
     return numbers;
 }
 
+FrameResult& Batch::slot_of(int number)
+{
+    return *std::lower_bound(report_.frames.begin(), report_.frames.end(), number,
+                             [](const FrameResult& frame, int wanted) { return frame.number < wanted; });
+}
+
+/// Here and now, or with others by the server, which take() is told of.
+void Batch::render(FrameRecord& wanted, FrameResult& result)
+{
+    if (server_) return server_->ask(wanted);
+    maker_.render(wanted);
+    result.end = FrameEnd::rendered;
+    result.figures = wanted.figures;
+    maker_.hold_exposure(result.figures);
+    if (arguments_.task.kind == TaskKind::overture) maker_.save_records();
+}
+
+void Batch::take(const FrameRecord& frame, const Failure& failure)
+{
+    FrameResult& slot = slot_of(frame.number);
+    const bool is_news = slot.end == FrameEnd::left;
+    if (is_news) slot.end = failure.why.empty() ? FrameEnd::rendered : FrameEnd::failed;
+    slot.error = failure.why;
+    slot.log = failure.log;
+    slot.figures = frame.figures;
+    if (slot.end == FrameEnd::rendered) maker_.hold_exposure(slot.figures);
+    thin_out(slot);
+    if (is_news) tell(slot);
+}
+
+/// Waits for what the server was asked for.
+void Batch::take_asked()
+{
+    if (server_ && interrupt_signal() == 0) server_->take_all();
+}
+
 FrameResult Batch::make(int number)
 {
     FrameResult result;
     result.number = number;
     result.files = maker_.paths_of(number);
+    maker_.forget_log();
     try {
         maker_.check_scene();
         FrameRecord wanted = maker_.wanted(number);
@@ -200,11 +226,7 @@ FrameResult Batch::make(int number)
             result.figures = record->figures;
             maker_.hold_exposure(result.figures);
         } else if (renders()) {
-            maker_.render(wanted);
-            result.end = FrameEnd::rendered;
-            result.figures = wanted.figures;
-            maker_.hold_exposure(result.figures);
-            if (arguments_.task.kind == TaskKind::overture) maker_.save_records();
+            render(wanted, result);
         } else if (arguments_.task.kind == TaskKind::report) {
             tell_failure(path, result);
         }
@@ -212,6 +234,7 @@ FrameResult Batch::make(int number)
         if (e.code() == ErrorCode::cancelled && interrupt_signal() != 0) throw;
         result.end = FrameEnd::failed;
         result.error = e.what();
+        result.log = maker_.log_so_far();
         if (renders() && !reports()) write_text_file(failed_path(record_path(result.files.front())), result.error);
     }
     return result;
@@ -220,21 +243,15 @@ FrameResult Batch::make(int number)
 void Batch::tell(const FrameResult& result) const
 {
     if (arguments_.render.report.quiet) return;
-    std::string line = "frame " + std::to_string(result.number) + ": ";
-    const FrameFigures& f = result.figures;
-    if (result.end == FrameEnd::failed)
-        line += "failed: " + result.error;
-    else if (result.end == FrameEnd::kept)
-        line += arguments_.explain || arguments_.plan_only ? "done before, and nothing it depends on has changed"
-                                                           : "done before";
-    else if (result.end == FrameEnd::left)
-        line += "to be rendered: " + result.why;
-    else
-        line += "rendered in " + duration_text(f.seconds) + ", error " + percent_text(f.error) + ", records " +
-                std::to_string(f.records_made) + " made, " + std::to_string(f.records_reused) + " reused" +
-                (arguments_.explain ? "; " + result.why : "");
-    std::printf("%s\n", line.c_str());
+    std::printf("%s\n", line_of(result, arguments_.explain || arguments_.plan_only).c_str());
     std::fflush(stdout);
+}
+
+/// Keeps small pictures, and the memory that they take, of as many frames as the page shows.
+void Batch::thin_out(FrameResult& slot) const
+{
+    const auto index = static_cast<std::size_t>(&slot - report_.frames.data());
+    if (index % picture_step(report_.frames.size()) != 0) std::string().swap(slot.figures.thumbnail);
 }
 
 void Batch::write_report()
@@ -245,7 +262,7 @@ void Batch::write_report()
         add_up(report_);
     } else {
         report_.seconds = seconds_since(began_);
-        report_.cpu_seconds = cpu_seconds() - cpu_began_;
+        report_.cpu_seconds = server_ ? cpu_of_rendered(report_) : cpu_seconds() - cpu_began_;
         report_.peak_memory = peak_memory();
     }
     const fs::path folder(report_folder_);
@@ -287,11 +304,11 @@ void Batch::clean_up() const
             if (!names.insert(path).second)
                 throw Error(ErrorCode::bad_argument, "--output: two of the frames' files would be " + path);
         const std::string record = record_path(paths.front());
-        names.insert({record, running_path(record), thumbnail_path(record)});
+        names.insert({record, running_path(record), thumbnail_path(record), job_path(record)});
         scratch.insert(thumbnail_path(record));
     }
     if (arguments_.task.kind == TaskKind::report) return;  // others may be at work
-    for (const char* report : {"report.json", "report.html", kMovieFile})
+    for (const std::string& report : report_files())
         if (reports()) names.insert((fs::path(report_folder_) / report).string());
     remove_leftovers(names, scratch);
 }
@@ -310,6 +327,14 @@ void Batch::begin_task()
                         std::to_string(arguments_.task.parts) + " before, or give --exposure");
 }
 
+/// Of earlier nights, what is not to be kept: not before this one is whole.
+void Batch::remove_nights()
+{
+    report_.removed = remove_old_nights(arguments_, !arguments_.plan_only);
+    for (const std::string& line : report_.removed)
+        if (!arguments_.render.report.quiet) std::printf("%s\n", line.c_str());
+}
+
 void Batch::run()
 {
     clean_up();
@@ -318,27 +343,35 @@ void Batch::run()
     for (const int number : order()) {
         if (interrupt_signal() != 0) break;
         if (take_report_request()) write_report();
-        const auto slot = std::find_if(report_.frames.begin(), report_.frames.end(),
-                                       [&](const FrameResult& frame) { return frame.number == number; });
+        FrameResult& slot = slot_of(number);
         try {
             pace_.aim(number);
-            *slot = make(number);
-            pace_.learn(*slot);
-            const auto index = static_cast<std::size_t>(slot - report_.frames.begin());
-            if (index % picture_step(report_.frames.size()) != 0) slot->figures.thumbnail.clear();  // memory
+            slot = make(number);
+            pace_.learn(slot);
+            thin_out(slot);
+            rendered_before_ = rendered_before_ || slot.end != FrameEnd::kept;
+            bar_.finish();
+            const bool is_asked = server_ && renders() && slot.end == FrameEnd::left;
+            if (!is_asked) tell(slot);
+            if (is_asked && maker_.finds_exposure()) take_asked();  // the next ones are shown with what it finds
         } catch (const Error& e) {
             if (e.code() != ErrorCode::cancelled) throw;
             break;
         }
-        bar_.finish();
-        rendered_before_ = rendered_before_ || slot->end != FrameEnd::kept;
-        tell(*slot);
+    }
+    try {
+        take_asked();
+    } catch (const Error& e) {
+        if (e.code() != ErrorCode::cancelled) throw;
     }
     bar_.finish();
+    const std::size_t there = report_.count(FrameEnd::rendered) + report_.count(FrameEnd::kept);
+    if (reports() && (there == report_.frames.size() || arguments_.plan_only)) remove_nights();
     if (arguments_.plan_only) return;
     if (arguments_.task.kind == TaskKind::all) maker_.save_records();
     if (reports() && arguments_.makes_movie && interrupt_signal() == 0) show_movie();
     write_report();
+    if (reports()) note_report(arguments_, report_folder_);
     end();
 }
 

@@ -6,8 +6,10 @@
 #include <vector>
 
 #include "batch/farm.h"
+#include "batch/nights.h"
 #include "batch/tasks.h"
 #include "cli/render_arguments.h"
+#include "cli/server_arguments.h"
 #include "cli/shutter.h"
 
 namespace rcs::service {
@@ -24,8 +26,14 @@ struct BatchArguments {
     double time_limit = 0.0;    ///< of a frame [s]; 0: none
     std::string report_folder;  ///< empty: that of the first output
     bool makes_movie = true;    ///< beside the report, where there is a program for it
+    NightlyFiles nightly;       ///< where these go, with "{night}"
+    std::string night;          ///< its date
+    int keep_nights = 0;        ///< of those files; 0: all
     std::string description;    ///< file that the other words come from
     std::string command_line;   ///< for the report
+
+    bool on_server = false;  ///< a render server makes the frames, not this process
+    ServerArguments server;
 
     std::optional<std::int64_t> deadline_ms;  ///< by steady_ms(); frames are as good as they can be until then
 
@@ -38,7 +46,8 @@ struct BatchArguments {
     std::vector<std::string> words;  ///< of the command line after "batch"
 };
 
-/// Renders the frames of a task that are not done yet, in this process, and writes the report where the task has one.
+/// Renders the frames of a task that are not done yet, in this process or by a server, and writes the report where the
+/// task has one.
 /// @throws Ended, unless all frames are there and nothing was warned of; rcs::Error before any work
 void run_batch(const BatchArguments& arguments);
 

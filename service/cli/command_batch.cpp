@@ -4,6 +4,7 @@
 
 #include "batch/frames.h"
 #include "batch/pace.h"
+#include "cli/batch_nights.h"
 #include "cli/batch_run.h"
 #include "cli/commands.h"
 #include "cli/describe.h"
@@ -70,6 +71,17 @@ void add_deadline(CLI::App& command, BatchArguments& arguments)
     for (const char* other : {"--task", "--records", "--engine"}) deadline->excludes(other);
 }
 
+void add_server(CLI::App& command, BatchArguments& arguments)
+{
+    add_server_arguments(command, arguments.server);
+    command.get_option("--server")
+        ->envname("")
+        ->default_str("")
+        ->description("Let this render server make the frames: a socket or HOST:PORT");
+    for (const char* local : {"--threads", "--asset-root", "--retry", "--task", "--engine", "--records", "--deadline"})
+        command.get_option("--server")->excludes(local);
+}
+
 }  // namespace
 
 void add_batch_command(CLI::App& app, Action& action, const std::vector<std::string>& words)
@@ -102,6 +114,9 @@ void add_batch_command(CLI::App& app, Action& action, const std::vector<std::str
         ->type_name("FOLDER");
     command.add_flag("!--no-movie", arguments->makes_movie,
                      "Make no preview.mp4 beside the report: where ffmpeg is installed it shows the PNG or JPEG files");
+    add_number(command, "--keep-nights", arguments->keep_nights, {0, 10'000},
+               "With {night} in --output, which is the night's date: once all frames are there, remove what the batch "
+               "wrote in nights before the last N; 0: nothing");
     command.get_option("--output")->required();
     // It has become words when the command line is parsed.
     command
@@ -112,6 +127,7 @@ void add_batch_command(CLI::App& app, Action& action, const std::vector<std::str
     add_task_arguments(command, *arguments);
     command.option_defaults()->group(option_group::kFrames);
     add_deadline(command, *arguments);
+    add_server(command, *arguments);
     command.footer(
         "Frames that are done, and depend on nothing that has changed, are left as they are: the same command goes on\n"
         "where it was stopped. SIGTERM ends in order, SIGUSR1 writes the report so far.\n"
@@ -121,6 +137,9 @@ void add_batch_command(CLI::App& app, Action& action, const std::vector<std::str
     arguments->words = words;
     command.callback([arguments, &command, &action] {
         const bool farm = command.get_option("--engine")->count() > 0;
+        arguments->on_server = command.get_option("--server")->count() > 0;
+        begin_night(*arguments);
+        for (std::string& word : arguments->words) word = at_night(word, arguments->night);
         action = [arguments, farm] { farm ? run_farm(*arguments) : run_batch(*arguments); };
     });
 }

@@ -1,11 +1,10 @@
 #include "cli/commands.h"
 
-#include <algorithm>
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
-#include <string_view>
 #include <utility>
 
 #include <CLI/CLI.hpp>
@@ -51,43 +50,20 @@ View view_of(const RenderOptions& asked, Camera camera)
     return view;
 }
 
-// Moments of an open shutter, each with as many paths as the others: as many as render shows with --aa 64.
-constexpr int kMoments = 64;
-// render_reference() rounds up to so many.
-constexpr int kPathsAtOnce = 16;
-
-/// What is seen of one moment.
-/// @param view  sets all but the camera
-LayeredImage trace_moment(Session& session, View view, Camera camera, const RenderOptions& asked,
-                          const ReferenceOptions& options, const ProgressFunction& progress)
+LayeredImage trace(Session& session, const View& view, const ReferenceArguments& arguments, const RenderOptions& asked,
+                   const ProgressFunction& progress)
 {
-    view.camera = std::move(camera);
-    ReferenceOptions own = options;
-    if (asked.f_stop) own.lens = lens_of(view.camera, *asked.f_stop, *asked.focus);
-    return render_reference(session.rays(EffectChoice{}), view, own, session.pool(), progress);
-}
-
-/// The mean of moments while the shutter is open, in their order; each goes on with the paths where the one before
-/// ends.
-LayeredImage trace_moments(Session& session, const View& view, const ReferenceArguments& arguments,
-                           const RenderOptions& asked, ProgressBar& bar)
-{
-    const CameraSource source(arguments.scene);
-    const MomentFunction at = moments_of(arguments.scene, source, session, arguments.shutter, *arguments.scene.time);
-    ReferenceOptions options = arguments.options;
-    const int blocks = (options.samples + kPathsAtOnce - 1) / kPathsAtOnce, moments = std::min(blocks, kMoments);
-    LayeredImage sum;
-    for (int m = 0; m < moments; ++m) {
-        rcs::Moment moment = at((m + 0.5) / moments);
-        if (moment.scene) session.show(std::move(*moment.scene));
-        options.first_sample = kPathsAtOnce * (blocks * m / moments);
-        options.samples = kPathsAtOnce * (blocks * (m + 1) / moments) - options.first_sample;
-        const auto part_done = [&](std::string_view stage, float part) {
-            return bar.progress()(stage, (static_cast<float>(m) + part) / static_cast<float>(moments));
-        };
-        merge_references(sum, trace_moment(session, view, std::move(moment.camera), asked, options, part_done));
+    std::function<Lens(const Camera&)> lens;
+    if (asked.f_stop) lens = [&](const Camera& camera) { return lens_of(camera, *asked.f_stop, *asked.focus); };
+    if (arguments.shutter.blurs()) {
+        const CameraSource source(arguments.scene);
+        return render_reference(session,
+                                moments_of(arguments.scene, source, session, arguments.shutter, *arguments.scene.time),
+                                view, arguments.options, lens, progress);
     }
-    return sum;
+    ReferenceOptions own = arguments.options;
+    if (lens) own.lens = lens(view.camera);
+    return render_reference(session.rays(EffectChoice{}), view, own, session.pool(), progress);
 }
 
 void trace_reference(const ReferenceArguments& arguments, const CLI::App& command)
@@ -109,11 +85,8 @@ void trace_reference(const ReferenceArguments& arguments, const CLI::App& comman
     report.camera = view.camera.name;
     build_rays(session, EffectChoice{}, bar, report);
 
-    LayeredImage image = timed(report, "reference", [&] {
-        return arguments.shutter.blurs()
-                   ? trace_moments(session, view, arguments, asked, bar)
-                   : trace_moment(session, view, view.camera, asked, arguments.options, bar.progress());
-    });
+    LayeredImage image =
+        timed(report, "reference", [&] { return trace(session, view, arguments, asked, bar.progress()); });
     const Image& beauty = image.layers.at("beauty");
     report.paths = static_cast<std::uint64_t>(beauty.width) * static_cast<std::uint64_t>(beauty.height) *
                    static_cast<std::uint64_t>(std::stoi(image.metadata.at("rcs:samples")));
@@ -151,8 +124,7 @@ void add_reference_command(CLI::App& app, Action& action)
     add_number(command, find_option("seed"), options.seed);
     add_shutter(command, arguments->shutter,
                 "Motion blur: part of the time from frame to frame that is seen, around the frame's own, such as 0.5; "
-                "the paths are of " +
-                    std::to_string(kMoments) + " moments of it");
+                "the paths are of 64 moments of it");
     add_fps(command, arguments->shutter.fps, "Frames a second that --shutter is a part of");
     command.get_option("--shutter")->needs("--time");
     command.get_option("--fps")->needs("--shutter");

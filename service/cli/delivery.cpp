@@ -13,13 +13,7 @@
 namespace rcs::service {
 namespace {
 
-constexpr std::uint32_t kPage = 500;    // frames that are asked for at a time
 constexpr std::size_t kMostHoles = 20;  // that are named
-
-bool has_ended(v1::FrameState state)
-{
-    return state == v1::FRAME_STATE_COMPLETED || state == v1::FRAME_STATE_FAILED || state == v1::FRAME_STATE_CANCELLED;
-}
 
 }  // namespace
 
@@ -48,17 +42,7 @@ void Delivery::take(const v1::FrameStatus& frame)
 
 void Delivery::take_new()
 {
-    for (std::uint32_t first = first_open_;;) {
-        const v1::JobReply reply = client_.details(job_, first, kPage);
-        bool any_ended = false;
-        for (const v1::FrameStatus& frame : reply.frames()) {
-            take(frame);
-            any_ended = any_ended || has_ended(frame.state());
-            if (first == first_open_ && has_ended(frame.state())) ++first_open_;
-            ++first;
-        }
-        if (!any_ended) return;  // frames are begun in their order
-    }
+    for_each_ended(client_, job_, first_open_, [&](std::uint32_t, const v1::FrameStatus& frame) { take(frame); });
 }
 
 std::string Delivery::take_all(std::optional<int> only)

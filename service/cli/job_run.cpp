@@ -14,6 +14,13 @@
 namespace rcs::service {
 namespace {
 
+constexpr std::uint32_t kPage = 500;  // frames that are asked for at a time
+
+bool has_ended(v1::FrameState state)
+{
+    return state == v1::FRAME_STATE_COMPLETED || state == v1::FRAME_STATE_FAILED || state == v1::FRAME_STATE_CANCELLED;
+}
+
 std::string lower_name(std::string name, const std::string& prefix)
 {
     if (name.starts_with(prefix)) name.erase(0, prefix.size());
@@ -51,6 +58,23 @@ void for_each_frame(Client& client, std::uint64_t job, const std::function<void(
         if (reply.frames_size() == 0) return;
         for (const v1::FrameStatus& frame : reply.frames()) use(frame);
         first += static_cast<std::uint32_t>(reply.frames_size());
+    }
+}
+
+void for_each_ended(Client& client, std::uint64_t job, std::uint32_t& first_open,
+                    const std::function<void(std::uint32_t, const v1::FrameStatus&)>& use)
+{
+    for (std::uint32_t index = first_open;;) {
+        const v1::JobReply reply = client.details(job, index, kPage);
+        bool any = false;
+        for (const v1::FrameStatus& frame : reply.frames()) {
+            const bool ended = has_ended(frame.state());
+            if (ended) use(index, frame);
+            any = any || ended;
+            if (index == first_open && ended) ++first_open;
+            ++index;
+        }
+        if (!any) return;  // frames are begun in their order
     }
 }
 

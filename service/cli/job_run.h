@@ -27,6 +27,11 @@ std::string progress_text(const v1::JobStatus& status);
 /// Calls `use` with every frame of a job.
 void for_each_frame(Client& client, std::uint64_t job, const std::function<void(const v1::FrameStatus&)>& use);
 
+/// Calls `use` with frames of a job that have ended, by their places in it, some more than once.
+/// @param first_open  where to begin: those before have ended, and been told; moves on
+void for_each_ended(Client& client, std::uint64_t job, std::uint32_t& first_open,
+                    const std::function<void(std::uint32_t index, const v1::FrameStatus&)>& use);
+
 /// Of a job or frame, as a person and a script read it.
 std::string state_text(v1::JobState state);
 std::string state_text(v1::FrameState state);

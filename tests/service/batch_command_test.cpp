@@ -275,6 +275,10 @@ TEST(BatchCommand, AFrameThatFailsDoesNotStopTheOthers)
     EXPECT_NE(outcome.err.find("3 of 4 frames are there, 1 failed"), std::string::npos) << outcome.err;
     EXPECT_NE(outcome.out.find("frame 11: failed: "), std::string::npos) << outcome.out;
     EXPECT_NE(bytes_of(folder / "report.html").find("nowhere"), std::string::npos);
+    const Outcome slow = rcsplat(small_batch("demo:furnace", "1", folder / "s.####.png", {"--time-limit", "1e-9"}));
+    const json failed = json::parse(bytes_of(folder / "report.json")).at("frames")[0];
+    EXPECT_NE(failed.at("log").get<std::string>().find("stage: "), std::string::npos) << failed;
+    EXPECT_NE(bytes_of(folder / "report.html").find("<summary>log</summary>"), std::string::npos) << slow.out;
     EXPECT_TRUE(fs::exists(folder / "f.0012.png"));
     EXPECT_FALSE(fs::exists(folder / "f.0011.png"));
 }

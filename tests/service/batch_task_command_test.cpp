@@ -90,6 +90,26 @@ TEST(BatchTasks, MakeTheBatchTogether)
     EXPECT_EQ(report_of(folder).at("counts").at("kept"), 8) << "a batch in one task finds nothing to do";
 }
 
+TEST(BatchTasks, BeginWithTheOverturesRecordsAlsoWhereTheSceneMoves)
+{
+    const TemporaryFolder folder;
+    const auto task = [&](const std::string& name) {
+        const Outcome outcome =
+            rcsplat({"batch", "demo:atrium", "--camera", "walk", "--frames", "1-6", "--size", "48x27", "--aa", "1",
+                     "--exposure", "0", "-o", folder / "f.####.png", "--records", folder / "r", "--task", name});
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        return outcome.out;
+    };
+    task("overture/2");
+    const std::string part = task("2/2");
+    EXPECT_NE(part.find("frame 4: done before"), std::string::npos) << part;
+    const auto figures = [&](int frame) {
+        return json::parse(bytes_of(folder / (".rcsplat/f.000" + std::to_string(frame) + ".png.json"))).at("figures");
+    };
+    EXPECT_GT(figures(5).at("records_reused"), 0);
+    EXPECT_LT(2 * figures(5).at("records_made").get<int>(), figures(1).at("records_made").get<int>());
+}
+
 TEST(BatchTasks, SayThatTheRecordsOfTheOvertureAreMissing)
 {
     const TemporaryFolder folder;
