@@ -1,7 +1,9 @@
 #pragma once
 
+#include <array>
 #include <exception>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -50,6 +52,8 @@ public:
     Callbacks(py::object log, py::object progress) : log_(std::move(log)), progress_(std::move(progress)) {}
     LogFunction log();
     ProgressFunction progress();
+    /// A function of a part of the time: a camera, or a scene and a camera. @param function  outlives what is returned
+    MomentFunction moments(const py::object& function, const Session& session);
 
     /// Calls `work` without the interpreter's lock.
     template <typename Work>
@@ -72,6 +76,7 @@ private:
 /// Options by their keys in the option table, as numbers or texts. @throws Error bad_argument
 RenderOptions render_options(const py::kwargs& given);
 /// A name, a number, a Camera, or None for the first one.
+Camera camera_of(const Scene& scene, const py::object& camera);
 Camera camera_of(const Session& session, const py::object& camera);
 
 void bind_scene(py::module_& module);

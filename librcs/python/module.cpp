@@ -54,6 +54,30 @@ ProgressFunction Callbacks::progress()
     };
 }
 
+MomentFunction Callbacks::moments(const py::object& function, const Session& session)
+{
+    return [this, &function, &session](double part) {
+        const py::gil_scoped_acquire held;
+        try {
+            py::object seen = function(part);
+            Moment moment;
+            if (py::isinstance<py::tuple>(seen)) {
+                const auto both = seen.cast<py::tuple>();
+                if (both.size() != 2 || !py::isinstance<Scene>(both[0]))
+                    refuse_value("moments(part)", py::repr(seen).cast<std::string>(),
+                                 "a camera, or a scene and a camera");
+                moment.scene = both[0].cast<const Scene&>();
+                seen = both[1];
+            }
+            moment.camera = camera_of(moment.scene ? *moment.scene : session.scene(), seen);
+            return moment;
+        } catch (const py::error_already_set&) {
+            raised_ = std::current_exception();
+        }
+        throw Error(ErrorCode::cancelled, "moments() raised an error");
+    };
+}
+
 namespace {
 
 const char* name_of(ErrorCode code)

@@ -107,6 +107,45 @@ void write(const std::string& path, const py::object& picture, Session* session)
     write_display_image(path, mapper.apply(image.layers.at("beauty"), session != nullptr ? session->pool() : alone));
 }
 
+struct ReferenceArguments {
+    ReferenceOptions options;
+    int width, height;
+    std::optional<std::array<int, 4>> crop;
+    std::optional<double> f_stop, focus;
+};
+
+View view_of(const ReferenceArguments& given)
+{
+    RenderOptions asked;  // whose rules a window and a lens have to keep
+    asked.width = given.width, asked.height = given.height, asked.aa = given.options.aa;
+    asked.f_stop = given.f_stop, asked.focus = given.focus;
+    if (given.crop) asked.crop = Crop{(*given.crop)[0], (*given.crop)[1], (*given.crop)[2], (*given.crop)[3]};
+    validate(asked);
+    View view{Camera{}, given.width, given.height};
+    if (!asked.crop) return view;
+    view.width = asked.crop->width, view.height = asked.crop->height;
+    view.corner = {asked.crop->x, asked.crop->y}, view.whole = {given.width, given.height};
+    return view;
+}
+
+LayeredImage reference(Session& session, const py::object& camera, const ReferenceArguments& given,
+                       const py::object& moments, const py::object& progress)
+{
+    View view = view_of(given);
+    view.camera = camera_of(session, camera);
+    Callbacks callbacks(py::none(), progress);
+    std::function<Lens(const Camera&)> lens;
+    if (given.f_stop) lens = [&](const Camera& c) { return lens_of(c, *given.f_stop, *given.focus); };
+    return callbacks.run([&] {
+        if (moments.ptr() != Py_None)
+            return render_reference(session, callbacks.moments(moments, session), view, given.options, lens,
+                                    callbacks.progress());
+        ReferenceOptions own = given.options;
+        if (lens) own.lens = lens(view.camera);
+        return render_reference(session.rays(), view, own, session.pool(), callbacks.progress());
+    });
+}
+
 }  // namespace
 
 RenderOptions render_options(const py::kwargs& given)
@@ -147,33 +186,34 @@ void bind_render(py::module_& module)
         .def_property_readonly("stats", [](const PyResult& r) { return stats_of(r.stats); });
     module.def(
         "render",
-        [](Session& session, const py::object& camera, const py::object& log, const py::object& progress,
-           const py::kwargs& given) {
+        [](Session& session, const py::object& camera, const py::object& moments, const py::object& log,
+           const py::object& progress, const py::kwargs& given) {
             const RenderOptions options = render_options(given);
             const Camera view = camera_of(session, camera);
             Callbacks callbacks(log, progress);
             return callbacks.run([&] {
-                RenderResult result =
-                    render(session, view, options, {.log = callbacks.log(), .progress = callbacks.progress()});
+                const RenderHooks hooks{.log = callbacks.log(), .progress = callbacks.progress()};
+                RenderResult result = moments.ptr() == Py_None
+                                          ? render(session, view, options, hooks)
+                                          : render(session, callbacks.moments(moments, session), options, hooks);
                 return PyResult{std::move(result.image), {std::move(result.records)}, std::move(result.stats)};
             });
         },
-        py::arg("session"), py::arg("camera") = py::none(), py::kw_only(), py::arg("log") = py::none(),
-        py::arg("progress") = py::none());
+        py::arg("session"), py::arg("camera") = py::none(), py::kw_only(), py::arg("moments") = py::none(),
+        py::arg("log") = py::none(), py::arg("progress") = py::none());
     module.def(
         "render_reference",
         [](Session& session, const py::object& camera, int width, int height, int samples, int bounces, int aa,
-           int stride, std::uint64_t seed, const py::object& progress) {
+           int stride, std::uint64_t seed, std::optional<std::array<int, 4>> crop, std::optional<double> f_stop,
+           std::optional<double> focus, const py::object& moments, const py::object& progress) {
             const ReferenceOptions options{
                 .samples = samples, .bounces = bounces, .aa = aa, .stride = stride, .seed = seed};
-            const View view{camera_of(session, camera), width, height};
-            Callbacks callbacks(py::none(), progress);
-            return callbacks.run(
-                [&] { return render_reference(session.rays(), view, options, session.pool(), callbacks.progress()); });
+            return reference(session, camera, {options, width, height, crop, f_stop, focus}, moments, progress);
         },
         py::arg("session"), py::arg("camera") = py::none(), py::kw_only(), py::arg("width") = 1000,
         py::arg("height") = 1000, py::arg("samples") = 1024, py::arg("bounces") = 1, py::arg("aa") = 1,
-        py::arg("stride") = 1, py::arg("seed") = 1, py::arg("progress") = py::none());
+        py::arg("stride") = 1, py::arg("seed") = 1, py::arg("crop") = py::none(), py::arg("f_stop") = py::none(),
+        py::arg("focus") = py::none(), py::arg("moments") = py::none(), py::arg("progress") = py::none());
     module.def("compare", &compared, py::arg("image"), py::arg("reference"), py::arg("layer") = "beauty");
     module.def("write", &write, py::arg("path"), py::arg("picture"), py::arg("session") = py::none());
     module.def("read", &read_image, py::arg("path"), py::call_guard<py::gil_scoped_release>());

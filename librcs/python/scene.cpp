@@ -55,11 +55,13 @@ std::size_t triangles_of(const Scene& scene)
 
 }  // namespace
 
-Camera camera_of(const Session& session, const py::object& camera)
+Camera camera_of(const Scene& scene, const py::object& camera)
 {
     if (py::isinstance<Camera>(camera)) return camera.cast<Camera>();
-    return find_camera(session.scene(), camera.is_none() ? "" : py::str(camera).cast<std::string>());
+    return find_camera(scene, camera.is_none() ? "" : py::str(camera).cast<std::string>());
 }
+
+Camera camera_of(const Session& session, const py::object& camera) { return camera_of(session.scene(), camera); }
 
 void bind_scene(py::module_& module)
 {
@@ -102,7 +104,7 @@ void bind_scene(py::module_& module)
             py::call_guard<py::gil_scoped_release>())
         .def("clear", &Session::clear)
         .def("forget_light", &Session::forget_light)
-        .def("camera", &camera_of, py::arg("camera") = py::none())
+        .def("camera", py::overload_cast<const Session&, const py::object&>(&camera_of), py::arg("camera") = py::none())
         .def_property_readonly("scene", &Session::scene, py::return_value_policy::reference_internal)
         .def_property_readonly("threads", [](Session& session) { return session.pool().size(); });
 }

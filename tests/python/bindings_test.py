@@ -75,6 +75,32 @@ class Bindings(unittest.TestCase):
         reference = rcs.render_reference(self.session, width=48, height=32, samples=64)
         self.assertLess(rcs.compare(picture, reference, layer="indirect")["mean_relative_error"], 0.5)
 
+    def test_references_have_windows_lenses_and_moments(self):
+        def reference(samples=64, **more):
+            return rcs.render_reference(self.session, width=24, height=16, samples=samples, **more)
+        whole = reference()["beauty"]
+        np.testing.assert_array_equal(reference(crop=(4, 2, 8, 6))["beauty"], whole[2:8, 4:12])
+        blurred = reference(aa=64, f_stop=0.1, focus=0.5)["beauty"]
+        self.assertGreater(np.abs(blurred - reference(aa=64)["beauty"]).max(), 0.05)
+
+        def walk(part):
+            return rcs.Camera.look_at((2 * part - 1, 1, 3), (0, 1, 0))
+        truth = reference(samples=1024, aa=64, moments=walk)
+        moved = rcs.compare(rcs.render(self.session, moments=walk, width=24, height=16, aa=64).picture, truth,
+                            layer="direct")
+        still = rcs.compare(rcs.render(self.session, walk(0.5), width=24, height=16, aa=64).picture, truth,
+                            layer="direct")
+        self.assertLess(2 * moved["mean_relative_error"], still["mean_relative_error"])
+
+        def broken(part):
+            raise ZeroDivisionError(part)
+        with self.assertRaises(ZeroDivisionError):
+            reference(moments=broken)
+        with self.assertRaisesRegex(rcs.Error, "crop is 20,0,8,8"):
+            reference(crop=(20, 0, 8, 8))
+        with self.assertRaisesRegex(rcs.Error, "expected a camera, or a scene and a camera"):
+            reference(moments=lambda part: (1, 2, 3))
+
     def test_errors_have_the_code_of_the_library(self):
         def code(call, *arguments, **named):
             with self.assertRaises(rcs.Error) as raised:

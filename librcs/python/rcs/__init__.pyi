@@ -10,6 +10,7 @@ Place = Tuple[float, float, float]
 Log = Callable[[str, str], Any]  # level (debug, info, warning), line
 Progress = Callable[[str, float], Any]  # stage, fraction done in [0, 1]
 CameraLike = Union["Camera", str, int, None]  # a camera, the name or number of the scene's, its first
+Moments = Callable[[float], Union[CameraLike, Tuple["Scene", CameraLike]]]  # part of the time that a shutter is open
 
 class Error(RuntimeError):
     """What librcs refuses or fails at, in one sentence."""
@@ -122,13 +123,18 @@ def load_scene(source: str, *, time: Optional[float] = ..., environment: Union[N
                log: Optional[Log] = ...) -> Scene:
     """A .gltf or .glb file, or a built-in "demo:" scene, at `time` [s] of one animation or all, under a sky: an image
     file or a constant."""
-def render(session: Session, camera: CameraLike = ..., *, log: Optional[Log] = ..., progress: Optional[Progress] = ...,
-           layers: Sequence[str] = ..., **options: Union[int, float, str, Sequence[str]]) -> RenderResult:
-    """Renders a view. Options by their names in option_keys(): width=640, height=360, rays=256, target_error="5%"."""
+def render(session: Session, camera: CameraLike = ..., *, moments: Optional[Moments] = ..., log: Optional[Log] = ...,
+           progress: Optional[Progress] = ..., layers: Sequence[str] = ...,
+           **options: Union[int, float, str, Sequence[str], Sequence[int]]) -> RenderResult:
+    """Renders a view. Options by their names in option_keys(): width=640, height=360, rays=256, target_error="5%".
+
+    moments(part): what is seen when that part, in (0, 1), of the time that the shutter is open has passed: a camera, or
+    a scene and a camera; each of the `aa` samples shows another. Then the session shows the scene of the last."""
 def render_reference(session: Session, camera: CameraLike = ..., *, width: int = ..., height: int = ...,
                      samples: int = ..., bounces: int = ..., aa: int = ..., stride: int = ..., seed: int = ...,
-                     progress: Optional[Progress] = ...) -> Picture:
-    """Path traces the same light, slowly."""
+                     crop: Optional[Sequence[int]] = ..., f_stop: Optional[float] = ..., focus: Optional[float] = ...,
+                     moments: Optional[Moments] = ..., progress: Optional[Progress] = ...) -> Picture:
+    """Path traces the same light, slowly; with moments() of 64 moments."""
 def compare(image: Union[Picture, ArrayLike], reference: Union[Picture, ArrayLike],
             layer: str = ...) -> Dict[str, float]: ...
 def write(path: str, picture: Union[Picture, ArrayLike], session: Optional[Session] = ...) -> None:
