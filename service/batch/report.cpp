@@ -90,10 +90,11 @@ std::string curve(const BatchReport& report, const Series& series)
         return "<text x=\"" + text_of(at_x, "%.1f") + "\" y=\"" + text_of(at_y, "%.1f") + "\" text-anchor=\"" + anchor +
                "\">" + text + "</text>";
     };
+    const char* const format = most < 0.01 ? "%.0e" : most < 1000.0 ? "%.3g" : "%.0f";  // as wide as there is room
     const std::string unit = *series.unit == '\0' ? "" : std::string(" ") + series.unit;
     return "<figure><figcaption>" + name + "</figcaption><svg viewBox=\"0 0 720 120\" role=\"img\" aria-label=\"" +
            name + " over the frames\"><path class=\"axis\" d=\"M64 8V100H712\"/>" +
-           mark(kLeft - 6, kTop + 8, "end", text_of(most, most < 1000.0 ? "%.3g" : "%.0f") + unit) +
+           mark(kLeft - 6, kTop + 8, "end", text_of(most, format) + unit) +
            mark(kLeft - 6, kHeight - kBelow, "end", "0") +
            mark(kLeft, kHeight - 5, "middle", std::to_string(points.front().first)) +
            mark(x(points.back().first), kHeight - 5, "end", std::to_string(points.back().first)) +

@@ -226,7 +226,7 @@ TEST_F(BatchOnServer, SaysThatNobodyAnswers)
     EXPECT_NE(batch.err.find("no server answers"), std::string::npos) << batch.err;
     EXPECT_FALSE(fs::exists(folder_ / "f.0002.exr"));
     EXPECT_EQ(rcsplat(words({"--dry-run"})).code, 0) << "that needs none";
-    expect_error(words({"--threads", "2"}), kBadUsage, "--server excludes --threads", folder_);
+    expect_error(words({"--threads", "2"}), kBadUsage, "--threads excludes --server", folder_);
 }
 
 }  // namespace
