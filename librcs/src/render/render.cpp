@@ -1,6 +1,7 @@
 #include "rcs/render.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "render/frame.h"
@@ -54,6 +55,7 @@ void begin_watching(Session& session, const Camera& camera, const RenderOptions&
         spread_bounces(frame);
         watch_records(frame);
     }
+    std::move(frame.without_radiance.begin(), frame.without_radiance.end(), std::back_inserter(frame.records));
     session.begin_with(std::move(frame.records));
 }
 
