@@ -2,6 +2,7 @@
 
 #include "cli/render_arguments.h"
 #include "cli/server_arguments.h"
+#include "cli/shutter.h"
 
 namespace rcs::service {
 
