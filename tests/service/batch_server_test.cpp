@@ -222,7 +222,7 @@ TEST_F(BatchOnServer, ASignalEndsTheJobInOrder)
 TEST_F(BatchOnServer, SaysThatNobodyAnswers)
 {
     const Outcome batch = rcsplat(words({}));
-    EXPECT_EQ(batch.code, 73);
+    EXPECT_EQ(batch.code, 75);
     EXPECT_NE(batch.err.find("no server answers"), std::string::npos) << batch.err;
     EXPECT_FALSE(fs::exists(folder_ / "f.0002.exr"));
     EXPECT_EQ(rcsplat(words({"--dry-run"})).code, 0) << "that needs none";

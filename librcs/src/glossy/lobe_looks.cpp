@@ -57,8 +57,8 @@ double LobeLooks::weigh_clusters(const Viewed& from, Workspace& w) const
     guide_.weigh_clusters({from.position, from.bsdf.normal, from.cells}, w.importance.data(), kLeastChance);
     for (std::uint32_t i = 0; i < from.bsdf.count; ++i)
         if ((from.traced >> i & 1u) != 0u)
-            guide_.add_lobe(from.position, from.bsdf.normal, from.outgoing, from.bsdf.lobe[i].alpha,
-                            luminance(albedo(from.bsdf, from.outgoing, 1u << i)), w.lobe.data());
+            guide_.light_clusters().add_lobe(from.position, from.bsdf.normal, from.outgoing, from.bsdf.lobe[i].alpha,
+                                             luminance(albedo(from.bsdf, from.outgoing, 1u << i)), w.lobe.data());
     double sum = 0.0;
     for (std::size_t i = 0; i < clusters; ++i) sum += static_cast<double>(w.importance[i] *= w.lobe[i]);
     return sum;

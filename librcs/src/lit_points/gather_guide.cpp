@@ -34,12 +34,6 @@ void GatherGuide::weigh_clusters(const Place& place, float* importance, float le
     clusters_.importance(place.position, place.normal, importance, importance);
 }
 
-void GatherGuide::add_lobe(glm::vec3 position, glm::vec3 normal, glm::vec3 outgoing, float alpha, float strength,
-                           float* weights) const
-{
-    clusters_.add_lobe(position, normal, outgoing, alpha, strength, weights);
-}
-
 bool GatherGuide::choose_of(std::size_t cluster, glm::vec3 position, glm::vec3 normal, float inverse_chance,
                             glm::vec2 u, Choice& choice) const
 {

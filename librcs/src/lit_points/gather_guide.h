@@ -72,9 +72,6 @@ public:
     LookCells cells(glm::vec3 position, glm::vec3 normal) const { return learned_.cells(position, normal); }
     const LitPoints& lit() const { return lit_points_; }
     const LightClusters& light_clusters() const { return clusters_; }
-    /// LightClusters::add_lobe().
-    void add_lobe(glm::vec3 position, glm::vec3 normal, glm::vec3 outgoing, float alpha, float strength,
-                  float* weights) const;
     void learn(std::span<const Look> looks) { learned_.learn(looks); }
 
 private:

@@ -162,23 +162,39 @@ void LightClusters::importance(glm::vec3 p, glm::vec3 n, const float* visibility
     }
 }
 
+namespace {
+
+struct Spheres {
+    const float *x, *y, *z, *radius;
+    std::size_t count;
+};
+
 RCS_MULTIVERSION
-void LightClusters::add_lobe(glm::vec3 p, glm::vec3 n, glm::vec3 o, float alpha, float strength, float* weights) const
+void add_distribution(const Spheres& of, glm::vec3 p, glm::vec3 n, glm::vec3 o, float alpha, float strength,
+                      float* weights)
 {
-    const std::size_t count = size();
-    for (std::size_t i = 0; i < count; ++i) {
-        const float dx = x_[i] - p.x, dy = y_[i] - p.y, dz = z_[i] - p.z;
+    for (std::size_t i = 0; i < of.count; ++i) {
+        const float dx = of.x[i] - p.x, dy = of.y[i] - p.y, dz = of.z[i] - p.z;
         const float d2 = dx * dx + dy * dy + dz * dz + 1e-30f;
         const float inverse_d = 1.0f / std::sqrt(d2);
         const float hx = dx * inverse_d + o.x, hy = dy * inverse_d + o.y, hz = dz * inverse_d + o.z;
         const float cosine = hx * n.x + hy * n.y + hz * n.z;
         const float h2 = hx * hx + hy * hy + hz * hz + 1e-12f;
         // A half vector turns half as far as the direction; a cluster all around is as good as no lobe.
-        const float turn = 0.5f * radius_[i] * inverse_d;
+        const float turn = 0.5f * of.radius[i] * inverse_d;
         const float wide2 = alpha * alpha + turn * turn, a2 = wide2 < 1.0f ? wide2 : 1.0f;
         const float c2 = cosine * cosine / h2, root = c2 * (a2 - 1.0f) + 1.0f;
         weights[i] += strength * a2 / (root * root);
     }
+}
+
+}  // namespace
+
+void LightClusters::add_lobe(glm::vec3 position, glm::vec3 normal, glm::vec3 outgoing, float alpha, float strength,
+                             float* weights) const
+{
+    add_distribution({x_.data(), y_.data(), z_.data(), radius_.data(), size()}, position, normal, outgoing, alpha,
+                     strength, weights);
 }
 
 void LightClusters::set_bounds(const std::vector<LitPoint>& points)
