@@ -128,7 +128,9 @@ def run_page(page, program, folder):
                 servers.append(subprocess.Popen(["bash", "-c", "exec " + small], cwd=folder, env=environment,
                                                 stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
                 end = time.monotonic() + PATIENCE
-                while subprocess.run(["rcsplat", "list"], env=environment, capture_output=True).returncode != 0:
+                socket = re.search(r"--socket (\S+)", small)
+                asked = ["bash", "-c", "rcsplat list" + (f" --server {socket[1]}" if socket else "")]
+                while subprocess.run(asked, env=environment, capture_output=True).returncode != 0:
                     if time.monotonic() > end or servers[-1].poll() is not None:
                         failures.append(f"{page.name}: the server does not answer: {small}")
                         break
