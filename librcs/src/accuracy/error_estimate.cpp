@@ -162,10 +162,6 @@ void scale(ErrorMap& map, const ErrorScale& scale, ThreadPool& pool)
     });
 }
 
-namespace {
-
-}  // namespace
-
 double light_at(const SplatBuffer& sums, std::size_t i)
 {
     const float l = luminance({sums.weighted_r[i], sums.weighted_g[i], sums.weighted_b[i]});
