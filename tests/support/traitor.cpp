@@ -3,9 +3,9 @@
 // what became of each attempt, as "NAME ERRNO", 0 where it succeeded. It reads where to get to from the environment.
 #include <cerrno>
 #include <csignal>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
-#include <cstdint>
 #include <cstring>
 #include <string>
 
