@@ -29,6 +29,8 @@ constexpr float kHardlyMore = 1.05f;  // times the closest spacing: as close as 
 // come closer, and how often that is asked (docs/method.md, Spacing).
 constexpr float kMostSpread = 0.5f;
 constexpr int kSharpenings = 2;
+// ... and over the noise there, with which what is told of spread scatters.
+constexpr float kOfNoise = 0.7f;
 constexpr float kUsualOverlap = 3.0f;
 constexpr float kMostCloser = 8.0f;  // times as many, at a time
 // A few new records beside those of other views are as close as those are.
@@ -203,7 +205,8 @@ void Placement::sharpen()
         const ErrorMap map = error_map(sums, stats, kUsualOverlap);
         bool any = false;
         for (std::size_t k = 0; k < pixels_.size(); ++k) {
-            const float density = std::min(kMostCloser, map.spread[pixels_[k]] / most);
+            const float allowed = std::max(most, kOfNoise * map.noise[pixels_[k]]);
+            const float density = std::min(kMostCloser, map.spread[pixels_[k]] / allowed);
             any |= density > 1.0f && bring_closer(k, density, least);
         }
         if (!any) return;

@@ -83,8 +83,8 @@ std::vector<float> noise_around(int rays, const TiledSurfaces& surfaces, const V
 
 float noise_allowed(const Record& record, float widest)
 {
-    // Those that lie closer than usual, since their extrapolations disagree, are as noisy as others.
-    const float apart = record.spacing_radius / (record.footprint * record.closeness);
+    // Those that lie closer than usual, since their extrapolations disagree, count for half as much closer.
+    const float apart = record.spacing_radius / (record.footprint * std::sqrt(record.closeness));
     return apart < widest ? std::pow(widest / apart, 2.0f / 3.0f) : 1.0f;
 }
 
