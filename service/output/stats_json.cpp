@@ -73,6 +73,7 @@ void add_render(Json& json, const RunReport& report)
     json["waves"] = stats.records.waves;
     json["refined_records"] = stats.records.refined;
     json["lit_points"] = stats.records.lit_points;
+    json["direct_cells"] = stats.records.direct_cells;
     json["gathered_lamps"] = stats.records.gathered_lamps;
     json["unserved_pixels"] = stats.unserved_pixels;
     json["rays"] = {{"hemisphere", stats.records.hemisphere_rays},    {"refining", stats.records.refining_rays},
@@ -169,6 +170,10 @@ void append_render(std::string& text, const RunReport& report)
     if (stats.records.lit_points > 0)
         append(text, "looks    %s at %s lit points: there records look for light, besides where their rays lead\n",
                short_count(stats.records.looks).c_str(), short_count(stats.records.lit_points).c_str());
+    if (stats.records.direct_cells > 0)
+        append(text,
+               "cells    %s: what lamps and sky send there is known, so that rays of records need no shadow rays\n",
+               short_count(stats.records.direct_cells).c_str());
     const double pixels = per(static_cast<double>(stats.splats.samples), static_cast<double>(stats.splats.splats));
     if (stats.light_cache.cells > 0) {
         append(text, "bounces  %s cells, %s links from %s rays, their shadows %s\n",

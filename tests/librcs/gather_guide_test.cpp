@@ -177,7 +177,7 @@ TEST(GatherGuide, IsMadeOnlyWhereItHelps)
         Place place(std::move(scene));
         RecordSettings settings;
         settings.bounces = bounces;
-        return make_gather_guide(place.rays, place.points, place.view, settings, place.pool);
+        return search_light(place.rays, place.points, place.view, settings, true, place.pool).guide;
     };
     EXPECT_EQ(guide_of(hidden_panel(), 0), nullptr) << "nothing reflected is asked for";
     EXPECT_EQ(guide_of(test::room(0.5f), 1), nullptr) << "no light";

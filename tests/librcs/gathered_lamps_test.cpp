@@ -18,36 +18,6 @@
 namespace rcs {
 namespace {
 
-/// A room 4 m wide, 3 m high, 4 m deep, with a window of 1 m in its right wall, and a huge panel far behind that.
-/// @param roughness  of floor and walls, dielectric
-Scene window_room(float roughness, float panel_size = 60.0f)
-{
-    Scene scene;
-    Material plaster;
-    plaster.base_color = glm::vec3(0.6f, 0.5f, 0.4f);
-    plaster.roughness = roughness;
-    plaster.specular = 1.0f;
-    plaster.double_sided = true;
-    const int m = test::add_surface(scene, plaster);
-    test::add_mesh(scene, test::quad({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}, m));
-    test::add_mesh(scene, test::quad({-2, 3, -2}, {4, 0, 0}, {0, 0, 4}, m));
-    test::add_mesh(scene, test::quad({-2, 0, -2}, {4, 0, 0}, {0, 3, 0}, m));
-    test::add_mesh(scene, test::quad({-2, 0, 2}, {0, 3, 0}, {4, 0, 0}, m));
-    test::add_mesh(scene, test::quad({-2, 0, -2}, {0, 3, 0}, {0, 0, 4}, m));
-    test::add_mesh(scene, test::quad({2, 0, -2}, {0, 0, 4}, {0, 1, 0}, m));
-    test::add_mesh(scene, test::quad({2, 2, -2}, {0, 0, 4}, {0, 1, 0}, m));
-    test::add_mesh(scene, test::quad({2, 1, -2}, {0, 0, 1.5f}, {0, 1, 0}, m));
-    test::add_mesh(scene, test::quad({2, 1, 0.5f}, {0, 0, 1.5f}, {0, 1, 0}, m));
-    Material sky;
-    sky.base_color = glm::vec3(0.0f);
-    sky.emission = glm::vec3(8.0f, 9.0f, 10.0f);
-    const float half = 0.5f * panel_size;
-    test::add_mesh(scene, test::quad({22.0f, -half, -half}, {0, 0, panel_size}, {0, panel_size, 0},
-                                     test::add_surface(scene, sky)));
-    scene.cameras = {look_at_camera("camera", {-1.0, 1.5, 1.8}, {0.3, 1.2, -2.0}, 0.9)};
-    return scene;
-}
-
 std::vector<glm::vec2> even_points()
 {
     std::vector<glm::vec2> floor;
@@ -64,10 +34,10 @@ struct Place : test::Place {
 
 TEST(LampsToGather, AreHugeOnesOfWhichLittleIsSeen)
 {
-    EXPECT_TRUE(Place(window_room(1.0f)).lamps().has(9));
-    EXPECT_FALSE(Place(window_room(1.0f)).lamps().has(0));
-    EXPECT_FALSE(Place(window_room(1.0f, 2.0f)).lamps().any()) << "small: its shadows are sharp";
-    Scene open = window_room(1.0f);
+    EXPECT_TRUE(Place(test::window_room(1.0f)).lamps().has(9));
+    EXPECT_FALSE(Place(test::window_room(1.0f)).lamps().has(0));
+    EXPECT_FALSE(Place(test::window_room(1.0f, 2.0f)).lamps().any()) << "small: its shadows are sharp";
+    Scene open = test::window_room(1.0f);
     open.instances.erase(open.instances.begin() + 5, open.instances.begin() + 9);
     EXPECT_FALSE(Place(std::move(open)).lamps().any()) << "nothing hides it";
     EXPECT_FALSE(Place(test::lit_room()).lamps().any());
@@ -96,7 +66,7 @@ Mean mean_at(const Place& place, const HitRadiance& light, const SurfacePoint& p
 /// At places where rays end: in the room, and close to the panel. Points on lamps are another matter of chance.
 TEST(LampGuide, FindsTheLightThatSamplesFind)
 {
-    Place place(window_room(1.0f));
+    Place place(test::window_room(1.0f));
     const GatheredLamps lamps = place.lamps();
     ASSERT_TRUE(lamps.any());
     const EffectSet effects = scene_effects(place.rays);
@@ -138,7 +108,7 @@ class GatheredLampsRender : public testing::TestWithParam<float> {};
 /// The light falls into the layers that the path tracer has it in.
 TEST_P(GatheredLampsRender, LightsAsThePathTracerDoes)
 {
-    const Scene scene = window_room(GetParam());
+    const Scene scene = test::window_room(GetParam());
     RenderOptions options;
     options.width = options.height = 64;
     options.aa = 1;
@@ -163,7 +133,7 @@ INSTANTIATE_TEST_SUITE_P(Roughness, GatheredLampsRender, testing::Values(0.6f, 0
 /// Narrow lobes share the rays that find such lamps between neighbours, as those that find other surfaces.
 TEST(GatheredLamps, HighlightsAreLessNoisyThanByRaysOfEachPixelAlone)
 {
-    const Scene scene = window_room(0.2f);
+    const Scene scene = test::window_room(0.2f);
     const auto render = [&](std::uint64_t seed, bool traced) {
         RenderOptions options;
         options.width = options.height = 96;
@@ -189,7 +159,7 @@ TEST(GatheredLamps, HighlightsAreLessNoisyThanByRaysOfEachPixelAlone)
 
 TEST(GatheredLamps, RecordsOfOtherLampsAreNotMixedIn)
 {
-    const Scene scene = window_room(1.0f);
+    const Scene scene = test::window_room(1.0f);
     RenderOptions options;
     options.width = options.height = 48;
     options.aa = 1;

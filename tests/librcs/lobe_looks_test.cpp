@@ -52,7 +52,7 @@ public:
     {
         RecordSettings settings;
         settings.seed = seed;
-        guide = make_gather_guide({rays}, gbuffer, view, settings, pool);
+        guide = search_light({rays}, gbuffer, view, settings, true, pool).guide;
         if (guide) learn_along_lobes(rays, light(), gbuffer, view, shading, seed, pool, *guide);
     }
 

@@ -77,4 +77,33 @@ inline Material metal(float roughness)
     return material;
 }
 
+/// A room 4 m wide, 3 m high, 4 m deep, with a window of 1 m in its right wall, and a huge panel far behind that.
+/// @param roughness  of floor and walls, dielectric
+inline Scene window_room(float roughness, float panel_size = 60.0f)
+{
+    Scene scene;
+    Material plaster;
+    plaster.base_color = glm::vec3(0.6f, 0.5f, 0.4f);
+    plaster.roughness = roughness;
+    plaster.specular = 1.0f;
+    plaster.double_sided = true;
+    const int m = add_surface(scene, plaster);
+    add_mesh(scene, quad({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}, m));
+    add_mesh(scene, quad({-2, 3, -2}, {4, 0, 0}, {0, 0, 4}, m));
+    add_mesh(scene, quad({-2, 0, -2}, {4, 0, 0}, {0, 3, 0}, m));
+    add_mesh(scene, quad({-2, 0, 2}, {0, 3, 0}, {4, 0, 0}, m));
+    add_mesh(scene, quad({-2, 0, -2}, {0, 3, 0}, {0, 0, 4}, m));
+    add_mesh(scene, quad({2, 0, -2}, {0, 0, 4}, {0, 1, 0}, m));
+    add_mesh(scene, quad({2, 2, -2}, {0, 0, 4}, {0, 1, 0}, m));
+    add_mesh(scene, quad({2, 1, -2}, {0, 0, 1.5f}, {0, 1, 0}, m));
+    add_mesh(scene, quad({2, 1, 0.5f}, {0, 0, 1.5f}, {0, 1, 0}, m));
+    Material sky;
+    sky.base_color = glm::vec3(0.0f);
+    sky.emission = glm::vec3(8.0f, 9.0f, 10.0f);
+    const float half = 0.5f * panel_size;
+    add_mesh(scene, quad({22.0f, -half, -half}, {0, 0, panel_size}, {0, panel_size, 0}, add_surface(scene, sky)));
+    scene.cameras = {look_at_camera("camera", {-1.0, 1.5, 1.8}, {0.3, 1.2, -2.0}, 0.9)};
+    return scene;
+}
+
 }  // namespace rcs::test

@@ -100,19 +100,22 @@ struct RecordStats {
     std::uint64_t shadow_rays = 0;      ///< from what those met to lamps
     std::uint64_t looks = 0;            ///< shadow rays of records to lit points
     std::uint64_t lit_points = 0;       ///< that records look at; 0: rays alone find their light
-    std::uint64_t gathered_lamps = 0;   ///< surfaces whose own light records gather, in place of pixels' shadow rays
-    std::uint64_t waves = 0;            ///< of holes that were filled
-    std::uint64_t refined = 0;          ///< records that got more rays because their neighbourhood was noisy
-    std::uint64_t refining_rays = 0;    ///< those rays and looks, also part of the others
-    std::uint64_t watched = 0;          ///< records brought up to date, of earlier views, as the scene has changed
-    std::uint64_t looked_again = 0;     ///< of those, with rays that may meet what has changed
-    std::uint64_t renewed = 0;          ///< of the watched, gathered again where they are
+    std::uint64_t direct_cells = 0;    ///< where rays end, of which direct light is known; 0: their shadow rays find it
+    std::uint64_t gathered_lamps = 0;  ///< surfaces whose own light records gather, in place of pixels' shadow rays
+    std::uint64_t waves = 0;           ///< of holes that were filled
+    std::uint64_t refined = 0;         ///< records that got more rays because their neighbourhood was noisy
+    std::uint64_t refining_rays = 0;   ///< those rays and looks, also part of the others
+    std::uint64_t watched = 0;         ///< records brought up to date, of earlier views, as the scene has changed
+    std::uint64_t looked_again = 0;    ///< of those, with rays that may meet what has changed
+    std::uint64_t renewed = 0;         ///< of the watched, gathered again where they are
 };
 
 /// Where gathers look for light besides where their rays lead: made by the renderer for a view (method.md).
 class GatherGuide;
 /// Lamps whose light records gather, as they gather that of the sky (method.md).
 struct GatheredLamps;
+/// Direct light where gather rays end, as it was found once for all (method.md).
+struct DirectCells;
 
 /// What gather rays see: the scene, and on its surfaces the light of later bounces.
 struct LitScene {
@@ -120,13 +123,17 @@ struct LitScene {
     const LightCache* cache;        ///< of RecordSettings::bounces - 1 bounces, where that is more than 0; else unused
     GatherGuide* guide;             ///< tells gathers where to look; null: they look everywhere
     const GatheredLamps* gathered;  ///< null: none
+    const DirectCells* direct;      ///< of lamps and sky; null: shadow rays find it
 
-    /// @param r,c,g,lamps  of the members above
+    /// @param r,c,g,lamps,d  of the members above
     LitScene(const RayScene& r, const LightCache* c = nullptr, GatherGuide* g = nullptr,
-             const GatheredLamps* lamps = nullptr)
-        : rays(r), cache(c), guide(g), gathered(lamps)
+             const GatheredLamps* lamps = nullptr, const DirectCells* d = nullptr)
+        : rays(r), cache(c), guide(g), gathered(lamps), direct(d)
     {
     }
+
+    /// The same to a judge of records: what all of them share of direct light may be off for all.
+    LitScene by_samples() const { return {rays, cache, guide, gathered}; }
 };
 
 /// Gathers one record at each of the given visible points.

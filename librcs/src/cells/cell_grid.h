@@ -76,6 +76,12 @@ private:
     }
 };
 
+/// The cell of a surface, as fine as its place asks for.
+inline std::uint64_t leaf_at(const CellGrid& grid, glm::vec3 position, glm::vec3 normal)
+{
+    return grid.leaf(position, normal, grid.level(position));
+}
+
 /// @param bounds  of the scene, not empty
 CellGrid make_cell_grid(const Bounds& bounds, const View& view);
 

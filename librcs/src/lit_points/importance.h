@@ -33,10 +33,7 @@ public:
     };
     Value at(glm::vec3 position, glm::vec3 normal) const { return of(leaf(position, normal)); }
     /// The cell that a surface lies in, and what is known of a cell's surroundings.
-    std::uint64_t leaf(glm::vec3 position, glm::vec3 normal) const
-    {
-        return grid_.leaf(position, normal, grid_.level(position));
-    }
+    std::uint64_t leaf(glm::vec3 position, glm::vec3 normal) const { return leaf_at(grid_, position, normal); }
     Value of(std::uint64_t leaf) const;
 
 private:

@@ -22,7 +22,7 @@ LearnedVisibility::LearnedVisibility(const CellGrid& grid, std::size_t clusters)
 LookCells LearnedVisibility::cells(glm::vec3 position, glm::vec3 normal) const
 {
     LookCells result;
-    std::uint64_t cell = grid_.leaf(position, normal, grid_.level(position));
+    std::uint64_t cell = leaf_at(grid_, position, normal);
     int up = 0;
     for (std::size_t level = 0; level < result.size(); ++level) {
         for (; up < kUp[level] && CellGrid::level_of(cell) + 1 < CellGrid::kLevels; ++up) cell = CellGrid::parent(cell);

@@ -41,7 +41,10 @@ public:
     void refine(std::span<const int> extra);
 
     /// Independent gathers in the same light.
-    std::unique_ptr<Probes> make_probes() const { return std::make_unique<Probes>(scene_, gbuffer_, options_, pool_); }
+    std::unique_ptr<Probes> make_probes() const
+    {
+        return std::make_unique<Probes>(scene_.by_samples(), gbuffer_, options_, pool_);
+    }
 
     RecordSettings& options() { return options_; }
     /// Hemisphere rays of one gather.

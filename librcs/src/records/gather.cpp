@@ -111,7 +111,8 @@ struct RecordGatherer::Impl {
 
     Impl(const LitScene& scene, const RecordSettings& options)
         : guide(scene.guide && scene.guide->share > 0.0f ? scene.guide : nullptr),
-          gatherer({scene.rays, options.bounces > 1 ? scene.cache : nullptr, guide, scene.gathered}, options),
+          gatherer({scene.rays, options.bounces > 1 ? scene.cache : nullptr, guide, scene.gathered, scene.direct},
+                   options),
           asked(options.rays),
           share(guide ? guide->share : 0.0f),
           first(first_size(asked, share)),

@@ -146,6 +146,7 @@ Gatherer::Gatherer(const LitScene& scene, const RecordSettings& options)
       radiance_(scene.rays, scene.cache, effects_or_scene(options.effects, scene.rays), scene.gathered),
       guide_(scene.guide && scene.guide->has_light() ? scene.guide : nullptr),
       gathered_(scene.gathered && scene.gathered->any() ? scene.gathered : nullptr),
+      direct_(scene.direct),
       has_bounce_(options.bounces > 0),
       keeps_radiance_(options.radiance)
 {
@@ -189,6 +190,29 @@ void Gatherer::note_lamp(const HitPacket& packet, int lane, const HitSurface& hi
     if (emission != glm::vec3(0.0f)) w.lamp_hits.push_back({cell, emission});
 }
 
+/// Adds what is known of the light of lamps and sky at a hit. @return whether that is all of it
+bool Gatherer::add_known(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell, float part,
+                         RandomStream& random, GatherWorkspace& w) const
+{
+    if (!direct_ || !direct_->serves(hit.point.position, packet.ray.t_max[lane])) return false;
+    const DirectCells::Light* const light = direct_->at(hit.point.position, hit.point.shading_normal, random);
+    if (!light) return false;
+    if (light->to_light == glm::vec3(0.0f)) return true;
+    const glm::vec3 outgoing = -ray_direction(packet.ray, lane);
+    const float width = cone_width(cell, w);
+    glm::vec3 reflectance;
+    if (radiance_.is_plain(packet.instance(lane))) {
+        reflectance = radiance_.reflectance({hit.point.material, hit.point.uv, hit.uv_per_length, width},
+                                            hit.point.shading_normal, outgoing, light->to_light);
+    } else {
+        const Bsdf bsdf = radiance_.widened_values(packet, lane, hit, width, w.least_hit_alpha).bsdf;
+        if (bsdf.those(is_diffuse_behind) != 0u) return false;
+        reflectance = std::numbers::pi_v<float> * evaluate(bsdf, outgoing, light->to_light);
+    }
+    add(w.samples, cell, part * kInversePi * reflectance * light->irradiance);
+    return true;
+}
+
 RCS_ALWAYS_INLINE void Gatherer::shade_hit(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell,
                                            std::uint64_t key, GatherWorkspace& w) const
 {
@@ -196,11 +220,12 @@ RCS_ALWAYS_INLINE void Gatherer::shade_hit(const HitPacket& packet, int lane, co
     RandomStream random(key ^ static_cast<std::uint64_t>(cell) << 32);
     const float part =
         rays_part(packet, lane, hit, w.z[cell], RandomStream(~key ^ static_cast<std::uint64_t>(cell) << 32));
+    const bool known = part > 0.0f && add_known(packet, lane, hit, cell, part, random, w);
     if (!radiance_.is_plain(packet.instance(lane))) {
         const MaterialValues surface =
             radiance_.widened_values(packet, lane, hit, cone_width(cell, w), w.least_hit_alpha);
         const glm::vec3 outgoing = -ray_direction(packet.ray, lane);
-        if (part > 0.0f)
+        if (part > 0.0f && !known)
             radiance_.direct(hit.point, surface.bsdf, outgoing, random, [&](const Ray& ray, glm::vec3 radiance) {
                 w.shadow.add(ray);
                 ShadowedLight& light = w.lights.emplace_back();
@@ -211,7 +236,7 @@ RCS_ALWAYS_INLINE void Gatherer::shade_hit(const HitPacket& packet, int lane, co
         if (radiance_.has_cache()) add(w.samples, cell, radiance_.indirect(hit.point, surface.bsdf, outgoing, random));
         return;
     }
-    if (part > 0.0f)
+    if (part > 0.0f && !known)
         radiance_.direct(hit.point, random, [&](const Ray& ray, glm::vec3 white) {
             w.shadow.add(ray);
             // Filled in place: a copy would read back in one piece what has just been written in several, and wait for
@@ -292,7 +317,7 @@ void Gatherer::trace(const Birth& birth, const HemisphereGrid& grid, const Basis
     w.shadow.clear();
     w.lights.clear();
     w.lamp_hits.clear();
-    const std::uint64_t light_key = mix64(birth.key + 1);
+    const std::uint64_t light_key = mix64(birth.key + 1 + birth.light);
     for (int first = 0; first < grid.cells; first += kWidth) {
         PacketCells cells = fill_packet(frame, birth, w, first, grid.cells);
         if (first < kMostWanted) cells.active &= static_cast<std::uint32_t>(w.wanted >> first);

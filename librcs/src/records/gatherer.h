@@ -7,6 +7,7 @@
 
 #include <glm/glm.hpp>
 
+#include "cells/direct_cells.h"
 #include "hit_light/hit_radiance.h"
 #include "lamps/gathered_lamps.h"
 #include "lit_points/gather_guide.h"
@@ -28,6 +29,7 @@ struct Birth {
     float footprint;
     std::uint32_t instance;
     std::uint64_t key;
+    std::uint64_t light = 0;  ///< sets samples of light where rays end apart that have the same rays
 };
 
 /// @param sample  sets the gathers at this place apart: each has its own rays
@@ -134,6 +136,8 @@ private:
                    Record& record) const;
     void shade_hit(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell, std::uint64_t key,
                    GatherWorkspace& w) const;
+    bool add_known(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell, float part,
+                   RandomStream& random, GatherWorkspace& w) const;
     float rays_part(const HitPacket& packet, int lane, const HitSurface& hit, float cosine, RandomStream random) const;
     void look(const Birth& birth, int looks, GatherWorkspace& w, Record& record) const;
     void shoot_looks(const Birth& birth, GatherWorkspace& w) const;
@@ -146,6 +150,7 @@ private:
     HitRadiance radiance_;
     const GatherGuide* guide_;
     const GatheredLamps* gathered_;  // null: none
+    const DirectCells* direct_;      // null: shadow rays find all light
     bool has_bounce_;
     bool keeps_radiance_;
 };

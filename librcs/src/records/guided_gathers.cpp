@@ -7,6 +7,7 @@
 
 #include "facts/scene_effects.h"
 #include "gbuffer/visible_points.h"
+#include "light_cache/direct_cells.h"
 #include "records/gatherer.h"
 #include "records/hemisphere.h"
 #include "util/color.h"
@@ -27,12 +28,20 @@ constexpr double kStrataFall = 0.7, kLooksFall = 0.5;
 // Time of a ray that is spared most of its shadow rays, and of a look, over that of a ray with them (measured in
 // sponza).
 constexpr double kSparedRayCost = 1.15, kLookCost = 0.7;
+// Of a ray without shadow rays, where the light at its end is known.
+constexpr double kKnowingRayCost = 0.6;
+// Where samples of light are less of the variance, it does not pay to know it.
+constexpr double kLeastOfLight = 0.4;
+// Of those that light the cells: fewer than the shadow rays that records are spared.
+constexpr double kSamplesPerPixel = 32.0;
+// Error that all records may share by that, which has no edges and no clouds: so much, or that part of a gather's own.
+constexpr double kMostErrorOfCells = 0.03, kMostPartOfCells = 0.1;
 // A smaller gain is not worth the points.
 constexpr double kLeastGain = 1.25;
 // A record below this part of the mean is judged as if it were as bright: it can hardly be seen.
 constexpr double kDark = 0.1;
 
-/// Of gathers at the probes: means relative to what is received.
+/// Of gathers at the probes: means relative to what is received, the light of gathered lamps left out.
 struct Errors {
     double rays = 0.0, looks = 0.0, points = 0.0;  ///< standard errors, as each gather estimates them
     double all = 0.0;                              ///< the same of the whole, as two gathers differ
@@ -45,43 +54,95 @@ struct Probes {
     ThreadPool& pool;
 };
 
+/// What arrives at each probe, the light of gathered lamps left out, by two gathers; of the second one its workspace's
+/// errors are noted.
+struct Pairs {
+    std::vector<double> first, second;
+    std::vector<glm::dvec3> errors;  // of rays, looks, points
+};
+
+/// @param gather  called with (probe, which of the two, workspace)
+template <typename Gather>
+Pairs gather_pairs(const Probes& probes, const HemisphereGrid& grid, GatherGuide* guide, const Gather& gather)
+{
+    std::vector<GatherWorkspace> workers(static_cast<std::size_t>(probes.pool.size()), GatherWorkspace(grid.cells));
+    const std::size_t count = probes.pixels.size();
+    Pairs found{std::vector<double>(count), std::vector<double>(count), std::vector<glm::dvec3>(count)};
+    probes.pool.parallel_for(count, 4, [&](std::size_t begin, std::size_t end, int thread) {
+        GatherWorkspace& w = workers[static_cast<std::size_t>(thread)];
+        const auto light = [&](const Record& r) { return static_cast<double>(luminance(r.irradiance - r.of_lamps)); };
+        for (std::size_t i = begin; i < end; ++i) {
+            found.first[i] = light(gather(i, 0, w));
+            found.second[i] = light(gather(i, 1, w));
+            found.errors[i] = {w.error_of_rays, w.error_of_looks, w.error_of_points};
+        }
+    });
+    if (guide)
+        for (const GatherWorkspace& w : workers) guide->learn(w.looks);
+    return found;
+}
+
+/// Means over the probes, relative to what is received.
+Errors errors_of(const Pairs& pairs)
+{
+    const double count = static_cast<double>(std::max<std::size_t>(1, pairs.first.size()));
+    double mean = 0.0;
+    for (std::size_t i = 0; i < pairs.first.size(); ++i) mean += 0.5 * (pairs.first[i] + pairs.second[i]) / count;
+    Errors errors;
+    // Of two normal deviates the mean difference is 2 / sqrt(pi) deviations.
+    constexpr double kOfDifference = 0.5 / std::numbers::inv_sqrtpi;
+    for (std::size_t i = 0; i < pairs.first.size() && mean > 0.0; ++i) {
+        const double light = 0.5 * (pairs.first[i] + pairs.second[i]);
+        const double to_relative = 1.0 / ((light + kDark * mean) * count);
+        errors.rays += to_relative * pairs.errors[i].x;
+        errors.looks += to_relative * pairs.errors[i].y;
+        errors.points += to_relative * pairs.errors[i].z;
+        errors.all += to_relative * kOfDifference * std::abs(pairs.first[i] - pairs.second[i]);
+    }
+    return errors;
+}
+
 /// Two gathers at each probe. @param sample  of the first one, sets them apart   @param guide  learns from them, if not
 /// null
 Errors gather_at(const Probes& probes, const Gatherer& gatherer, const GatherSize& size, std::uint64_t sample,
                  GatherGuide* guide)
 {
-    std::vector<GatherWorkspace> workers(static_cast<std::size_t>(probes.pool.size()),
-                                         GatherWorkspace(size.grid.cells));
-    std::vector<glm::dvec4> found(probes.pixels.size());
-    std::vector<double> difference(found.size());
-    probes.pool.parallel_for(found.size(), 4, [&](std::size_t begin, std::size_t end, int thread) {
-        GatherWorkspace& w = workers[static_cast<std::size_t>(thread)];
-        for (std::size_t i = begin; i < end; ++i) {
-            const auto gather = [&](std::uint64_t k) {
-                const Birth birth = birth_at(probes.gbuffer, probes.pixels[i], probes.seed, sample + k);
-                return static_cast<double>(luminance(gatherer.gather(birth, size, w).irradiance));
-            };
-            const double first = gather(0), second = gather(1);
-            found[i] = {0.5 * (first + second), w.error_of_rays, w.error_of_looks, w.error_of_points};
-            difference[i] = std::abs(first - second);
-        }
-    });
-    if (guide)
-        for (const GatherWorkspace& w : workers) guide->learn(w.looks);
-    const double count = static_cast<double>(std::max<std::size_t>(1, found.size()));
-    double mean = 0.0;
-    for (const glm::dvec4& f : found) mean += f.x / count;
-    Errors errors;
-    // Of two normal deviates the mean difference is 2 / sqrt(pi) deviations.
-    constexpr double kOfDifference = 0.5 / std::numbers::inv_sqrtpi;
-    for (std::size_t i = 0; i < found.size() && mean > 0.0; ++i) {
-        const double to_relative = 1.0 / ((found[i].x + kDark * mean) * count);
-        errors.rays += to_relative * found[i].y;
-        errors.looks += to_relative * found[i].z;
-        errors.points += to_relative * found[i].w;
-        errors.all += to_relative * kOfDifference * difference[i];
+    return errors_of(gather_pairs(probes, size.grid, guide, [&](std::size_t i, std::uint64_t k, GatherWorkspace& w) {
+        return gatherer.gather(birth_at(probes.gbuffer, probes.pixels[i], probes.seed, sample + k), size, w);
+    }));
+}
+
+/// Part of the error that samples of lamps and sky have where rays end: the same rays twice.
+double error_of_light(const Probes& probes, const Gatherer& gatherer, const GatherSize& size)
+{
+    return errors_of(gather_pairs(probes, size.grid, nullptr,
+                                  [&](std::size_t i, std::uint64_t k, GatherWorkspace& w) {
+                                      Birth birth = birth_at(probes.gbuffer, probes.pixels[i], probes.seed);
+                                      birth.light = k;
+                                      return gatherer.gather(birth, size, w);
+                                  }))
+        .all;
+}
+
+/// Error that all records share by the cells' noise: the same rays and one half of the cells' samples, then the other.
+double error_of_cells(const Probes& probes, LitScene lit, const RecordSettings& settings, const GatherSize& size,
+                      DirectCells& cells)
+{
+    lit.direct = &cells;
+    const Gatherer gatherer(lit, settings);
+    Pairs halves;
+    for (const DirectCells::Half half : {DirectCells::Half::first, DirectCells::Half::second}) {
+        cells.half = half;
+        Pairs found = gather_pairs(probes, size.grid, nullptr, [&](std::size_t i, std::uint64_t k, GatherWorkspace& w) {
+            return gatherer.gather(birth_at(probes.gbuffer, probes.pixels[i], probes.seed, k), size, w);
+        });
+        for (std::size_t i = 0; i < found.first.size(); ++i) found.first[i] = 0.5 * (found.first[i] + found.second[i]);
+        halves.errors = std::move(found.errors);
+        (half == DirectCells::Half::first ? halves.first : halves.second) = std::move(found.first);
     }
-    return errors;
+    cells.half = DirectCells::Half::both;
+    // Halves have twice the variance of the whole.
+    return errors_of(halves).all * std::numbers::sqrt2 / 2.0;
 }
 
 /// Gathers with so many lit points.
@@ -109,33 +170,47 @@ float best_share(const Errors& guided, const Errors& plain)
     return best;
 }
 
-}  // namespace
-
-std::unique_ptr<GatherGuide> make_gather_guide(const LitScene& scene, const GBuffer& gbuffer, const View& view,
-                                               const RecordSettings& settings, ThreadPool& pool)
+/// Lights the surfaces that rays end on, if that tells more.
+/// @param plain  gathers at the probes without
+std::unique_ptr<DirectCells> try_cells(const Probes& probes, const View& view, const RecordSettings& settings,
+                                       const HitRadiance& radiance, const LitScene& plain, double error)
 {
-    if (settings.bounces == 0) return nullptr;
-    const LitScene lit{scene.rays, settings.bounces > 1 ? scene.cache : nullptr, nullptr, scene.gathered};
-    const Probes probes{gbuffer, spread_pixels(gbuffer, kTrials, settings.seed), settings.seed, pool};
     const GatherSize all{make_hemisphere_grid(settings.rays), 0};
+    const double of_light = error_of_light(probes, Gatherer(plain, settings), all);
+    if (of_light * of_light < kLeastOfLight * error * error) return nullptr;
+    auto cells = std::make_unique<DirectCells>(
+        light_cells(plain.rays, radiance, probes.gbuffer, view,
+                    kSamplesPerPixel * static_cast<double>(probes.gbuffer.size()), settings.seed, probes.pool));
+    if (cells->lights.empty()) return nullptr;
+    LitScene lit = plain;
+    lit.direct = cells.get();
+    const Errors errors = gather_at(probes, Gatherer(lit, settings), all, 0, nullptr);
+    const double gained = error / (errors.all * std::pow(kKnowingRayCost, kStrataFall));
+    const double shared = error_of_cells(probes, plain, settings, all, *cells);
+    return gained < kLeastGain || shared > std::max(kMostErrorOfCells, kMostPartOfCells * error) ? nullptr
+                                                                                                 : std::move(cells);
+}
+
+/// @return null: looks do no good
+std::unique_ptr<GatherGuide> try_looks(const Probes& probes, const View& view, const RecordSettings& settings,
+                                       const HitRadiance& radiance, const LitScene& plain, const Errors& errors)
+{
     const GatherSize half{make_hemisphere_grid(settings.rays / 2), settings.rays - settings.rays / 2};
-    const Errors plain = gather_at(probes, Gatherer(lit, settings), all, 0, nullptr);
-    if (!(plain.all > 0.0)) return nullptr;
-    const PlaceLight light{
-        scene.rays, HitRadiance(scene.rays, nullptr, effects_or_scene(settings.effects, scene.rays), scene.gathered),
-        least_hit_alpha(settings.rays), nullptr};
-    const LightSurvey survey = survey_light(light, gbuffer, view, settings.seed, pool);
+    const PlaceLight light{plain.rays, radiance, least_hit_alpha(settings.rays), nullptr};
+    const LightSurvey survey = survey_light(light, probes.gbuffer, view, settings.seed, probes.pool);
     const auto try_with = [&](double points) {
-        Trial trial{std::make_unique<GatherGuide>(survey, points, pool), {}};
+        Trial trial{std::make_unique<GatherGuide>(survey, points, probes.pool), {}};
         if (!trial.guide->has_light()) return Trial{};
-        const Gatherer guided({lit.rays, lit.cache, trial.guide.get(), lit.gathered}, settings);
+        LitScene lit = plain;
+        lit.guide = trial.guide.get();
+        const Gatherer guided(lit, settings);
         gather_at(probes, guided, half, 2, trial.guide.get());  // to learn who sees what
         trial.errors = gather_at(probes, guided, half, 4, trial.guide.get());
-        trial.guide->share = best_share(trial.errors, plain);
+        trial.guide->share = best_share(trial.errors, errors);
         if (trial.guide->share == 0.0f) trial.guide.reset();
         return trial;
     };
-    const double points = std::max(kLeastPoints, kPointsPerPixel * static_cast<double>(gbuffer.size()));
+    const double points = std::max(kLeastPoints, kPointsPerPixel * static_cast<double>(probes.gbuffer.size()));
     // A few points tell whether looks do any good, if not yet how many it takes.
     const double few = std::max(kLeastPoints, kFewPoints * points);
     if (points > kManyMore * few && !try_with(few).guide) return nullptr;
@@ -145,6 +220,25 @@ std::unique_ptr<GatherGuide> make_gather_guide(const LitScene& scene, const GBuf
     if (wanted < kHardlyMore * points) return std::move(trial.guide);
     trial = try_with(wanted);
     return trial.errors.points > kMostErrorOfPoints ? nullptr : std::move(trial.guide);
+}
+
+}  // namespace
+
+LightSearch search_light(const LitScene& scene, const GBuffer& gbuffer, const View& view,
+                         const RecordSettings& settings, bool steady, ThreadPool& pool)
+{
+    if (settings.bounces == 0) return {};
+    const LitScene plain{scene.rays, settings.bounces > 1 ? scene.cache : nullptr, nullptr, scene.gathered};
+    const Probes probes{gbuffer, spread_pixels(gbuffer, kTrials, settings.seed), settings.seed, pool};
+    const Errors errors =
+        gather_at(probes, Gatherer(plain, settings), {make_hemisphere_grid(settings.rays), 0}, 0, nullptr);
+    if (!(errors.all > 0.0)) return {};
+    const HitRadiance radiance(scene.rays, nullptr, effects_or_scene(settings.effects, scene.rays), scene.gathered);
+    LightSearch found;
+    found.guide = try_looks(probes, view, settings, radiance, plain, errors);
+    // Lit points are such knowledge as well, and what looks leave to rays is near.
+    if (steady && !found.guide) found.direct = try_cells(probes, view, settings, radiance, plain, errors.all);
+    return found;
 }
 
 }  // namespace rcs

@@ -12,10 +12,12 @@
 namespace rcs {
 namespace {
 
-std::unique_ptr<GatherGuide> find_guide(const Frame& f)
+KeptGuide find_light(const Frame& f, int views)
 {
-    return make_gather_guide({f.rays, f.light_cache, nullptr, &f.gathered}, f.gbuffer, f.view(), f.course.records,
-                             f.session.pool());
+    const Session::State& session = f.session.state();
+    LightSearch found = search_light({f.rays, f.light_cache, nullptr, &f.gathered}, f.gbuffer, f.view(),
+                                     f.course.records, !session.watches() && !f.moments, f.session.pool());
+    return {std::move(found.guide), std::move(found.direct), views, session.scene_number};
 }
 
 }  // namespace
@@ -73,12 +75,12 @@ void look_around(Frame& f)
             if (auto kept = f.session.state().take_guide())
                 f.kept_guide = std::move(*kept);
             else
-                f.kept_guide = {find_guide(f), 0, f.session.state().scene_number};
+                f.kept_guide = find_light(f, 0);
         }
         // In the scene of another moment, looks do no good where they did none.
-        if (f.has_moved && f.guide())
-            f.kept_guide = {find_guide(f), f.kept_guide.views, f.session.state().scene_number};
+        if (f.has_moved && f.guide()) f.kept_guide = find_light(f, f.kept_guide.views);
         if (f.guide()) f.stats().records.lit_points = f.guide()->lit().points.size();
+        if (f.kept_guide.direct) f.stats().records.direct_cells = f.kept_guide.direct->lights.size();
     });
 }
 

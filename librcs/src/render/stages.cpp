@@ -87,7 +87,8 @@ ErrorScale probe(Frame& f)
                          static_cast<double>(std::max<std::size_t>(1, f.records.size()));
     if (const auto known = session.find_error_scale(changed); known && !f.probes) return *known;
     return timed(f, "probes", [&] {
-        if (!f.probes) f.probes = std::make_unique<Probes>(f.lit(), f.gbuffer, f.course.records, f.session.pool());
+        if (!f.probes)
+            f.probes = std::make_unique<Probes>(f.lit().by_samples(), f.gbuffer, f.course.records, f.session.pool());
         const ErrorMap& map = f.light.indirect_error;
         // Also those of earlier views: the same records say the same of their error.
         const double rays = std::accumulate(f.records.begin(), f.records.end(), 0.0, [](double sum, const Record& r) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "accuracy/error_scale.h"
+#include "cells/direct_cells.h"
 #include "lit_points/gather_guide.h"
 #include "rcs/camera.h"
 #include "rcs/light_cache.h"
@@ -26,9 +27,10 @@ struct LightCacheUse {
 
 /// Where records look for light, as it was found for one view: as good for those nearby.
 struct KeptGuide {
-    std::unique_ptr<GatherGuide> guide;  ///< null: looks did no good
-    int views = 0;                       ///< that it has served
-    std::uint32_t scene_number = 0;      ///< that its points are lit in
+    std::unique_ptr<GatherGuide> guide;   ///< null: looks did no good
+    std::unique_ptr<DirectCells> direct;  ///< null: to know the light where rays end did none
+    int views = 0;                        ///< that it has served
+    std::uint32_t scene_number = 0;       ///< that its points are lit in
 };
 
 /// What probes found of a view's error: it holds for the next ones as long as their records are the same.
