@@ -16,6 +16,7 @@
 #include "process/exit_code.h"
 #include "process/interrupt.h"
 #include "process/printable.h"
+#include "process/process.h"
 #include "rcs/error.h"
 #include "rcs/version.h"
 #include "wire/errors.h"
@@ -90,6 +91,7 @@ int run(int argc, char** argv)
 
 int main(int argc, char** argv)
 {
+    rcs::service::keep_freed_memory();
     rcs::service::install_signal_handlers();
     try {
         return run(argc, argv);

@@ -10,12 +10,32 @@
 #include <sstream>
 #include <string>
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 #include <sys/resource.h>
 #include <unistd.h>
 
 namespace rcs::service {
 
 void limit_gl_threads(int threads) { ::setenv("LP_NUM_THREADS", std::to_string(threads).c_str(), 0); }
+
+void keep_freed_memory()
+{
+#ifdef __GLIBC__
+    constexpr int kMmapThreshold = 32 << 20;  // the most that glibc takes
+    constexpr int kTrimThreshold = 512 << 20;
+    ::mallopt(M_MMAP_THRESHOLD, kMmapThreshold);
+    ::mallopt(M_TRIM_THRESHOLD, kTrimThreshold);
+#endif
+}
+
+void give_back_freed_memory()
+{
+#ifdef __GLIBC__
+    ::malloc_trim(0);
+#endif
+}
 
 double seconds_of_process()
 {

@@ -9,6 +9,12 @@ namespace rcs::service {
 /// A software GL brings threads of its own; they are to be as few as ours. What the user set stands.
 void limit_gl_threads(int threads);
 
+/// From now on memory that is freed is kept for what comes next: a picture's buffers come and go in every stage, and to
+/// have their pages back from the system each time costs processor time.
+void keep_freed_memory();
+/// Returns what is kept, before a process waits for long.
+void give_back_freed_memory();
+
 /// Memory that this process may still take: what the machine, its control group and its own limit leave. [bytes]
 double available_memory();
 

@@ -344,7 +344,10 @@ void run_worker(const WorkerArguments& arguments)
     if (arguments.elsewhere) tell_of_this_process(link);
     FrameRenderer renderer(link, seal, arguments.threads > 0 ? arguments.threads : threads_by_slurm());
     renderer.prepare();
-    for (;;) renderer.run(link.next_task());
+    for (;;) {
+        renderer.run(link.next_task());
+        give_back_freed_memory();
+    }
 }
 
 }  // namespace rcs::service
