@@ -233,6 +233,8 @@ TEST(OptionTable, RefusalsNameFieldValueAndRange)
     EXPECT_EQ(words("error_tolerance", "fine"), "error_tolerance is fine, expected a value in (0, 1]");
     EXPECT_EQ(words("seed", "-1"), "seed is -1, expected a whole number in [0, 18446744073709551615]");
     EXPECT_EQ(words("splat", "cubes"), "splat is cubes, expected one of auto, quads, tiles");
+    EXPECT_EQ(words("gather", "tpu"), "gather is tpu, expected one of auto, cpu, gpu");
+    EXPECT_EQ(words("device", "64"), "device is 64, expected a whole number in [-1, 63]");
     EXPECT_NE(words("with_effects", "magic").find("with_effects is magic, expected one of emission, "),
               std::string::npos);
     EXPECT_EQ(words("min_reach", "80"), "min_reach is 80, expected at most max_reach, which is 60");
@@ -315,10 +317,10 @@ TEST(OptionTable, EveryMemberOfTheOptionsIsInIt)
 {
     // Taken apart by all its members: one more, and this does not compile until somebody looks at the table.
     const auto& [width, height, crop, f_stop, focus, aa, bounces, quality, min_reach, max_reach, gradient_limit,
-                 area_samples, penumbra_samples, lamp_picks, lobe_rays, overlap, splat, denoise, effects, layers,
-                 motion, seed] = RenderOptions{};
+                 area_samples, penumbra_samples, lamp_picks, lobe_rays, overlap, splat, gather, device, denoise,
+                 effects, layers, motion, seed] = RenderOptions{};
     static_cast<void>(layers), static_cast<void>(motion);  // what is made, not how
-    const std::size_t in_quality = 4 + 1 + 1 + 1, in_effects = 2, plain = 18;
+    const std::size_t in_quality = 4 + 1 + 1 + 1, in_effects = 2, plain = 20;
     EXPECT_EQ(option_table().size(), plain + in_quality + in_effects);
     for (const OptionInfo& option : option_table()) {
         EXPECT_EQ(&find_option(option.key), &option) << option.key << " is there twice";

@@ -113,6 +113,8 @@ struct RecordStats {
 class GatherGuide;
 /// Lamps whose light records gather, as they gather that of the sky (method.md).
 struct GatheredLamps;
+/// Traces rays of gathers on a graphics device: made by the renderer (method.md).
+class RayCaster;
 
 /// What gather rays see: the scene, and on its surfaces the light of later bounces.
 struct LitScene {
@@ -120,11 +122,12 @@ struct LitScene {
     const LightCache* cache;        ///< of RecordSettings::bounces - 1 bounces, where that is more than 0; else unused
     GatherGuide* guide;             ///< tells gathers where to look; null: they look everywhere
     const GatheredLamps* gathered;  ///< null: none
+    RayCaster* caster;              ///< of these rays; null: the processor traces them
 
-    /// @param r,c,g,lamps  of the members above
+    /// @param r,c,g,lamps,device  of the members above
     LitScene(const RayScene& r, const LightCache* c = nullptr, GatherGuide* g = nullptr,
-             const GatheredLamps* lamps = nullptr)
-        : rays(r), cache(c), guide(g), gathered(lamps)
+             const GatheredLamps* lamps = nullptr, RayCaster* device = nullptr)
+        : rays(r), cache(c), guide(g), gathered(lamps), caster(device)
     {
     }
 };

@@ -7,6 +7,7 @@
 
 #include "facts/scene_effects.h"
 #include "gbuffer/visible_points.h"
+#include "records/gather_waves.h"
 #include "records/gatherer.h"
 #include "records/hemisphere.h"
 #include "util/color.h"
@@ -43,6 +44,7 @@ struct Probes {
     std::vector<std::uint32_t> pixels;
     std::uint64_t seed;
     ThreadPool& pool;
+    RayCaster* caster;  // may be null
 };
 
 /// Two gathers at each probe. @param sample  of the first one, sets them apart   @param guide  learns from them, if not
@@ -50,24 +52,28 @@ struct Probes {
 Errors gather_at(const Probes& probes, const Gatherer& gatherer, const GatherSize& size, std::uint64_t sample,
                  GatherGuide* guide)
 {
-    std::vector<GatherWorkspace> workers(static_cast<std::size_t>(probes.pool.size()),
-                                         GatherWorkspace(size.grid.cells));
-    std::vector<glm::dvec4> found(probes.pixels.size());
+    std::vector<glm::dvec4> found(probes.pixels.size());  // light by the first gather, then what the second one says
+    std::vector<double> second(found.size());
+    const GatherYield yield = gather_each(
+        gatherer, probes.caster, 2 * found.size(), size.grid.cells,
+        [&](std::size_t k) {
+            return GatherTask{birth_at(probes.gbuffer, probes.pixels[k / 2], probes.seed, sample + k % 2), &size};
+        },
+        probes.pool,
+        [&](std::size_t k, const Record& record, const GatherWorkspace& w) {
+            const auto light = static_cast<double>(luminance(record.irradiance));
+            glm::dvec4& f = found[k / 2];
+            if (k % 2 == 0)
+                f.x = light;
+            else
+                second[k / 2] = light, f.y = w.error_of_rays, f.z = w.error_of_looks, f.w = w.error_of_points;
+        });
+    if (guide) guide->learn(yield.seen);
     std::vector<double> difference(found.size());
-    probes.pool.parallel_for(found.size(), 4, [&](std::size_t begin, std::size_t end, int thread) {
-        GatherWorkspace& w = workers[static_cast<std::size_t>(thread)];
-        for (std::size_t i = begin; i < end; ++i) {
-            const auto gather = [&](std::uint64_t k) {
-                const Birth birth = birth_at(probes.gbuffer, probes.pixels[i], probes.seed, sample + k);
-                return static_cast<double>(luminance(gatherer.gather(birth, size, w).irradiance));
-            };
-            const double first = gather(0), second = gather(1);
-            found[i] = {0.5 * (first + second), w.error_of_rays, w.error_of_looks, w.error_of_points};
-            difference[i] = std::abs(first - second);
-        }
-    });
-    if (guide)
-        for (const GatherWorkspace& w : workers) guide->learn(w.looks);
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        difference[i] = std::abs(found[i].x - second[i]);
+        found[i].x = 0.5 * (found[i].x + second[i]);
+    }
     const double count = static_cast<double>(std::max<std::size_t>(1, found.size()));
     double mean = 0.0;
     for (const glm::dvec4& f : found) mean += f.x / count;
@@ -116,7 +122,7 @@ std::unique_ptr<GatherGuide> make_gather_guide(const LitScene& scene, const GBuf
 {
     if (settings.bounces == 0) return nullptr;
     const LitScene lit{scene.rays, settings.bounces > 1 ? scene.cache : nullptr, nullptr, scene.gathered};
-    const Probes probes{gbuffer, spread_pixels(gbuffer, kTrials, settings.seed), settings.seed, pool};
+    const Probes probes{gbuffer, spread_pixels(gbuffer, kTrials, settings.seed), settings.seed, pool, scene.caster};
     const GatherSize all{make_hemisphere_grid(settings.rays), 0};
     const GatherSize half{make_hemisphere_grid(settings.rays / 2), settings.rays - settings.rays / 2};
     const Errors plain = gather_at(probes, Gatherer(lit, settings), all, 0, nullptr);
