@@ -162,7 +162,8 @@ TEST(RayCaster, MeetsRandomAndDegenerateTrianglesWhereEmbreeDoes)
 
 TEST(RayCaster, NoRayLeaksThroughAnEdgeThatTrianglesShare)
 {
-    // A sheet without holes, a little bumpy and far from zero, seen from above, so that no edge is a rim; rays to its vertices, and to points along its edges.
+    // A sheet without holes, a little bumpy and far from zero, seen from above, so that no edge is a rim; rays to its
+    // vertices, and to points along its edges.
     constexpr int kSide = 40;
     Mesh mesh;
     RandomStream random(mix64(11));

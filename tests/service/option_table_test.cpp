@@ -233,7 +233,6 @@ TEST(OptionTable, RefusalsNameFieldValueAndRange)
     EXPECT_EQ(words("error_tolerance", "fine"), "error_tolerance is fine, expected a value in (0, 1]");
     EXPECT_EQ(words("seed", "-1"), "seed is -1, expected a whole number in [0, 18446744073709551615]");
     EXPECT_EQ(words("splat", "cubes"), "splat is cubes, expected one of auto, quads, tiles");
-    EXPECT_EQ(words("gather", "tpu"), "gather is tpu, expected one of auto, cpu, gpu");
     EXPECT_EQ(words("device", "64"), "device is 64, expected a whole number in [-1, 63]");
     EXPECT_NE(words("with_effects", "magic").find("with_effects is magic, expected one of emission, "),
               std::string::npos);

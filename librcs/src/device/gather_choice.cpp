@@ -17,6 +17,7 @@
 #include "rays/surface.h"
 #include "rcs/error.h"
 #include "rcs/fingerprint.h"
+#include "rcs/machine.h"
 #include "rcs/version.h"
 #include "scene/demo_scenes.h"
 #include "util/basis.h"
@@ -185,6 +186,15 @@ GatherChoice choose_gather(GlContext& gl, ThreadPool& pool, bool ask)
     std::snprintf(numbers, sizeof numbers, ": %.1f million rays a second, the processor %.1f (%s)", speeds->device,
                   speeds->processor, was_kept ? "measured before" : "measured now");
     return {speeds->device > kLeastGain * speeds->processor, gl.renderer() + numbers};
+}
+
+std::vector<MachineFact> describe_gather(GlContext& gl, ThreadPool& pool)
+{
+    std::vector<MachineFact> facts;
+    const std::vector<std::string> devices = gl_devices();
+    for (std::size_t i = 0; i < devices.size(); ++i) facts.emplace_back("--device " + std::to_string(i), devices[i]);
+    facts.emplace_back("--gather auto", choose_gather(gl, pool).words());
+    return facts;
 }
 
 }  // namespace rcs

@@ -214,7 +214,7 @@ RenderResult finish(Frame& f)
     if (f.oidn) filter_picture(f, estimate);
     cut_to_crop(f, result.image);
     stats.errors = estimate();
-    const RayCaster* const caster = f.session.state().caster.get();
+    const RayCaster* const caster = f.session.state().graphics.caster.get();
     stats.gather_method = caster && caster->works() ? "gpu" : "cpu";
     keep_layers(*f.layers, result.image);
     f.tally.finish(f.session.gl(), f.session.pool(), f.records, result.image, stats.counts);

@@ -75,7 +75,7 @@ struct Frame {
     const GatherGuide* guide() const { return kept_guide.guide.get(); }
     LitScene lit() const
     {
-        return {rays, light_cache, kept_guide.guide.get(), &gathered, session.state().caster.get()};
+        return {rays, light_cache, kept_guide.guide.get(), &gathered, session.state().graphics.caster.get()};
     }
     KnownSamples* known() { return shared ? &shared->known : nullptr; }
 };

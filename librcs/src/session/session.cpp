@@ -115,7 +115,7 @@ Session::Session(GlContext& gl, ThreadPool& pool, SessionOptions options) : stat
     state_->options = std::move(options);
     state_->pool = std::shared_ptr<ThreadPool>(std::shared_ptr<void>(), &pool);  // owns nothing
     state_->gl = std::shared_ptr<GlContext>(std::shared_ptr<void>(), &gl);
-    state_->owns_gl = false;
+    state_->graphics.owns_gl = false;
     state_->validity.fill({false, "nothing is shown yet"});
 }
 
@@ -147,7 +147,7 @@ void Session::show(Scene scene)
         s.drop_light(why);
     if (s.watches() && !changed) s.box = bounds_of(scene);
     s.changed_in.resize(scene.instances.size(), s.scene_number);
-    s.caster.reset();
+    s.graphics.caster.reset();
     s.rays.reset();  // before what it refers to
     if (!s.scene) s.scene = std::make_unique<Scene>();
     *s.scene = std::move(scene);  // views in the making refer to it
@@ -157,7 +157,7 @@ void Session::clear()
 {
     forget_light();
     state_->note(SessionPart::ray_scene, false, "the scene was dropped");
-    state_->caster.reset();
+    state_->graphics.caster.reset();
     state_->rays.reset();
     state_->scene.reset();
 }
@@ -176,7 +176,7 @@ ThreadPool& Session::pool() noexcept { return *state_->pool; }
 
 GlContext& Session::gl()
 {
-    if (!state_->gl) state_->gl = std::make_shared<GlContext>(state_->device, state_->options.log);
+    if (!state_->gl) state_->gl = std::make_shared<GlContext>(state_->graphics.device, state_->options.log);
     return *state_->gl;
 }
 
@@ -190,7 +190,7 @@ const RayScene& Session::rays(const EffectChoice& choice)
         s.note(SessionPart::ray_scene, false, why);
         s.note(SessionPart::light_cache, false, why);
         s.light_cache.reset();
-        s.caster.reset();
+        s.graphics.caster.reset();
         s.rays.reset();
     }
     s.rays.emplace(build_ray_scene(scene(), *s.pool, asked));
@@ -200,9 +200,9 @@ const RayScene& Session::rays(const EffectChoice& choice)
 
 void Session::State::use_device(int asked)
 {
-    if (!gl || owns_gl) {
-        if (asked != device) caster.reset(), gather_choice.reset(), gl.reset();
-        device = asked;
+    if (!gl || graphics.owns_gl) {
+        if (asked != graphics.device) graphics = {}, gl.reset();
+        graphics.device = asked;
         return;
     }
     if (asked >= 0 && asked != gl->device())
@@ -214,17 +214,17 @@ void Session::State::prepare_caster(GlContext& with, GatherMethod asked, const L
 {
     bool on_device = asked == GatherMethod::device;
     if (asked == GatherMethod::automatic) {
-        if (!gather_choice) gather_choice = choose_gather(with, *pool);
-        on_device = gather_choice->on_device;
-        if (log) log(LogLevel::debug, "auto gathers by the " + gather_choice->words());
+        if (!graphics.choice) graphics.choice = choose_gather(with, *pool);
+        on_device = graphics.choice->on_device;
+        if (log) log(LogLevel::debug, "auto gathers by the " + graphics.choice->words());
     }
-    if (!on_device) return caster.reset();
-    if (caster) return;
+    if (!on_device) return graphics.caster.reset();
+    if (graphics.caster) return;
     try {
-        caster = std::make_unique<RayCaster>(with, *rays, kAllOfIt, log);
+        graphics.caster = std::make_unique<RayCaster>(with, *rays, kAllOfIt, log);
     } catch (const Error& why) {
         if (log)
-            log(LogLevel::warning, std::string("the processor gathers, as the graphics card cannot: ") + why.what());
+            log(LogLevel::warning, std::string("the processor gathers, as the graphics device cannot: ") + why.what());
     }
 }
 

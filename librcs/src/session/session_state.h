@@ -39,17 +39,22 @@ struct KeptScale {
     double others = 0.0;  ///< part of the records that has changed since
 };
 
+/// What a session does on graphics devices.
+struct GraphicsUse {
+    std::unique_ptr<RayCaster> caster;   ///< of the session's rays; null: the processor traces them
+    std::optional<GatherChoice> choice;  ///< of the machine, once it is asked for
+    bool owns_gl = true;
+    int device = -1;  ///< that the GL is made on, or is to be
+};
+
 struct [[gnu::visibility("hidden")]] Session::State {
     SessionOptions options;
     std::shared_ptr<ThreadPool> pool;
     std::shared_ptr<GlContext> gl;  // null until it is needed
-    bool owns_gl = true;
-    int device = -1;               // that the GL is made on, or is to be
-    std::unique_ptr<Scene> scene;  // stays where it is: the acceleration structure refers to it
+    std::unique_ptr<Scene> scene;   // stays where it is: the acceleration structure refers to it
     std::optional<RayScene> rays;
-    std::unique_ptr<RayCaster> caster;          // of those rays; null: the processor traces them
-    std::optional<GatherChoice> gather_choice;  // of the machine, once it is asked for
-    EffectChoice rays_choice;                   // of what rays ask surfaces for
+    GraphicsUse graphics;      // of that GL, and those rays
+    EffectChoice rays_choice;  // of what rays ask surfaces for
     std::optional<LightCache> light_cache;
     LightCacheUse light_cache_use;
     std::vector<Record> records;
