@@ -15,6 +15,7 @@
 #include "gbuffer/views.h"
 #include "rcs/error.h"
 #include "rcs/metrics.h"
+#include "rcs/option_table.h"
 #include "rcs/scene_choice.h"
 #include "support/effect_scenes.h"
 #include "support/session.h"
@@ -201,6 +202,22 @@ TEST(GatherDevice, AMeasurementIsKeptInTheCacheFolder)
     std::ofstream(path) << "no number\n";
     EXPECT_NE(choose_gather(test::shared_gl(), pool, true).why.find("measured now"), std::string::npos);
     ::unsetenv("XDG_CACHE_HOME");
+}
+
+TEST(GatherDevice, OptionsThatAreNoneAreRefused)
+{
+    const auto words = [](const char* key, const char* text) {
+        RenderOptions options;
+        try {
+            set_from_text(find_option(key), options, text);
+        } catch (const Error& e) {
+            return std::string(e.what());
+        }
+        return std::string();
+    };
+    EXPECT_EQ(words("gather", "tpu"), "gather is tpu, expected one of auto, cpu, gpu");
+    EXPECT_EQ(words("gather", "gpu"), "");
+    EXPECT_EQ(words("device", "64"), "device is 64, expected a whole number in [-1, 63]");
 }
 
 TEST(GatherDevice, ADeviceThatIsNotThereIsOneError)

@@ -233,7 +233,6 @@ TEST(OptionTable, RefusalsNameFieldValueAndRange)
     EXPECT_EQ(words("error_tolerance", "fine"), "error_tolerance is fine, expected a value in (0, 1]");
     EXPECT_EQ(words("seed", "-1"), "seed is -1, expected a whole number in [0, 18446744073709551615]");
     EXPECT_EQ(words("splat", "cubes"), "splat is cubes, expected one of auto, quads, tiles");
-    EXPECT_EQ(words("device", "64"), "device is 64, expected a whole number in [-1, 63]");
     EXPECT_NE(words("with_effects", "magic").find("with_effects is magic, expected one of emission, "),
               std::string::npos);
     EXPECT_EQ(words("min_reach", "80"), "min_reach is 80, expected at most max_reach, which is 60");
