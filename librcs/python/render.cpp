@@ -44,6 +44,7 @@ py::dict stats_of(const RenderStats& stats)
     result["hemisphere_rays"] = stats.records.hemisphere_rays;
     result["splats"] = stats.splats.splats;
     result["splat_method"] = stats.splat_method;
+    result["gather_method"] = stats.gather_method;
     result["gl_renderer"] = stats.gl_renderer;
     result["threads"] = stats.threads;
     result["unserved_pixels"] = stats.unserved_pixels;

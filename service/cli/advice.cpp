@@ -23,7 +23,7 @@ constexpr std::pair<std::string_view, std::string_view> kElsewhere[] = {
     {"--out", "--output"},
     {"--verbose", "--log-level"},
     {"--quality", "--accuracy"},
-    {"--gpu", "--splat"},
+    {"--gpu", "--gather"},
     {"--cpu", "--threads"},
     {"--jobs", "--threads"},
     {"--hdri", "--environment"},

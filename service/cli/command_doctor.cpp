@@ -15,6 +15,7 @@
 #include "cli/machine_report.h"
 #include "cli/progress_bar.h"
 #include "cli/run_support.h"
+#include "cli/table_options.h"
 #include "process/interrupt.h"
 #include "process/process.h"
 #include "rcs/rcs.h"
@@ -27,6 +28,7 @@ struct DoctorArguments {
     std::vector<std::string> cases;
     std::string save;
     std::string log_level = "warning";
+    OptionTexts options;  ///< only --gather and --device
     bool quick = false, json = false, list = false;
 };
 
@@ -136,8 +138,9 @@ void examine(const DoctorArguments& arguments)
     ProgressBar bar(parse_log_level(arguments.log_level), arguments.json);
     ThreadPool pool(arguments.scene.threads);
     limit_gl_threads(pool.size());
-    GlContext gl(bar.log());
-    const StabilityMachine machine{gl, pool, "/proc/self/exe", arguments.save};
+    const RenderOptions options = read_options(arguments.options, {});
+    GlContext gl(options.device, bar.log());
+    const StabilityMachine machine{gl, pool, "/proc/self/exe", arguments.save, options.gather};
     const MachineReport report = describe_machine(gl, pool, bar.log());
     Scene scene;
     Camera camera;
@@ -201,6 +204,8 @@ void add_doctor_command(CLI::App& app, Action& action)
     command.add_option("--case", arguments->cases, "Only this case, may be given several times")
         ->type_name("ID")
         ->allow_extra_args(false);
+    for (const char* key : {"gather", "device"})
+        add_table_option(command, find_option(key), {}, arguments->options)->group(option_group::kOutput);
     command
         .add_option("--save", arguments->save,
                     "Folder to write a reproducer of each failing case to: scene, pictures, command")

@@ -29,10 +29,11 @@ std::string memory(const std::string& key)
 
 }  // namespace
 
-MachineReport describe_machine(GlContext& gl, const ThreadPool& pool, const LogFunction& log)
+MachineReport describe_machine(GlContext& gl, ThreadPool& pool, const LogFunction& log)
 {
     MachineReport report = {{"rcsplat", kVersion}};
     for (auto& fact : describe_gl(gl)) report.push_back(std::move(fact));
+    for (auto& fact : describe_gather(gl, pool)) report.push_back(std::move(fact));
     for (auto& fact : describe_rays()) report.push_back(std::move(fact));
     const ToneMapper mapper(ToneMapOptions{}, log);
     report.emplace_back("OpenColorIO configuration",

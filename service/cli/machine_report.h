@@ -12,6 +12,6 @@ namespace rcs::service {
 
 /// What this machine renders with, by name, in the order to be shown.
 using MachineReport = std::vector<std::pair<std::string, std::string>>;
-MachineReport describe_machine(GlContext& gl, const ThreadPool& pool, const LogFunction& log);
+MachineReport describe_machine(GlContext& gl, ThreadPool& pool, const LogFunction& log);
 
 }  // namespace rcs::service

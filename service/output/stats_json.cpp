@@ -92,6 +92,7 @@ void add_render(Json& json, const RunReport& report)
     json["splats"] = stats.splats.splats;
     json["pixels_per_splat"] = per(static_cast<double>(stats.splats.samples), static_cast<double>(stats.splats.splats));
     json["splat_method"] = stats.splat_method;
+    json["gather_method"] = stats.gather_method;
     json["plan"] = to_json(stats.plan);
     json["counts"] = to_json(stats.counts);
     json["gl"] = {{"renderer", stats.gl_renderer}, {"version", stats.gl_version}, {"platform", stats.gl_platform}};

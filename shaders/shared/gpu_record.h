@@ -16,7 +16,7 @@ struct GpuRecord {
     vec4 translation_gradient[3];  // r, g, b; xyz: [W m^-3]                w: unused
     // irradiance.w: what luminance is multiplied with before it is squared [m^2/W], the same for all records
     // rotation_gradient[0].w: variance of the irradiance's luminance, in the same unit
-    ivec4 pixels;                  // x0, y0, x1, y1: PixelBounds of the influence sphere
+    ivec4 pixels;  // x0, y0, x1, y1: PixelBounds of the influence sphere
 };  // ------------------------------ 160 bytes
 
 // The same record's incoming radiance, only where glossy surfaces are lit by records.

@@ -4,18 +4,11 @@
 // d = p - p_k, the point relative to the record; n its normal; n_k the record's.
 #ifdef __cplusplus
 #pragma once
-#include <algorithm>
-#include <cmath>
-#define RCS_SHARED_FUNCTION inline
+#endif
+#include "shared/language.h"
+#ifdef __cplusplus
 namespace rcs {
 namespace gpu {
-struct vec3 {
-    float x, y, z;
-};
-inline float max(float a, float b) { return a > b ? a : b; }
-inline float sqrt(float x) { return __builtin_sqrtf(x); }
-#else
-#define RCS_SHARED_FUNCTION
 #endif
 
 // Interpolation weight: Ward's split-sphere error measure (Ward et al. 1988), with the distance relative to
@@ -41,10 +34,7 @@ RCS_SHARED_FUNCTION float rcs_extrapolate(float e, vec3 d, vec3 r, vec3 gt, vec3
     return max(0.0f, e + change);
 }
 
-RCS_SHARED_FUNCTION float rcs_luminance(float r, float g, float b)
-{
-    return 0.2126f * r + 0.7152f * g + 0.0722f * b;
-}
+RCS_SHARED_FUNCTION float rcs_luminance(float r, float g, float b) { return 0.2126f * r + 0.7152f * g + 0.0722f * b; }
 
 // What a record's glossy light at a pixel is multiplied with. Its radiance is weighted by the cosine to the record's
 // normal, not the pixel's: uniform radiance, which has to be reflected as it is, tells by how much that is off.
@@ -57,5 +47,4 @@ RCS_SHARED_FUNCTION float rcs_radiance_scale(float uniform_light)
 #ifdef __cplusplus
 }  // namespace gpu
 }  // namespace rcs
-#undef RCS_SHARED_FUNCTION
 #endif

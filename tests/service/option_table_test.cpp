@@ -315,10 +315,10 @@ TEST(OptionTable, EveryMemberOfTheOptionsIsInIt)
 {
     // Taken apart by all its members: one more, and this does not compile until somebody looks at the table.
     const auto& [width, height, crop, f_stop, focus, aa, bounces, quality, min_reach, max_reach, gradient_limit,
-                 area_samples, penumbra_samples, lamp_picks, lobe_rays, overlap, splat, denoise, effects, layers,
-                 motion, seed] = RenderOptions{};
+                 area_samples, penumbra_samples, lamp_picks, lobe_rays, overlap, splat, gather, device, denoise,
+                 effects, layers, motion, seed] = RenderOptions{};
     static_cast<void>(layers), static_cast<void>(motion);  // what is made, not how
-    const std::size_t in_quality = 4 + 1 + 1 + 1, in_effects = 2, plain = 18;
+    const std::size_t in_quality = 4 + 1 + 1 + 1, in_effects = 2, plain = 20;
     EXPECT_EQ(option_table().size(), plain + in_quality + in_effects);
     for (const OptionInfo& option : option_table()) {
         EXPECT_EQ(&find_option(option.key), &option) << option.key << " is there twice";

@@ -20,11 +20,11 @@
 namespace rcs {
 
 /// The member that holds an option's value.
-using OptionField =
-    std::variant<int RenderOptions::*, float RenderOptions::*, std::uint64_t RenderOptions::*,
-                 SplatMethod RenderOptions::*, Denoiser RenderOptions::*, std::optional<Crop> RenderOptions::*,
-                 std::optional<double> RenderOptions::*, EffectSet EffectChoice::*, int QualitySettings::*,
-                 float QualitySettings::*, double TargetError::*, double TargetIndirectError::*, double Budget::*>;
+using OptionField = std::variant<int RenderOptions::*, float RenderOptions::*, std::uint64_t RenderOptions::*,
+                                 SplatMethod RenderOptions::*, GatherMethod RenderOptions::*, Denoiser RenderOptions::*,
+                                 std::optional<Crop> RenderOptions::*, std::optional<double> RenderOptions::*,
+                                 EffectSet EffectChoice::*, int QualitySettings::*, float QualitySettings::*,
+                                 double TargetError::*, double TargetIndirectError::*, double Budget::*>;
 
 /// What a value's text may end in, and what that multiplies it by.
 struct UnitSuffix {

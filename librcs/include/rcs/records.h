@@ -116,6 +116,8 @@ class GatherGuide;
 struct GatheredLamps;
 /// Direct light where gather rays end, as it was found once for all (method.md).
 struct DirectCells;
+/// Traces rays of gathers on a graphics device: made by the renderer (method.md).
+class RayCaster;
 
 /// What gather rays see: the scene, and on its surfaces the light of later bounces.
 struct LitScene {
@@ -123,17 +125,18 @@ struct LitScene {
     const LightCache* cache;        ///< of RecordSettings::bounces - 1 bounces, where that is more than 0; else unused
     GatherGuide* guide;             ///< tells gathers where to look; null: they look everywhere
     const GatheredLamps* gathered;  ///< null: none
+    RayCaster* caster;              ///< of these rays; null: the processor traces them
     const DirectCells* direct;      ///< of lamps and sky; null: shadow rays find it
 
-    /// @param r,c,g,lamps,d  of the members above
+    /// @param r,c,g,lamps,device,d  of the members above
     LitScene(const RayScene& r, const LightCache* c = nullptr, GatherGuide* g = nullptr,
-             const GatheredLamps* lamps = nullptr, const DirectCells* d = nullptr)
-        : rays(r), cache(c), guide(g), gathered(lamps), direct(d)
+             const GatheredLamps* lamps = nullptr, RayCaster* device = nullptr, const DirectCells* d = nullptr)
+        : rays(r), cache(c), guide(g), gathered(lamps), caster(device), direct(d)
     {
     }
 
     /// The same to a judge of records: what all of them share of direct light may be off for all.
-    LitScene by_samples() const { return {rays, cache, guide, gathered}; }
+    LitScene by_samples() const { return {rays, cache, guide, gathered, caster}; }
 };
 
 /// Gathers one record at each of the given visible points.

@@ -51,6 +51,13 @@ enum class SplatMethod {
     tiles,      ///< records binned to tiles of the image, summed by the CPU
 };
 
+/// What traces the rays of records.
+enum class GatherMethod {
+    automatic,  ///< a hardware GL if it is faster, as was measured once; else the processor
+    processor,
+    device,  ///< compute shaders of OpenGL; the processor where those fail
+};
+
 /// What takes noise out of the finished picture.
 enum class Denoiser {
     none,
@@ -87,8 +94,10 @@ struct RenderOptions {
                                           ///< (DirectSettings); 0: none is left out
     int lobe_rays = 16;    ///< rays a pixel along lobes too narrow for records, shared between neighbours
     float overlap = 3.0f;  ///< influence radius of the last splat, in spacing radii
-    SplatMethod splat = SplatMethod::automatic;  ///< how records reach the image
-    Denoiser denoise = Denoiser::none;           ///< of direct light and of rays along lobes
+    SplatMethod splat = SplatMethod::automatic;     ///< how records reach the image
+    GatherMethod gather = GatherMethod::automatic;  ///< what traces the rays of records
+    int device = -1;                                ///< graphics device by its number; -1: hardware before software
+    Denoiser denoise = Denoiser::none;              ///< of direct light and of rays along lobes
     EffectChoice effects;  ///< what is simulated though the plan would not, and what is not though it would; alpha,
                            ///< transmission, normal maps and instancing are chosen in build_ray_scene()
     std::optional<std::vector<std::string>> layers;  ///< to make beside beauty (rcs/layers.h); none: the default ones

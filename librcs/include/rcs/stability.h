@@ -50,6 +50,7 @@ struct StabilityMachine {
     ThreadPool& pool;         ///< not at work otherwise
     std::string program;      ///< an rcsplat to start as a process of its own; "": cases that need one are skipped
     std::string save_folder;  ///< existing folder for reproducers of cases that fail; "": none are made
+    GatherMethod gather = GatherMethod::automatic;  ///< what traces the rays of records
 };
 
 /// Runs one case. Whatever the case throws is its failure.

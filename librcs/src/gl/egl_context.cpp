@@ -69,6 +69,7 @@ struct Candidate {
     std::string description;  ///< for messages
     EGLenum platform_enum;
     void* native;
+    int device = -1;  ///< its number
 };
 
 std::string describe_device(PFNEGLQUERYDEVICESTRINGEXTPROC query_string, EGLDeviceEXT device, const char* extensions,
@@ -76,7 +77,8 @@ std::string describe_device(PFNEGLQUERYDEVICESTRINGEXTPROC query_string, EGLDevi
 {
     const char* file =
         has_extension(extensions, "EGL_EXT_device_drm") ? query_string(device, EGL_DRM_DEVICE_FILE_EXT) : nullptr;
-    return "EGL device " + std::to_string(index) + (file != nullptr ? std::string(" (") + file + ")" : "");
+    const char* kind = has_extension(extensions, "EGL_MESA_device_software") ? " (software)" : "";
+    return "EGL device " + std::to_string(index) + (file != nullptr ? std::string(" (") + file + ")" : kind);
 }
 
 /// Hardware devices, the surfaceless platform, software devices: the order in which they are tried.
@@ -102,7 +104,7 @@ std::vector<Candidate> list_candidates(std::vector<std::string>& failures)
         const char* extensions = query_string(device, EGL_EXTENSIONS);
         auto& list = has_extension(extensions, "EGL_MESA_device_software") ? software : hardware;
         list.push_back(
-            {"device", describe_device(query_string, device, extensions, i), EGL_PLATFORM_DEVICE_EXT, device});
+            {"device", describe_device(query_string, device, extensions, i), EGL_PLATFORM_DEVICE_EXT, device, i});
     }
     std::vector<Candidate> candidates = std::move(hardware);
     if (has_extension(client, "EGL_MESA_platform_surfaceless"))
@@ -147,6 +149,7 @@ std::string try_candidate(const Candidate& candidate, GlContext::Impl& impl)
         return std::string(value != nullptr ? reinterpret_cast<const char*>(value) : "unknown");
     };
     impl.platform = candidate.platform;
+    impl.device = candidate.device;
     impl.renderer = text(GL_RENDERER);
     impl.version = text(GL_VERSION);
     impl.software = is_software(impl.renderer);
@@ -181,12 +184,57 @@ GLuint GlContext::Impl::program(const std::string& vertex, const std::string& fr
     return program.id();
 }
 
-GlContext::GlContext(const LogFunction& log)
+GLuint GlContext::Impl::compute_program(const std::string& compute, const ShaderDefines& defines)
+{
+    std::string variant = compute;
+    for (const std::string& name : defines) variant += " " + name;
+    used.insert(variant);
+    GlProgram& program = programs[variant];
+    if (program.id() == 0) program = build_compute_program(shader_sources(), compute, defines);
+    return program.id();
+}
+
+namespace {
+
+void expect_libraries()
 {
     expect_library({"libEGL.so.1"}, "libegl1");
     expect_library({"libOpenGL.so.0", "libGL.so.1"}, "libopengl0");
+}
+
+/// The device of that number alone, or all.
+std::vector<Candidate> choose_candidates(int device, std::vector<std::string>& failures)
+{
+    std::vector<Candidate> candidates = list_candidates(failures);
+    if (device < 0) return candidates;
+    const auto chosen =
+        std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& c) { return c.device == device; });
+    if (chosen != candidates.end()) return {*chosen};
+    std::string there;
+    for (const std::string& name : gl_devices()) there.append(there.empty() ? "" : ", ").append(name);
+    throw Error(ErrorCode::bad_argument, "device is " + std::to_string(device) + ", of which there is none; there " +
+                                             (there.empty() ? "are no EGL devices" : "is " + there));
+}
+
+}  // namespace
+
+std::vector<std::string> gl_devices()
+{
+    expect_libraries();
+    std::vector<std::string> failures, names;
+    for (const Candidate& c : list_candidates(failures)) {
+        if (c.device < 0) continue;
+        names.resize(std::max(names.size(), static_cast<std::size_t>(c.device) + 1));
+        names[static_cast<std::size_t>(c.device)] = c.description;
+    }
+    return names;
+}
+
+GlContext::GlContext(int device, const LogFunction& log)
+{
+    expect_libraries();
     std::vector<std::string> failures;
-    for (const Candidate& candidate : list_candidates(failures)) {
+    for (const Candidate& candidate : choose_candidates(device, failures)) {
         auto attempt = std::make_unique<Impl>();
         const std::string failure = try_candidate(candidate, *attempt);
         if (failure.empty()) {
@@ -208,6 +256,7 @@ GlContext::~GlContext() = default;
 const std::string& GlContext::platform() const noexcept { return impl_->platform; }
 const std::string& GlContext::renderer() const noexcept { return impl_->renderer; }
 const std::string& GlContext::version() const noexcept { return impl_->version; }
+int GlContext::device() const noexcept { return impl_->device; }
 bool GlContext::software() const noexcept { return impl_->software; }
 
 }  // namespace rcs

@@ -18,6 +18,7 @@ struct [[gnu::visibility("hidden")]] GlContext::Impl {
     EGLContext context = EGL_NO_CONTEXT;
     std::string platform, renderer, version;
     bool software = false;
+    int device = -1;                            ///< its number; -1: none has
     std::map<std::string, GlProgram> programs;  ///< by vertex and fragment shader and defines
     std::set<std::string> used;                 ///< of these, since a render began
 
@@ -31,6 +32,8 @@ struct [[gnu::visibility("hidden")]] GlContext::Impl {
 
     /// The program of these two files of shaders/, built when it is first asked for.
     GLuint program(const std::string& vertex, const std::string& fragment, const ShaderDefines& defines = {});
+    /// The same of a compute shader.
+    GLuint compute_program(const std::string& compute, const ShaderDefines& defines = {});
 };
 
 }  // namespace rcs

@@ -1,6 +1,7 @@
 #include "gl/program.h"
 
 #include <algorithm>
+#include <initializer_list>
 #include <sstream>
 #include <string_view>
 
@@ -79,17 +80,14 @@ ResolvedShader resolve_includes(const ShaderFiles& sources, const std::string& n
     return shader;
 }
 
-GlProgram build_program(const ShaderFiles& sources, const std::string& vertex, const std::string& fragment,
-                        const ShaderDefines& defines)
+namespace {
+
+GlProgram link(std::initializer_list<GLuint> shaders, const std::string& words)
 {
-    const GlShader vertex_shader = compile(sources, vertex, GL_VERTEX_SHADER, {});
-    const GlShader fragment_shader = compile(sources, fragment, GL_FRAGMENT_SHADER, defines);
     GlProgram program(glCreateProgram());
-    glAttachShader(program.id(), vertex_shader.id());
-    glAttachShader(program.id(), fragment_shader.id());
+    for (const GLuint shader : shaders) glAttachShader(program.id(), shader);
     glLinkProgram(program.id());
-    glDetachShader(program.id(), vertex_shader.id());
-    glDetachShader(program.id(), fragment_shader.id());
+    for (const GLuint shader : shaders) glDetachShader(program.id(), shader);
     GLint linked = GL_FALSE;
     glGetProgramiv(program.id(), GL_LINK_STATUS, &linked);
     if (linked == GL_TRUE) return program;
@@ -98,7 +96,23 @@ GlProgram build_program(const ShaderFiles& sources, const std::string& vertex, c
     std::string log(static_cast<std::size_t>(std::max(length, 1)), '\0');
     glGetProgramInfoLog(program.id(), length, &length, log.data());
     log.resize(static_cast<std::size_t>(std::max(length, 0)));
-    fail_with_log("shaders " + vertex + " and " + fragment + " do not link", log, {});
+    fail_with_log(words + " does not link", log, {});
+}
+
+}  // namespace
+
+GlProgram build_program(const ShaderFiles& sources, const std::string& vertex, const std::string& fragment,
+                        const ShaderDefines& defines)
+{
+    const GlShader vertex_shader = compile(sources, vertex, GL_VERTEX_SHADER, {});
+    const GlShader fragment_shader = compile(sources, fragment, GL_FRAGMENT_SHADER, defines);
+    return link({vertex_shader.id(), fragment_shader.id()}, "the program of shaders " + vertex + " and " + fragment);
+}
+
+GlProgram build_compute_program(const ShaderFiles& sources, const std::string& compute, const ShaderDefines& defines)
+{
+    const GlShader shader = compile(sources, compute, GL_COMPUTE_SHADER, defines);
+    return link({shader.id()}, "the program of shader " + compute);
 }
 
 }  // namespace rcs

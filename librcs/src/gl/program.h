@@ -29,4 +29,8 @@ using ShaderDefines = std::vector<std::string>;
 GlProgram build_program(const ShaderFiles& sources, const std::string& vertex, const std::string& fragment,
                         const ShaderDefines& defines = {});
 
+/// The same of a compute shader.
+GlProgram build_compute_program(const ShaderFiles& sources, const std::string& compute,
+                                const ShaderDefines& defines = {});
+
 }  // namespace rcs

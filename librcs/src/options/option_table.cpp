@@ -10,6 +10,8 @@ namespace {
 
 constexpr std::string_view kSplatMethods[] = {"auto", "quads", "tiles"};
 static_assert(static_cast<int>(SplatMethod::automatic) == 0 && static_cast<int>(SplatMethod::tiles) == 2);
+constexpr std::string_view kGatherMethods[] = {"auto", "cpu", "gpu"};
+static_assert(static_cast<int>(GatherMethod::automatic) == 0 && static_cast<int>(GatherMethod::device) == 2);
 constexpr std::string_view kDenoisers[] = {"off", "oidn"};
 static_assert(static_cast<int>(Denoiser::none) == 0 && static_cast<int>(Denoiser::oidn) == 1);
 constexpr UnitSuffix kPercent[] = {{"%", 0.01}};
@@ -148,6 +150,17 @@ constexpr OptionInfo kTable[] = {
      .field = &RenderOptions::splat,
      .choices = kSplatMethods,
      .help = "How records reach the image; auto takes quads on a hardware OpenGL, else tiles"},
+    {.key = "gather",
+     .name = "--gather",
+     .field = &RenderOptions::gather,
+     .choices = kGatherMethods,
+     .help = "What traces the rays of records; auto takes the graphics card where a short measurement, kept in the "
+             "user's cache folder, found it faster, else the processor"},
+    {.key = "device",
+     .name = "--device",
+     .field = &RenderOptions::device,
+     .range = {-1, 63},
+     .help = "Graphics device by its number, as rcsplat doctor lists them; -1 takes hardware before software"},
     {.key = "aa",
      .name = "--aa",
      .field = &RenderOptions::aa,

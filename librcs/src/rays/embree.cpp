@@ -7,7 +7,6 @@
 #include "rcs/machine.h"
 
 namespace rcs {
-namespace {
 
 void throw_on_error(RTCDevice device, const char* what)
 {
@@ -17,6 +16,8 @@ void throw_on_error(RTCDevice device, const char* what)
         throw Error(ErrorCode::out_of_memory, std::string("Embree ran out of memory while ") + what);
     throw Error(ErrorCode::internal, std::string("Embree reported error ") + std::to_string(error) + " while " + what);
 }
+
+namespace {
 
 RTCScene new_scene(RTCDevice device)
 {

@@ -30,6 +30,9 @@ struct EmbreeScene {
 /// @throws Error out_of_memory, internal: what Embree reported
 void build_acceleration(RayScene::Impl& impl);
 
+/// @throws Error out_of_memory, internal: what Embree has reported since it was last asked
+void throw_on_error(RTCDevice device, const char* what);
+
 /// Asked by Embree for each meeting of rays with a surface that may let them through.
 void filter_hits(const RTCFilterFunctionNArguments* arguments);
 

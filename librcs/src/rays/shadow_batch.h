@@ -38,17 +38,32 @@ public:
 
     void trace(const RayScene& rays)
     {
-        for (std::size_t first = 0; first < count_; first += RayPacket::kWidth) {
-            const std::size_t lanes = count_ - first < RayPacket::kWidth ? count_ - first : RayPacket::kWidth;
-            const std::size_t packet = first / RayPacket::kWidth;
-            if (rays.has_transparency()) {
-                transmitted_.resize(packets_.size());
-                rcs::transmittance(rays, (1u << lanes) - 1u, packets_[packet], transmitted_[packet]);
-            } else {
-                occluded(rays, (1u << lanes) - 1u, packets_[packet]);
-            }
-        }
+        if (rays.has_transparency()) expect_transmitted();
+        for (std::size_t p = 0; p < packets(); ++p) trace(rays, p);
     }
+
+    /// Packet p alone. @param rays  with transparency: after expect_transmitted()
+    void trace(const RayScene& rays, std::size_t p)
+    {
+        if (rays.has_transparency())
+            rcs::transmittance(rays, active(p), packets_[p], transmitted(p));
+        else
+            occluded(rays, active(p), packets_[p]);
+    }
+
+    /// For who traces them otherwise, packet by packet, and leaves behind what trace() would.
+    std::size_t packets() const { return (count_ + RayPacket::kWidth - 1) / RayPacket::kWidth; }
+    RayPacket& packet(std::size_t p) { return packets_[p]; }
+    /// Bit i is set where packet p has a ray in lane i.
+    std::uint32_t active(std::size_t p) const
+    {
+        const std::size_t rest = count_ - p * RayPacket::kWidth;
+        return (1u << (rest < RayPacket::kWidth ? rest : RayPacket::kWidth)) - 1u;
+    }
+    /// What arrives over its rays: of scenes where light is not either blocked or free.
+    LaneWeights& transmitted(std::size_t p) { return transmitted_[p]; }
+    /// Makes room for that.
+    void expect_transmitted() { transmitted_.resize(packets_.size()); }
 
     /// What arrives over ray i of the light sent along it, where it is free: less than 1 only behind surfaces that
     /// let light through; after trace().

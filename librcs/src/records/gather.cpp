@@ -9,6 +9,7 @@
 
 #include "rcs/error.h"
 #include "rcs/records.h"
+#include "records/gather_waves.h"
 #include "records/gatherer.h"
 #include "records/hemisphere.h"
 #include "util/color.h"
@@ -103,6 +104,7 @@ GatherSize first_size(int rays, float share)
 
 struct RecordGatherer::Impl {
     GatherGuide* guide;  // may be null
+    RayCaster* caster;   // may be null
     Gatherer gatherer;
     int asked;    // rays of a gather
     float share;  // of looks
@@ -111,8 +113,10 @@ struct RecordGatherer::Impl {
 
     Impl(const LitScene& scene, const RecordSettings& options)
         : guide(scene.guide && scene.guide->share > 0.0f ? scene.guide : nullptr),
-          gatherer({scene.rays, options.bounces > 1 ? scene.cache : nullptr, guide, scene.gathered, scene.direct},
-                   options),
+          caster(scene.caster),
+          gatherer(
+              {scene.rays, options.bounces > 1 ? scene.cache : nullptr, guide, scene.gathered, nullptr, scene.direct},
+              options),
           asked(options.rays),
           share(guide ? guide->share : 0.0f),
           first(first_size(asked, share)),
@@ -121,13 +125,16 @@ struct RecordGatherer::Impl {
     {
     }
 
-    /// What the workers' looks found, for those to come: only when all are done, whatever thread did which.
-    void learn(std::vector<GatherWorkspace>& workspaces) const
+    template <typename Task, typename Keep>
+    GatherYield each(std::size_t count, int most_cells, const Task& task, ThreadPool& pool, const Keep& keep) const
     {
-        for (GatherWorkspace& w : workspaces) {
-            if (guide) guide->learn(w.looks);
-            w.looks.clear();
-        }
+        return gather_each(gatherer, caster, count, most_cells, task, pool, keep);
+    }
+
+    /// What looks found, for those to come: only when all are done, whatever thread did which.
+    void learn(const GatherYield& yield) const
+    {
+        if (guide) guide->learn(yield.seen);
     }
 };
 
@@ -143,32 +150,16 @@ RecordGatherer::~RecordGatherer() = default;
 int RecordGatherer::rays() const { return impl_->more.rays(); }
 bool RecordGatherer::looks() const { return impl_->guide != nullptr; }
 
-namespace {
-
-void count(const std::vector<GatherWorkspace>& workspaces, RecordStats& stats)
-{
-    for (const GatherWorkspace& w : workspaces) {
-        stats.hemisphere_rays += w.hemisphere_rays;
-        stats.shadow_rays += w.shadow_rays;
-        stats.looks += w.looks_shot;
-    }
-}
-
-}  // namespace
-
 std::vector<Record> RecordGatherer::gather(const GBuffer& gbuffer, const std::vector<std::uint32_t>& pixels,
                                            ThreadPool& pool, RecordStats& stats) const
 {
     std::vector<Record> records(pixels.size());
-    std::vector<GatherWorkspace> workspaces(static_cast<std::size_t>(pool.size()),
-                                            GatherWorkspace(impl_->first.grid.cells));
-    pool.parallel_for(pixels.size(), 4, [&](std::size_t begin, std::size_t end, int thread) {
-        for (std::size_t i = begin; i < end; ++i)
-            records[i] = impl_->gatherer.gather(birth_at(gbuffer, pixels[i], impl_->seed), impl_->first,
-                                                workspaces[static_cast<std::size_t>(thread)]);
-    });
-    impl_->learn(workspaces);
-    count(workspaces, stats);
+    const GatherYield yield = impl_->each(
+        pixels.size(), impl_->first.grid.cells,
+        [&](std::size_t i) { return GatherTask{birth_at(gbuffer, pixels[i], impl_->seed), &impl_->first}; }, pool,
+        [&](std::size_t i, Record&& record, const GatherWorkspace&) { records[i] = std::move(record); });
+    impl_->learn(yield);
+    yield.count(stats);
     stats.records += records.size();
     return records;
 }
@@ -187,23 +178,23 @@ void RecordGatherer::gather_more(const GBuffer& gbuffer, std::span<const std::ui
     if (wanted.empty()) return;
     int most_cells = 0;
     for (const auto& [times, size] : sizes) most_cells = std::max(most_cells, size.grid.cells);
-    std::vector<GatherWorkspace> workspaces(static_cast<std::size_t>(pool.size()), GatherWorkspace(most_cells));
+    RecordStats more;
     for (std::size_t done = 0; done < wanted.size(); done += kBatch) {
         report(static_cast<float>(done) / static_cast<float>(wanted.size()));
-        pool.parallel_for(
-            std::min(kBatch, wanted.size() - done), 4, [&](std::size_t begin, std::size_t end, int thread) {
-                for (std::size_t k = done + begin; k < done + end; ++k) {
-                    Record& record = records[wanted[k]];
-                    const Birth birth =
-                        birth_at(gbuffer, pixels[wanted[k]], impl_->seed, static_cast<std::uint64_t>(record.rays));
-                    add_gather(record, impl_->gatherer.gather(birth, sizes.at(extra[wanted[k]]),
-                                                              workspaces[static_cast<std::size_t>(thread)]));
-                }
+        const GatherYield yield = impl_->each(
+            std::min(kBatch, wanted.size() - done), most_cells,
+            [&](std::size_t i) {
+                const std::size_t k = wanted[done + i];
+                const auto sample = static_cast<std::uint64_t>(records[k].rays);
+                return GatherTask{birth_at(gbuffer, pixels[k], impl_->seed, sample), &sizes.at(extra[k])};
+            },
+            pool,
+            [&](std::size_t i, const Record& record, const GatherWorkspace&) {
+                add_gather(records[wanted[done + i]], record);
             });
-        impl_->learn(workspaces);
+        impl_->learn(yield);
+        yield.count(more);
     }
-    RecordStats more;
-    count(workspaces, more);
     stats.hemisphere_rays += more.hemisphere_rays;
     stats.shadow_rays += more.shadow_rays;
     stats.looks += more.looks;
@@ -219,48 +210,60 @@ void RecordGatherer::renew(std::span<Record> records, std::span<const std::uint3
         return std::max(0, static_cast<int>(std::lround(static_cast<double>(r.rays - impl_->first.rays()) / once)));
     };
     std::map<int, GatherSize> sizes;
-    int most_cells = impl_->first.grid.cells;
-    for (const std::uint32_t k : which) {
-        const int more = gathers_more(records[k]);
-        if (more == 0 || sizes.contains(more)) continue;
+    std::vector<std::size_t> with_more;  // numbers in `which`
+    int most_cells = 1;
+    for (std::size_t i = 0; i < which.size(); ++i) {
+        const int more = gathers_more(records[which[i]]);
+        if (more == 0) continue;
+        with_more.push_back(i);
+        if (sizes.contains(more)) continue;
         most_cells = std::max(most_cells, (sizes[more] = gather_size(impl_->asked, impl_->share, more)).grid.cells);
     }
-    std::vector<GatherWorkspace> workspaces(static_cast<std::size_t>(pool.size()), GatherWorkspace(most_cells));
-    pool.parallel_for(which.size(), 4, [&](std::size_t begin, std::size_t end, int thread) {
-        GatherWorkspace& w = workspaces[static_cast<std::size_t>(thread)];
-        for (std::size_t i = begin; i < end; ++i) {
-            Record& old = records[which[i]];
-            Record r = impl_->gatherer.gather(birth_of(old, impl_->seed), impl_->first, w);
-            if (const int more = gathers_more(old); more > 0)
-                add_gather(r, impl_->gatherer.gather(birth_of(old, impl_->seed, static_cast<std::uint64_t>(r.rays)),
-                                                     sizes.at(more), w));
-            r.closeness = old.closeness;
-            r.breadth = old.breadth;
-            r.spacing_radius = old.spacing_radius;
-            r.gradient_scale = old.gradient_scale;
-            r.watch = std::move(old.watch);
-            old = std::move(r);
-        }
-    });
-    impl_->learn(workspaces);
-    count(workspaces, stats);
+    std::vector<Record> renewed(which.size());
+    const GatherYield first = impl_->each(
+        which.size(), impl_->first.grid.cells,
+        [&](std::size_t i) { return GatherTask{birth_of(records[which[i]], impl_->seed), &impl_->first}; }, pool,
+        [&](std::size_t i, Record&& record, const GatherWorkspace&) { renewed[i] = std::move(record); });
+    const GatherYield more = impl_->each(
+        with_more.size(), most_cells,
+        [&](std::size_t k) {
+            const std::size_t i = with_more[k];
+            const Record& old = records[which[i]];
+            return GatherTask{birth_of(old, impl_->seed, static_cast<std::uint64_t>(renewed[i].rays)),
+                              &sizes.at(gathers_more(old))};
+        },
+        pool,
+        [&](std::size_t k, const Record& record, const GatherWorkspace&) {
+            add_gather(renewed[with_more[k]], record);
+        });
+    for (std::size_t i = 0; i < which.size(); ++i) {
+        Record& old = records[which[i]];
+        Record& r = renewed[i];
+        r.closeness = old.closeness;
+        r.breadth = old.breadth;
+        r.spacing_radius = old.spacing_radius;
+        r.gradient_scale = old.gradient_scale;
+        r.watch = std::move(old.watch);
+        old = std::move(r);
+    }
+    for (const GatherYield* yield : {&first, &more}) {
+        impl_->learn(*yield);
+        yield->count(stats);
+    }
 }
 
 std::vector<Sounding> RecordGatherer::sound(const GBuffer& gbuffer, std::span<const std::uint32_t> pixels, int rays,
                                             std::uint64_t sample, ThreadPool& pool) const
 {
     const GatherSize size = first_size(rays, impl_->share);
-    std::vector<GatherWorkspace> workspaces(static_cast<std::size_t>(pool.size()), GatherWorkspace(size.grid.cells));
     const std::uint64_t seed = stream_key(impl_->seed, Stream::probes, sample);
     std::vector<Sounding> found(pixels.size());
-    pool.parallel_for(pixels.size(), 4, [&](std::size_t begin, std::size_t end, int thread) {
-        GatherWorkspace& w = workspaces[static_cast<std::size_t>(thread)];
-        for (std::size_t i = begin; i < end; ++i) {
-            const Record r = impl_->gatherer.gather(birth_at(gbuffer, pixels[i], seed), size, w);
+    impl_->each(
+        pixels.size(), size.grid.cells,
+        [&](std::size_t i) { return GatherTask{birth_at(gbuffer, pixels[i], seed), &size}; }, pool,
+        [&](std::size_t i, const Record& r, const GatherWorkspace&) {
             found[i] = {static_cast<double>(luminance(r.irradiance)), r.rays};
-            w.looks.clear();
-        }
-    });
+        });
     return found;
 }
 

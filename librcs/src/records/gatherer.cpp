@@ -15,7 +15,6 @@ namespace {
 
 constexpr int kWidth = RayPacket::kWidth;
 constexpr float kInversePi = std::numbers::inv_pi_v<float>;
-constexpr int kMostWanted = 64;  // bits
 
 /// Of one cell's ray where it ends [m].
 float cone_width(std::uint32_t cell, const GatherWorkspace& w)
@@ -28,38 +27,6 @@ void add(HemisphereSamples& samples, std::uint32_t cell, glm::vec3 radiance)
     samples.red[cell] += radiance.r;
     samples.green[cell] += radiance.g;
     samples.blue[cell] += radiance.b;
-}
-
-/// Cells first .. first + 15 as rays of a packet; `above` becomes the cosine to the geometric normal.
-RCS_MULTIVERSION
-void fill_rays(const Basis& frame, const Birth& birth, const float* x, const float* y, const float* z, RayPacket& ray,
-               float* above)
-{
-    const glm::vec3 ng = birth.geometric_normal;
-    for (int i = 0; i < kWidth; ++i) {
-        ray.origin_x[i] = birth.origin.x;
-        ray.origin_y[i] = birth.origin.y;
-        ray.origin_z[i] = birth.origin.z;
-        ray.t_max[i] = std::numeric_limits<float>::infinity();
-        const float dx = frame.x.x * x[i] + frame.y.x * y[i] + frame.z.x * z[i];
-        const float dy = frame.x.y * x[i] + frame.y.y * y[i] + frame.z.y * z[i];
-        const float dz = frame.x.z * x[i] + frame.y.z * y[i] + frame.z.z * z[i];
-        ray.direction_x[i] = dx;
-        ray.direction_y[i] = dy;
-        ray.direction_z[i] = dz;
-        above[i] = dx * ng.x + dy * ng.y + dz * ng.z;
-    }
-}
-
-/// Fills the packet of the cells from `first` on. @param count  of all cells
-PacketCells fill_packet(const Basis& frame, const Birth& birth, GatherWorkspace& w, int first, int count)
-{
-    const std::size_t c = static_cast<std::size_t>(first);
-    float above[kWidth];
-    fill_rays(frame, birth, w.x.data() + c, w.y.data() + c, w.z.data() + c, w.packets[c / kWidth].ray, above);
-    PacketCells cells{c, std::min(kWidth, count - first)};
-    for (int i = 0; i < cells.count; ++i) cells.active |= static_cast<std::uint32_t>(above[i] > 0.0f) << i;
-    return cells;
 }
 
 void keep_ways(const PacketCells& cells, GatherWorkspace& w)
@@ -122,12 +89,6 @@ void tint(int cells, GatherWorkspace& w)
 glm::vec3 to_scene(const Basis& frame, glm::vec3 local)
 {
     return local.x * frame.x + local.y * frame.y + local.z * frame.z;
-}
-
-/// What the record's cells lie in.
-Basis frame_of(const Birth& birth)
-{
-    return Basis(birth.normal, to_unit_float(static_cast<std::uint32_t>(mix64(birth.key + 2))));
 }
 
 /// How far the record's first-order expansion stays sensible: where it would reach zero or twice its value.
@@ -258,12 +219,12 @@ RCS_ALWAYS_INLINE void Gatherer::shade_hit(const HitPacket& packet, int lane, co
                 radiance_.indirect_irradiance(hit.point, random));
 }
 
-void Gatherer::shade(const Basis& frame, const PacketCells& cells, std::uint64_t key, GatherWorkspace& w) const
+void Gatherer::shade_cells(const PacketCells& cells, std::uint64_t key, GatherWorkspace& w) const
 {
     const HitPacket& packet = w.packets[cells.first / kWidth];
     FacePacket faces;
     find_faces(rays_, packet, faces);
-    note_cells(frame, packet, faces, cells, radiance_.sky_radiance(), w.z.data(), w.samples);
+    note_cells(w.frame, packet, faces, cells, radiance_.sky_radiance(), w.z.data(), w.samples);
     if (radiance_.environment().has_image()) note_sky(packet, cells, w.samples);
     if (!has_bounce_ && !gathered_) return;
     HitSurface hits[kWidth];
@@ -289,9 +250,8 @@ void Gatherer::shade(const Basis& frame, const PacketCells& cells, std::uint64_t
     }
 }
 
-void Gatherer::shoot_shadow_rays(GatherWorkspace& w) const
+void Gatherer::add_shadowed(GatherWorkspace& w) const
 {
-    w.shadow.trace(rays_);
     for (std::size_t i = 0; i < w.shadow.size(); ++i) {
         if (!w.shadow.is_free(i)) continue;
         const ShadowedLight& light = w.lights[i];
@@ -306,30 +266,17 @@ void Gatherer::shoot_shadow_rays(GatherWorkspace& w) const
     w.shadow_rays += w.shadow.size();
 }
 
-void Gatherer::trace(const Birth& birth, const HemisphereGrid& grid, const Basis& frame, GatherWorkspace& w) const
+void Gatherer::shade(const Birth& birth, GatherWorkspace& w) const
 {
-    RandomStream random(birth.key);
-    const glm::vec2 shift(random.next(), random.next());
-    // A cell spans pi / (M N cos theta) of solid angle.
-    w.cell_width = std::sqrt(std::numbers::pi_v<float> / static_cast<float>(grid.cells));
-    w.least_hit_alpha = least_hit_alpha(grid.cells);
-    hemisphere_directions(grid, shift, w.x.data(), w.y.data(), w.z.data());
     w.shadow.clear();
     w.lights.clear();
     w.lamp_hits.clear();
     const std::uint64_t light_key = mix64(birth.key + 1 + birth.light);
-    for (int first = 0; first < grid.cells; first += kWidth) {
-        PacketCells cells = fill_packet(frame, birth, w, first, grid.cells);
-        if (first < kMostWanted) cells.active &= static_cast<std::uint32_t>(w.wanted >> first);
-        const std::size_t packet = static_cast<std::size_t>(first / kWidth);
-        intersect(rays_, cells.active, w.packets[packet], w.weights[packet]);
-        w.hemisphere_rays += static_cast<std::uint64_t>(std::popcount(cells.active));
+    for (const PacketCells& cells : w.cells) {
         if (w.keeps_ways) keep_ways(cells, w);
-        shade(frame, cells, light_key, w);
+        shade_cells(cells, light_key, w);
     }
     if (w.keeps_ways) keep_shadow_ways(w);
-    shoot_shadow_rays(w);
-    if (rays_.has_transparency()) tint(grid.cells, w);
 }
 
 /// Beside the light of all other surfaces, which the integrals have, that of gathered lamps.
@@ -346,23 +293,33 @@ void Gatherer::add_lamps(const HemisphereGrid& grid, HemisphereIntegrals& integr
 
 Record Gatherer::gather(const Birth& birth, const GatherSize& size, GatherWorkspace& w) const
 {
+    aim(birth, size, w);
+    trace_cells(w);
+    shade(birth, w);
+    w.shadow.trace(rays_);
+    w.look_rays.trace(rays_);
+    return finish(birth, size, w);
+}
+
+Record Gatherer::finish(const Birth& birth, const GatherSize& size, GatherWorkspace& w) const
+{
     const HemisphereGrid& grid = size.grid;
-    const Basis frame = frame_of(birth);
-    trace(birth, grid, frame, w);
+    add_shadowed(w);
+    if (rays_.has_transparency()) tint(grid.cells, w);
     HemisphereIntegrals integrals = integrate(grid, w.samples);
     Record record;
     record.position = birth.position;
     record.normal = birth.normal;
     w.error_of_looks = w.error_of_points = 0.0f;
     w.arrived.clear();
-    if (guide_) look(birth, size.looks, w, record);
+    if (guide_) finish_looks(birth, w, record);
     if (keeps_radiance_) record.radiance = radiance(grid.cells, w);  // before that of lamps, which it leaves out
     if (keeps_radiance_ && gathered_) record.radiance_of_lamps = radiance_of_lamps(grid.cells, w);
     add_lamps(grid, integrals, w, record);
     record.irradiance += integrals.irradiance;
     for (std::size_t i = 0; i < 3; ++i) {
-        record.rotation_gradient[i] += to_scene(frame, integrals.rotation_gradient[i]);
-        record.translation_gradient[i] += to_scene(frame, integrals.translation_gradient[i]);
+        record.rotation_gradient[i] += to_scene(w.frame, integrals.rotation_gradient[i]);
+        record.translation_gradient[i] += to_scene(w.frame, integrals.translation_gradient[i]);
     }
     w.error_of_rays = integrals.standard_error;
     const float error = std::hypot(w.error_of_rays, w.error_of_looks);
@@ -382,8 +339,12 @@ Record Gatherer::gather(const Birth& birth, const GatherSize& size, GatherWorksp
 Record Gatherer::difference(const Birth& birth, const HemisphereGrid& grid, std::span<glm::vec3> seen,
                             GatherWorkspace& w) const
 {
-    const Basis frame = frame_of(birth);
-    trace(birth, grid, frame, w);
+    aim_cells(birth, grid, w);
+    trace_cells(w);
+    shade(birth, w);
+    w.shadow.trace(rays_);
+    add_shadowed(w);
+    if (rays_.has_transparency()) tint(grid.cells, w);
     HemisphereSamples& s = w.samples;
     for (std::size_t c = 0; c < seen.size(); ++c) {
         if ((w.wanted >> c & 1u) == 0u) continue;  // nothing
@@ -395,8 +356,8 @@ Record Gatherer::difference(const Birth& birth, const HemisphereGrid& grid, std:
     Record change;
     change.irradiance = integrals.irradiance;
     for (std::size_t i = 0; i < 3; ++i) {
-        change.rotation_gradient[i] = to_scene(frame, integrals.rotation_gradient[i]);
-        change.translation_gradient[i] = to_scene(frame, integrals.translation_gradient[i]);
+        change.rotation_gradient[i] = to_scene(w.frame, integrals.rotation_gradient[i]);
+        change.translation_gradient[i] = to_scene(w.frame, integrals.translation_gradient[i]);
     }
     w.arrived.clear();
     if (keeps_radiance_) change.radiance = radiance(grid.cells, w);

@@ -56,6 +56,15 @@ struct LampHit {
     glm::vec3 radiance;
 };
 
+/// Cells first .. first + count - 1 of a hemisphere, which one packet holds.
+struct PacketCells {
+    std::size_t first = 0;
+    int count = 0;
+    std::uint32_t active = 0;  ///< bit i is set where the ray of cell first + i leaves the surface
+
+    bool is_active(int i) const { return (active >> i & 1u) != 0u; }
+};
+
 /// What a gather is made of.
 struct GatherSize {
     HemisphereGrid grid;
@@ -64,12 +73,14 @@ struct GatherSize {
     int rays() const { return grid.cells + looks; }
 };
 
-/// One thread's working memory for a record at a time.
+/// Working memory for a record at a time: a thread's, or that of one of a wave.
 struct GatherWorkspace {
     std::vector<float> x, y, z;
+    Basis frame{glm::vec3(0.0f, 0.0f, 1.0f)};  ///< that the cells lie in
+    std::vector<PacketCells> cells;            ///< of the packets that are used
     std::vector<HitPacket> packets;
     std::vector<LaneWeights> weights;  ///< of the packets' rays, where surfaces let light through
-    ShadowBatch shadow;
+    ShadowBatch shadow, look_rays;
     std::vector<ShadowedLight> lights;  ///< what each shadow ray brings if it is free
     std::vector<LampHit> lamp_hits;
     HemisphereSamples samples;
@@ -90,11 +101,11 @@ struct GatherWorkspace {
     std::uint64_t shadow_rays = 0;
     std::uint64_t looks_shot = 0;  ///< at lit points
 
-    /// @param cells  of the largest grid to come
-    explicit GatherWorkspace(int cells) : samples(cells)
+    /// @param most_cells  of the largest grid to come
+    explicit GatherWorkspace(int most_cells) : samples(most_cells)
     {
         const std::size_t packets_needed =
-            static_cast<std::size_t>((cells + RayPacket::kWidth - 1) / RayPacket::kWidth);
+            static_cast<std::size_t>((most_cells + RayPacket::kWidth - 1) / RayPacket::kWidth);
         x.resize(packets_needed * RayPacket::kWidth);
         y.resize(x.size());
         z.resize(x.size());
@@ -104,22 +115,20 @@ struct GatherWorkspace {
     }
 };
 
-/// Cells first .. first + count - 1 of a hemisphere, which one packet holds.
-struct PacketCells {
-    std::size_t first = 0;
-    int count = 0;
-    std::uint32_t active = 0;  ///< bit i is set where the ray of cell first + i leaves the surface
-
-    bool is_active(int i) const { return (active >> i & 1u) != 0u; }
-};
-
-/// Gathers one record at a time: what depends on the scene and options alone is prepared once.
+/// Gathers one record at a time: what depends on the scene and options alone is prepared once. A gather has steps, so
+/// that the rays of many can be traced together: aim(), the packets, shade(), the shadow rays and looks, finish().
 class Gatherer {
 public:
     /// @param scene  its cache counts whatever the bounces; its guide may be null: then rays find all light
     Gatherer(const LitScene& scene, const RecordSettings& options);
 
+    /// All steps, rays traced by the processor.
     Record gather(const Birth& birth, const GatherSize& size, GatherWorkspace& w) const;
+    /// Fills w.packets, of which w.cells says the active lanes, and w.look_rays.
+    void aim(const Birth& birth, const GatherSize& size, GatherWorkspace& w) const;
+    /// Light that leaves what the packets' rays hit, as far as it takes no ray; those that it takes are in w.shadow.
+    void shade(const Birth& birth, GatherWorkspace& w) const;
+    Record finish(const Birth& birth, const GatherSize& size, GatherWorkspace& w) const;
     /// Light that arrives now less what had been seen, along the same rays: irradiance, gradients and radiance of it,
     /// and in place of the relative noise the standard error [W m^-2].
     /// @param seen  radiance by cell, becomes that of now
@@ -127,8 +136,9 @@ public:
                       GatherWorkspace& w) const;
 
 private:
-    void trace(const Birth& birth, const HemisphereGrid& grid, const Basis& frame, GatherWorkspace& w) const;
-    void shade(const Basis& frame, const PacketCells& cells, std::uint64_t key, GatherWorkspace& w) const;
+    void aim_cells(const Birth& birth, const HemisphereGrid& grid, GatherWorkspace& w) const;
+    void trace_cells(GatherWorkspace& w) const;
+    void shade_cells(const PacketCells& cells, std::uint64_t key, GatherWorkspace& w) const;
     void note_sky(const HitPacket& packet, const PacketCells& cells, HemisphereSamples& s) const;
     void note_lamp(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell,
                    GatherWorkspace& w) const;
@@ -139,12 +149,13 @@ private:
     bool add_known(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell, float part,
                    RandomStream& random, GatherWorkspace& w) const;
     float rays_part(const HitPacket& packet, int lane, const HitSurface& hit, float cosine, RandomStream random) const;
-    void look(const Birth& birth, int looks, GatherWorkspace& w, Record& record) const;
-    void shoot_looks(const Birth& birth, GatherWorkspace& w) const;
+    void aim_looks(const Birth& birth, int looks, GatherWorkspace& w) const;
+    void finish_looks(const Birth& birth, GatherWorkspace& w, Record& record) const;
     void add_looks(float scale, GatherWorkspace& w) const;
     std::vector<float> radiance(int cells, GatherWorkspace& w) const;
     std::vector<float> radiance_of_lamps(int cells, GatherWorkspace& w) const;
-    void shoot_shadow_rays(GatherWorkspace& w) const;
+    /// Light over shadow rays, once they are traced.
+    void add_shadowed(GatherWorkspace& w) const;
 
     const RayScene& rays_;
     HitRadiance radiance_;

@@ -8,6 +8,7 @@
 #include "facts/scene_effects.h"
 #include "gbuffer/visible_points.h"
 #include "light_cache/direct_cells.h"
+#include "records/gather_waves.h"
 #include "records/gatherer.h"
 #include "records/hemisphere.h"
 #include "util/color.h"
@@ -37,7 +38,7 @@ constexpr double kSamplesPerPixel = 32.0;
 // Error that all records may share by that, which has no edges and no clouds: so much, or that part of a gather's own.
 constexpr double kMostErrorOfCells = 0.03, kMostPartOfCells = 0.1;
 // A smaller gain is not worth the points.
-constexpr double kLeastGain = 1.25;
+constexpr double kLeastGain = 1.25, kGainOfMore = 0.9;
 // A record below this part of the mean is judged as if it were as bright: it can hardly be seen.
 constexpr double kDark = 0.1;
 
@@ -52,6 +53,7 @@ struct Probes {
     std::vector<std::uint32_t> pixels;
     std::uint64_t seed;
     ThreadPool& pool;
+    RayCaster* caster;  // may be null
 };
 
 /// What arrives at each probe, the light of gathered lamps left out, by two gathers; of the second one its workspace's
@@ -61,24 +63,22 @@ struct Pairs {
     std::vector<glm::dvec3> errors;  // of rays, looks, points
 };
 
-/// @param gather  called with (probe, which of the two, workspace)
-template <typename Gather>
-Pairs gather_pairs(const Probes& probes, const HemisphereGrid& grid, GatherGuide* guide, const Gather& gather)
+/// @param birth  of (probe, which of the two)   @param guide  learns from them, if not null
+template <typename BirthOf>
+Pairs gather_pairs(const Probes& probes, const Gatherer& gatherer, const GatherSize& size, GatherGuide* guide,
+                   const BirthOf& birth)
 {
-    std::vector<GatherWorkspace> workers(static_cast<std::size_t>(probes.pool.size()), GatherWorkspace(grid.cells));
     const std::size_t count = probes.pixels.size();
     Pairs found{std::vector<double>(count), std::vector<double>(count), std::vector<glm::dvec3>(count)};
-    probes.pool.parallel_for(count, 4, [&](std::size_t begin, std::size_t end, int thread) {
-        GatherWorkspace& w = workers[static_cast<std::size_t>(thread)];
-        const auto light = [&](const Record& r) { return static_cast<double>(luminance(r.irradiance - r.of_lamps)); };
-        for (std::size_t i = begin; i < end; ++i) {
-            found.first[i] = light(gather(i, 0, w));
-            found.second[i] = light(gather(i, 1, w));
-            found.errors[i] = {w.error_of_rays, w.error_of_looks, w.error_of_points};
-        }
-    });
-    if (guide)
-        for (const GatherWorkspace& w : workers) guide->learn(w.looks);
+    const GatherYield yield = gather_each(
+        gatherer, probes.caster, 2 * count, size.grid.cells,
+        [&](std::size_t k) { return GatherTask{birth(k / 2, static_cast<std::uint64_t>(k % 2)), &size}; }, probes.pool,
+        [&](std::size_t k, const Record& record, const GatherWorkspace& w) {
+            const auto light = static_cast<double>(luminance(record.irradiance - record.of_lamps));
+            (k % 2 == 0 ? found.first : found.second)[k / 2] = light;
+            if (k % 2 == 1) found.errors[k / 2] = {w.error_of_rays, w.error_of_looks, w.error_of_points};
+        });
+    if (guide) guide->learn(yield.seen);
     return found;
 }
 
@@ -107,19 +107,19 @@ Errors errors_of(const Pairs& pairs)
 Errors gather_at(const Probes& probes, const Gatherer& gatherer, const GatherSize& size, std::uint64_t sample,
                  GatherGuide* guide)
 {
-    return errors_of(gather_pairs(probes, size.grid, guide, [&](std::size_t i, std::uint64_t k, GatherWorkspace& w) {
-        return gatherer.gather(birth_at(probes.gbuffer, probes.pixels[i], probes.seed, sample + k), size, w);
+    return errors_of(gather_pairs(probes, gatherer, size, guide, [&](std::size_t i, std::uint64_t k) {
+        return birth_at(probes.gbuffer, probes.pixels[i], probes.seed, sample + k);
     }));
 }
 
 /// Part of the error that samples of lamps and sky have where rays end: the same rays twice.
 double error_of_light(const Probes& probes, const Gatherer& gatherer, const GatherSize& size)
 {
-    return errors_of(gather_pairs(probes, size.grid, nullptr,
-                                  [&](std::size_t i, std::uint64_t k, GatherWorkspace& w) {
+    return errors_of(gather_pairs(probes, gatherer, size, nullptr,
+                                  [&](std::size_t i, std::uint64_t k) {
                                       Birth birth = birth_at(probes.gbuffer, probes.pixels[i], probes.seed);
                                       birth.light = k;
-                                      return gatherer.gather(birth, size, w);
+                                      return birth;
                                   }))
         .all;
 }
@@ -133,8 +133,8 @@ double error_of_cells(const Probes& probes, LitScene lit, const RecordSettings& 
     Pairs halves;
     for (const DirectCells::Half half : {DirectCells::Half::first, DirectCells::Half::second}) {
         cells.half = half;
-        Pairs found = gather_pairs(probes, size.grid, nullptr, [&](std::size_t i, std::uint64_t k, GatherWorkspace& w) {
-            return gatherer.gather(birth_at(probes.gbuffer, probes.pixels[i], probes.seed, k), size, w);
+        Pairs found = gather_pairs(probes, gatherer, size, nullptr, [&](std::size_t i, std::uint64_t k) {
+            return birth_at(probes.gbuffer, probes.pixels[i], probes.seed, k);
         });
         for (std::size_t i = 0; i < found.first.size(); ++i) found.first[i] = 0.5 * (found.first[i] + found.second[i]);
         halves.errors = std::move(found.errors);
@@ -155,10 +155,11 @@ struct Trial {
 /// own error parts it between rays and looks; how large it is says the difference of two: strata of smooth light are
 /// far better than they can tell.
 /// @param guided  with half of the rays of `plain`, and as many looks
-float best_share(const Errors& guided, const Errors& plain)
+/// @param least_gain  that they must have
+float best_share(const Errors& guided, const Errors& plain, double least_gain)
 {
     const double scale = guided.all / std::max(1e-30, std::hypot(guided.rays, guided.looks));
-    double least = plain.all / kLeastGain;
+    double least = plain.all / least_gain;
     float best = 0.0f;
     for (double share = 0.3; share < 0.85; share += 0.05) {
         const double of_rays = guided.rays * std::pow(0.5 / (1.0 - share), kStrataFall);
@@ -198,7 +199,7 @@ std::unique_ptr<GatherGuide> try_looks(const Probes& probes, const View& view, c
     const GatherSize half{make_hemisphere_grid(settings.rays / 2), settings.rays - settings.rays / 2};
     const PlaceLight light{plain.rays, radiance, least_hit_alpha(settings.rays), nullptr};
     const LightSurvey survey = survey_light(light, probes.gbuffer, view, settings.seed, probes.pool);
-    const auto try_with = [&](double points) {
+    const auto try_with = [&](double points, double least_gain) {
         Trial trial{std::make_unique<GatherGuide>(survey, points, probes.pool), {}};
         if (!trial.guide->has_light()) return Trial{};
         LitScene lit = plain;
@@ -206,19 +207,20 @@ std::unique_ptr<GatherGuide> try_looks(const Probes& probes, const View& view, c
         const Gatherer guided(lit, settings);
         gather_at(probes, guided, half, 2, trial.guide.get());  // to learn who sees what
         trial.errors = gather_at(probes, guided, half, 4, trial.guide.get());
-        trial.guide->share = best_share(trial.errors, errors);
+        trial.guide->share = best_share(trial.errors, errors, least_gain);
         if (trial.guide->share == 0.0f) trial.guide.reset();
         return trial;
     };
     const double points = std::max(kLeastPoints, kPointsPerPixel * static_cast<double>(probes.gbuffer.size()));
     // A few points tell whether looks do any good, if not yet how many it takes.
     const double few = std::max(kLeastPoints, kFewPoints * points);
-    if (points > kManyMore * few && !try_with(few).guide) return nullptr;
-    Trial trial = try_with(points);
+    if (points > kManyMore * few && !try_with(few, kLeastGain).guide) return nullptr;
+    Trial trial = try_with(points, kLeastGain);
     if (!trial.guide) return nullptr;
     const double wanted = std::min(kMostMore, std::pow(trial.errors.points / kErrorOfPoints, 2.0)) * points;
     if (wanted < kHardlyMore * points) return std::move(trial.guide);
-    trial = try_with(wanted);
+    // Looks have done good twice: the noise of one measurement more is no reason to leave them.
+    trial = try_with(wanted, kGainOfMore);
     return trial.errors.points > kMostErrorOfPoints ? nullptr : std::move(trial.guide);
 }
 
@@ -229,7 +231,7 @@ LightSearch search_light(const LitScene& scene, const GBuffer& gbuffer, const Vi
 {
     if (settings.bounces == 0) return {};
     const LitScene plain{scene.rays, settings.bounces > 1 ? scene.cache : nullptr, nullptr, scene.gathered};
-    const Probes probes{gbuffer, spread_pixels(gbuffer, kTrials, settings.seed), settings.seed, pool};
+    const Probes probes{gbuffer, spread_pixels(gbuffer, kTrials, settings.seed), settings.seed, pool, scene.caster};
     const Errors errors =
         gather_at(probes, Gatherer(plain, settings), {make_hemisphere_grid(settings.rays), 0}, 0, nullptr);
     if (!(errors.all > 0.0)) return {};

@@ -29,36 +29,34 @@ void add_light(Record& record, glm::vec3 normal, glm::vec3 direction, glm::vec3 
 
 }  // namespace
 
-void Gatherer::shoot_looks(const Birth& birth, GatherWorkspace& w) const
-{
-    w.shadow.clear();
-    for (const GatherGuide::Choice& c : w.choices) {
-        // From one moved end to the other, as to a lamp.
-        const glm::vec3 way = guide_->lit().end_of_ray(c.point, birth.position) - birth.origin;
-        const float length = glm::length(way);
-        w.shadow.add({birth.origin, way / length, 0.0f, length});
-    }
-    w.shadow.trace(rays_);
-    w.looks_shot += w.shadow.size();
-}
-
-/// Looks at lit points and adds what they send, and how it changes. What stands between moves as well, which rays alone
-/// can see: of what lit points bring, that change is left out.
-void Gatherer::look(const Birth& birth, int looks, GatherWorkspace& w, Record& record) const
+void Gatherer::aim_looks(const Birth& birth, int looks, GatherWorkspace& w) const
 {
     RandomStream random(mix64(birth.key + 3));
     const LookCells cells = guide_->cells(birth.position, birth.normal);
     guide_->choose({birth.position, birth.normal, cells}, looks, random, w.scratch, w.choices);
-    shoot_looks(birth, w);
+    for (const GatherGuide::Choice& c : w.choices) {
+        // From one moved end to the other, as to a lamp.
+        const glm::vec3 way = guide_->lit().end_of_ray(c.point, birth.position) - birth.origin;
+        const float length = glm::length(way);
+        w.look_rays.add({birth.origin, way / length, 0.0f, length});
+    }
+    w.looks_shot += w.look_rays.size();
+}
+
+/// Adds what lit points send over looks, once their rays are traced, and how it changes. What stands between moves as
+/// well, which rays alone can see: of what lit points bring, that change is left out.
+void Gatherer::finish_looks(const Birth& birth, GatherWorkspace& w, Record& record) const
+{
+    const LookCells cells = guide_->cells(birth.position, birth.normal);
     w.arrived.assign(w.choices.size(), glm::vec3(0.0f));
     double squares = 0.0, of_points = 0.0;
     for (std::size_t i = 0; i < w.choices.size(); ++i) {
         const GatherGuide::Choice& c = w.choices[i];
-        const bool free = w.shadow.is_free(i) && glm::dot(c.direction, birth.geometric_normal) > 0.0f;
+        const bool free = w.look_rays.is_free(i) && glm::dot(c.direction, birth.geometric_normal) > 0.0f;
         w.looks.push_back({cells, c.cluster, free});
         if (free) {
             const glm::vec3 one =
-                w.shadow.transmittance(i) * guide_->lit().radiance_area(radiance_, c.point, -c.direction);
+                w.look_rays.transmittance(i) * guide_->lit().radiance_area(radiance_, c.point, -c.direction);
             const glm::vec3 light = c.part * c.inverse_chance * one;
             add_light(record, birth.normal, c.direction,
                       gradient_of_look(birth.normal, c.distance * c.direction, guide_->lit().points[c.point].normal),

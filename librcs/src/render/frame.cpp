@@ -68,6 +68,7 @@ void describe(const Frame& f, LayeredImage& image)
     image.metadata["rcs:camera"] = f.camera.name;
     describe_options(f, image);
     image.metadata["rcs:splat"] = stats.splat_method;
+    image.metadata["rcs:gather"] = stats.gather_method;
     const auto tell = [&](const std::string& prefix, const ErrorEstimate& error) {
         image.metadata[prefix + "-mean"] = number(error.mean_relative);
         image.metadata[prefix + "-median"] = number(error.median_relative);
@@ -122,6 +123,7 @@ Frame begin_frame(Session& session, const Camera& camera, const RenderOptions& a
     validate(asked);
     session.state().moves = false;
     const RayScene& rays = session.rays(asked.effects);
+    session.state().use_device(asked.device);
     GlContext& gl = session.gl();
     auto oidn = asked.denoise == Denoiser::oidn ? std::make_unique<Oidn>(session.pool().size()) : nullptr;
     const EffectTally tally(gl, session.pool());
@@ -134,6 +136,7 @@ Frame begin_frame(Session& session, const Camera& camera, const RenderOptions& a
     stats.gl_version = gl.version();
     stats.gl_platform = gl.platform();
     stats.splat_method = settings.splat_method == SplatMethod::quads ? "quads" : "tiles";
+    session.state().prepare_caster(gl, asked.gather, hooks.log);
     Frame frame{.session = session,
                 .rays = rays,
                 .camera = camera,
@@ -211,6 +214,8 @@ RenderResult finish(Frame& f)
     if (f.oidn) filter_picture(f, estimate);
     cut_to_crop(f, result.image);
     stats.errors = estimate();
+    const RayCaster* const caster = f.session.state().graphics.caster.get();
+    stats.gather_method = caster && caster->works() ? "gpu" : "cpu";
     keep_layers(*f.layers, result.image);
     f.tally.finish(f.session.gl(), f.session.pool(), f.records, result.image, stats.counts);
     describe(f, result.image);

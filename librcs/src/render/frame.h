@@ -73,7 +73,15 @@ struct Frame {
     bool needs(Effect effect) const { return settings.needs(effect); }
     RenderStats& stats() { return result.stats; }
     const GatherGuide* guide() const { return kept_guide.guide.get(); }
-    LitScene lit() const { return {rays, light_cache, kept_guide.guide.get(), &gathered, kept_guide.direct.get()}; }
+    LitScene lit() const
+    {
+        return {rays,
+                light_cache,
+                kept_guide.guide.get(),
+                &gathered,
+                session.state().graphics.caster.get(),
+                kept_guide.direct.get()};
+    }
     KnownSamples* known() { return shared ? &shared->known : nullptr; }
 };
 

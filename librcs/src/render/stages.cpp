@@ -179,6 +179,7 @@ void show_moment(Frame& f)
     timed(f, "bvh", [&] {
         f.session.show(std::move(*moment.scene));
         f.rays = f.session.rays(f.asked.effects);
+        f.session.state().prepare_caster(f.session.gl(), f.asked.gather, f.hooks.log);
     });
     if (f.session.state().scene_number == before) return;
     f.has_moved = true;

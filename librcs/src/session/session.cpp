@@ -115,6 +115,7 @@ Session::Session(GlContext& gl, ThreadPool& pool, SessionOptions options) : stat
     state_->options = std::move(options);
     state_->pool = std::shared_ptr<ThreadPool>(std::shared_ptr<void>(), &pool);  // owns nothing
     state_->gl = std::shared_ptr<GlContext>(std::shared_ptr<void>(), &gl);
+    state_->graphics.owns_gl = false;
     state_->validity.fill({false, "nothing is shown yet"});
 }
 
@@ -146,6 +147,7 @@ void Session::show(Scene scene)
         s.drop_light(why);
     if (s.watches() && !changed) s.box = bounds_of(scene);
     s.changed_in.resize(scene.instances.size(), s.scene_number);
+    s.graphics.caster.reset();
     s.rays.reset();  // before what it refers to
     if (!s.scene) s.scene = std::make_unique<Scene>();
     *s.scene = std::move(scene);  // views in the making refer to it
@@ -155,6 +157,7 @@ void Session::clear()
 {
     forget_light();
     state_->note(SessionPart::ray_scene, false, "the scene was dropped");
+    state_->graphics.caster.reset();
     state_->rays.reset();
     state_->scene.reset();
 }
@@ -173,7 +176,7 @@ ThreadPool& Session::pool() noexcept { return *state_->pool; }
 
 GlContext& Session::gl()
 {
-    if (!state_->gl) state_->gl = std::make_shared<GlContext>(state_->options.log);
+    if (!state_->gl) state_->gl = std::make_shared<GlContext>(state_->graphics.device, state_->options.log);
     return *state_->gl;
 }
 
@@ -187,11 +190,42 @@ const RayScene& Session::rays(const EffectChoice& choice)
         s.note(SessionPart::ray_scene, false, why);
         s.note(SessionPart::light_cache, false, why);
         s.light_cache.reset();
+        s.graphics.caster.reset();
         s.rays.reset();
     }
     s.rays.emplace(build_ray_scene(scene(), *s.pool, asked));
     s.rays_choice = asked;
     return *s.rays;
+}
+
+void Session::State::use_device(int asked)
+{
+    if (!gl || graphics.owns_gl) {
+        if (asked != graphics.device) graphics = {}, gl.reset();
+        graphics.device = asked;
+        return;
+    }
+    if (asked >= 0 && asked != gl->device())
+        throw Error(ErrorCode::bad_argument, "device is " + std::to_string(asked) + ", but the GL at hand is on " +
+                                                 (gl->device() < 0 ? "none" : std::to_string(gl->device())));
+}
+
+void Session::State::prepare_caster(GlContext& with, GatherMethod asked, const LogFunction& log)
+{
+    bool on_device = asked == GatherMethod::device;
+    if (asked == GatherMethod::automatic) {
+        if (!graphics.choice) graphics.choice = choose_gather(with, *pool);
+        on_device = graphics.choice->on_device;
+        if (log) log(LogLevel::debug, "auto gathers by the " + graphics.choice->words());
+    }
+    if (!on_device) return graphics.caster.reset();
+    if (graphics.caster) return;
+    try {
+        graphics.caster = std::make_unique<RayCaster>(with, *rays, kAllOfIt, log);
+    } catch (const Error& why) {
+        if (log)
+            log(LogLevel::warning, std::string("the processor gathers, as the graphics device cannot: ") + why.what());
+    }
 }
 
 const std::vector<Record>& Session::records() const noexcept { return state_->records; }

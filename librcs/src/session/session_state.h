@@ -9,6 +9,8 @@
 
 #include "accuracy/error_scale.h"
 #include "cells/direct_cells.h"
+#include "device/gather_choice.h"
+#include "device/ray_caster.h"
 #include "lit_points/gather_guide.h"
 #include "rcs/camera.h"
 #include "rcs/light_cache.h"
@@ -39,12 +41,21 @@ struct KeptScale {
     double others = 0.0;  ///< part of the records that has changed since
 };
 
+/// What a session does on graphics devices.
+struct GraphicsUse {
+    std::unique_ptr<RayCaster> caster;   ///< of the session's rays; null: the processor traces them
+    std::optional<GatherChoice> choice;  ///< of the machine, once it is asked for
+    bool owns_gl = true;
+    int device = -1;  ///< that the GL is made on, or is to be
+};
+
 struct [[gnu::visibility("hidden")]] Session::State {
     SessionOptions options;
     std::shared_ptr<ThreadPool> pool;
     std::shared_ptr<GlContext> gl;  // null until it is needed
     std::unique_ptr<Scene> scene;   // stays where it is: the acceleration structure refers to it
     std::optional<RayScene> rays;
+    GraphicsUse graphics;      // of that GL, and those rays
     EffectChoice rays_choice;  // of what rays ask surfaces for
     std::optional<LightCache> light_cache;
     LightCacheUse light_cache_use;
@@ -70,6 +81,12 @@ struct [[gnu::visibility("hidden")]] Session::State {
     /// All light goes but records that are watched. @param changed  instances; those of the scene shown now
     void change_light(const std::string& why, const std::vector<bool>& changed, SceneChange change);
     SceneStates states() const { return {scene_number, changed_in, changes, box}; }
+
+    /// Makes the next GL on that device, and gives up one on another.
+    /// @throws Error bad_argument: the GL was handed over, and is on another one
+    void use_device(int device);
+    /// Has the caster that is asked for, of the rays there are; says what it cannot have.
+    void prepare_caster(GlContext& gl, GatherMethod asked, const LogFunction& log);
 
     /// The records that a view with these options begins with; keeps none of them.
     std::vector<Record> take_records(const RenderOptions& options);

@@ -55,7 +55,9 @@ RenderResult CaseRun::render(const Scene& scene, const Camera& camera, const Ren
         scene_ = scene;
         camera_ = camera;
     }
-    RenderResult result = rcs::render(session, camera, options);
+    RenderOptions with = options;
+    with.gather = machine_.gather;
+    RenderResult result = rcs::render(session, camera, with);
     check_layers(result, label);
     if (!machine_.save_folder.empty()) pictures_.push_back({label, result.image});
     return result;

@@ -22,6 +22,7 @@ public:
     GlContext& gl() const { return machine_.gl; }
     ThreadPool& pool() const { return machine_.pool; }
     const std::string& program() const { return machine_.program; }
+    GatherMethod gather() const { return machine_.gather; }
 
     /// Renders the scene's first camera. Whatever is not finite or negative in any layer, and any pixel that no record
     /// serves, is noted as wrong. The picture is kept for the reproducer. @param label  of it

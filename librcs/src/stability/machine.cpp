@@ -21,6 +21,7 @@
 #include "gl/gl_objects.h"
 #include "rcs/error.h"
 #include "rcs/image_io.h"
+#include "rcs/option_table.h"
 #include "stability/case_run.h"
 #include "stability/scenes.h"
 
@@ -70,6 +71,9 @@ Ended run_program(CaseRun& run, const std::vector<std::string>& arguments, const
     const std::string log = run.folder() + "/log";
     std::vector<std::string> words = {run.program()};
     words.insert(words.end(), arguments.begin(), arguments.end());
+    const OptionInfo& gather = find_option("gather");
+    words.insert(words.end(),
+                 {std::string(gather.name), std::string(gather.choices[static_cast<std::size_t>(run.gather())])});
     std::vector<char*> argv;
     for (std::string& word : words) argv.push_back(word.data());
     argv.push_back(nullptr);

@@ -46,6 +46,7 @@ FieldDescriptor::CppType wire_type(const float*) { return FieldDescriptor::CPPTY
 FieldDescriptor::CppType wire_type(const double*) { return FieldDescriptor::CPPTYPE_DOUBLE; }
 FieldDescriptor::CppType wire_type(const std::uint64_t*) { return FieldDescriptor::CPPTYPE_UINT64; }
 FieldDescriptor::CppType wire_type(const SplatMethod*) { return FieldDescriptor::CPPTYPE_ENUM; }
+FieldDescriptor::CppType wire_type(const GatherMethod*) { return FieldDescriptor::CPPTYPE_ENUM; }
 FieldDescriptor::CppType wire_type(const Denoiser*) { return FieldDescriptor::CPPTYPE_ENUM; }
 FieldDescriptor::CppType wire_type(const std::optional<double>*) { return FieldDescriptor::CPPTYPE_DOUBLE; }
 FieldDescriptor::CppType wire_type(const std::optional<Crop>*) { return FieldDescriptor::CPPTYPE_INT32; }
@@ -100,6 +101,7 @@ RenderOptions unusual_options()
     o.min_reach = 9.0f, o.max_reach = 44.0f, o.gradient_limit = 2.0f;
     o.area_samples = 11, o.penumbra_samples = 22, o.lamp_picks = 33;
     o.splat = SplatMethod::quads;
+    o.gather = GatherMethod::device, o.device = 2;
     o.denoise = Denoiser::oidn;
     o.seed = std::numeric_limits<std::uint64_t>::max();
     o.effects.with.set(Effect::normal_maps);

@@ -53,6 +53,12 @@ class RenderOptions(TypedDict, total=False):
     splat: str
     """How records reach the image; auto takes quads on a hardware OpenGL, else tiles: one of auto, quads,
     tiles."""
+    gather: str
+    """What traces the rays of records; auto takes the graphics card where a short measurement, kept in the
+    user's cache folder, found it faster, else the processor: one of auto, cpu, gpu."""
+    device: int
+    """Graphics device by its number, as rcsplat doctor lists them; -1 takes hardware before software: a whole
+    number in [-1, 63]."""
     aa: int
     """Samples a pixel; 1 samples its centre: a whole number in [1, 256]."""
     area_samples: int
@@ -77,5 +83,6 @@ class RenderOptions(TypedDict, total=False):
 
 CHOICES: Dict[str, Tuple[str, ...]] = {
     "splat": ("auto", "quads", "tiles"),
+    "gather": ("auto", "cpu", "gpu"),
     "denoise": ("off", "oidn"),
 }
