@@ -44,7 +44,8 @@ struct StepLimits {
 class Steering {
 public:
     Steering(Placement& placement, Probes& probes, const View& view, float overlap, ThreadPool& pool,
-             const std::vector<Record>& records, const RecordStats& stats)
+             const std::vector<Record>& records, const RecordStats& stats,
+             const std::function<void(const RecordLook&)>& after_step)
         : placement_(placement),
           probes_(probes),
           view_(view),
@@ -52,7 +53,8 @@ public:
           overlap_(overlap),
           pool_(pool),
           records_(records),
-          stats_(stats)
+          stats_(stats),
+          after_step_(after_step)
     {
     }
 
@@ -66,6 +68,10 @@ private:
     double rays_to(double error) const;
     std::uint64_t gathered() const { return stats_.hemisphere_rays + stats_.looks; }
     void look();
+    void tell() const
+    {
+        if (after_step_) after_step_({sums_, map_, scale_});
+    }
     void note_seconds_per_ray(Clock::time_point start, std::uint64_t rays)
     {
         seconds_per_ray_ = seconds_since(start) / static_cast<double>(rays);
@@ -88,6 +94,7 @@ private:
     ThreadPool& pool_;
     const std::vector<Record>& records_;
     const RecordStats& stats_;
+    const std::function<void(const RecordLook&)>& after_step_;
     SplatBuffer sums_;
     ErrorMap map_;
     ErrorScale scale_;
@@ -179,6 +186,7 @@ void Steering::overture(double most_seconds, double target)
     note_seconds_per_ray(start, std::max<std::uint64_t>(1, gathered() - before));
     look();
     scale_shares(true);
+    tell();
     const double error = kStep * errors_.total;
     const bool is_near = target > 0.0 ? error < kShareOfGoal * target
                                       : seconds_since(start) + 2.0 * rays_to(error) * seconds_per_ray_ > most_seconds;
@@ -264,6 +272,7 @@ bool Steering::step(const StepLimits& to)
     refine(allot_for_rays(shares_, rays, kMostRays));
     look();
     scale_shares(true);
+    tell();
     progress_ = progress_of_step(errors_.total / before);
     ++steps_;
     stalls_ = errors_.total > (is_cut ? kStalled : kHardlyLess) * before ? stalls_ + 1 : 0;
@@ -291,12 +300,13 @@ void Steering::reach(const RecordGoal& goal)
 
 std::unique_ptr<Probes> place_to_goal(Placement& placement, const View& view, float overlap, const Overture& overture,
                                       ThreadPool& pool, std::vector<Record>& records, RecordStats& stats,
-                                      const std::function<std::optional<RecordGoal>(const RecordForecast&)>& set_goal)
+                                      const SteeringHooks& hooks)
 {
     std::unique_ptr<Probes> probes = placement.make_probes();
-    Steering steering(placement, *probes, view, overlap, pool, records, stats);
+    placement.take_over();
+    Steering steering(placement, *probes, view, overlap, pool, records, stats, hooks.after_step);
     steering.overture(overture.seconds, overture.target);
-    if (const std::optional<RecordGoal> goal = set_goal(steering.forecast())) steering.reach(*goal);
+    if (const std::optional<RecordGoal> goal = hooks.set_goal(steering.forecast())) steering.reach(*goal);
     return probes;
 }
 

@@ -42,6 +42,8 @@ Birth birth_at(const GBuffer& g, std::uint32_t pixel, std::uint64_t seed, std::u
     return b;
 }
 
+bool is_born(const Record& record) { return record.watch.geometric_normal != glm::vec3(0.0f); }
+
 Birth birth_of(const Record& record, std::uint64_t seed, std::uint64_t sample)
 {
     const RecordWatch& watch = record.watch;
@@ -193,8 +195,9 @@ void RecordGatherer::gather_more(const GBuffer& gbuffer, std::span<const std::ui
             std::min(kBatch, wanted.size() - done), 4, [&](std::size_t begin, std::size_t end, int thread) {
                 for (std::size_t k = done + begin; k < done + end; ++k) {
                     Record& record = records[wanted[k]];
-                    const Birth birth =
-                        birth_at(gbuffer, pixels[wanted[k]], impl_->seed, static_cast<std::uint64_t>(record.rays));
+                    const auto sample = static_cast<std::uint64_t>(record.rays);
+                    const Birth birth = is_born(record) ? birth_of(record, impl_->seed, sample)
+                                                        : birth_at(gbuffer, pixels[wanted[k]], impl_->seed, sample);
                     add_gather(record, impl_->gatherer.gather(birth, sizes.at(extra[wanted[k]]),
                                                               workspaces[static_cast<std::size_t>(thread)]));
                 }
