@@ -56,6 +56,7 @@ public:
           stats_(stats),
           after_step_(after_step)
     {
+        for (const Record& r : std::as_const(placement).records()) taken_over_ += static_cast<double>(r.rays);
     }
 
     void overture(double most_seconds, double target);
@@ -95,6 +96,7 @@ private:
     const std::vector<Record>& records_;
     const RecordStats& stats_;
     const std::function<void(const RecordLook&)>& after_step_;
+    double taken_over_ = 0.0;  // rays of records that other views gathered
     SplatBuffer sums_;
     ErrorMap map_;
     ErrorScale scale_;
@@ -116,7 +118,7 @@ void Steering::look()
     SplatStats stats;
     sums_ = splat_tiles(records_, placement_.surfaces(), view_, {tolerance_, overlap_}, pool_, stats);
     map_ = error_map(sums_, stats, overlap_);
-    probes_.spend(Probes::worth(static_cast<double>(gathered())), sums_, map_);
+    probes_.spend(Probes::worth(taken_over_ + static_cast<double>(gathered())), sums_, map_);
     scale_ = probes_.compare(sums_, map_);
     scale(map_, scale_, pool_);
     errors_ = mean_errors(sums_, map_, scale_);
