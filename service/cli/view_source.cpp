@@ -1,7 +1,7 @@
 #include "cli/view_source.h"
 
 #include <algorithm>
-#include <array>
+#include <cmath>
 #include <numbers>
 #include <string_view>
 #include <utility>
@@ -14,13 +14,10 @@
 namespace rcs::service {
 namespace {
 
-// What the page chooses, or what only a view has.
-constexpr std::array<std::string_view, 18> kNotPassedOn = {
-    "--camera",   "--eye",        "--target",       "--up",
-    "--fov",      "--size",       "--target-error", "--bounces",
-    "--exposure", "--port",       "--open",         "--keep-open",
-    "--server",   "--token-file", "--tls-ca",       "--tls-certificate",
-    "--tls-key",  "--help"};
+// What the page chooses, or what only a view has; with blanks around.
+constexpr std::string_view kNotPassedOn =
+    " --camera --eye --target --up --fov --size --target-error --bounces --exposure --port --open --keep-open --server "
+    "--token-file --tls-ca --tls-certificate --tls-key --log-level --help ";
 
 std::string place_text(glm::dvec3 place)
 {
@@ -39,8 +36,7 @@ std::string given_options(const CLI::App& command)
     std::string given;
     for (const CLI::Option* option : command.get_options()) {
         const std::string name = option->get_name();
-        if (option->count() == 0 || !name.starts_with("--") ||
-            std::find(kNotPassedOn.begin(), kNotPassedOn.end(), name) != kNotPassedOn.end())
+        if (option->count() == 0 || !name.starts_with("--") || kNotPassedOn.find(" " + name + " ") != kNotPassedOn.npos)
             continue;
         const bool is_flag = option->get_expected_max() == 0;
         for (const std::string& value : option->results())
@@ -118,7 +114,8 @@ Look look_of(const Camera& camera, const Scene& scene, double distance)
     const glm::dvec3 up(0.0, 1.0, 0.0);
     const bool is_upright = std::abs(world[0].y) < kUpright && upwards.y > kUpright;
     look.up = is_upright ? up : upwards;
-    look.fov = std::min(179.0, camera.yfov * 180.0 / std::numbers::pi);
+    constexpr double kShort = 1e9;  // an angle has no more digits than it was given
+    look.fov = std::min(179.0, std::round(kShort * camera.yfov * 180.0 / std::numbers::pi) / kShort);
     return look;
 }
 

@@ -109,6 +109,7 @@ public:
         websocket::stream_base::timeout times{kTime, kSilence, true};
         socket_.set_option(times);
         socket_.read_message_max(kLongestMessage);
+        socket_.auto_fragment(false);
         socket_.async_accept(request, [self = shared_from_this()](error_code failed) {
             if (!failed) self->come();
         });
