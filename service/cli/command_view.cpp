@@ -102,7 +102,7 @@ Json greeting(const ViewArguments& arguments, const RenderOptions& options, cons
 /// Sends what is seen to a render server, one at a time.
 class JobSender {
 public:
-    JobSender(const ViewArguments& arguments, const ViewSource& source, ViewServer* const& page)
+    JobSender(const ViewArguments& arguments, const ViewSource& source, const std::unique_ptr<ViewServer>& page)
         : arguments_(arguments), source_(source), page_(page)
     {
     }
@@ -143,7 +143,7 @@ private:
 
     const ViewArguments& arguments_;
     const ViewSource& source_;
-    ViewServer* const& page_;
+    const std::unique_ptr<ViewServer>& page_;
     std::mutex mutex_;
     bool is_busy_ = false;
     std::jthread thread_;
@@ -161,7 +161,7 @@ void serve(const ViewArguments& arguments, const ViewSource& source, Session& se
            ToneMapper& mapper)
 {
     Desk desk;
-    ViewServer* page = nullptr;
+    std::unique_ptr<ViewServer> page;  // outlives jobs that tell it of themselves
     JobSender jobs(arguments, source, page);
     const Scene& scene = session.scene();
     const std::string hello = page_text(greeting(arguments, final_options(source.arguments_of({})), scene, first));
@@ -178,13 +178,16 @@ void serve(const ViewArguments& arguments, const ViewSource& source, Session& se
         }
         if (const auto look = desk.last()) jobs.send(*look);
     };
-    ViewServer server(arguments.port, {[&] {
-                                           desk.come();
-                                           return hello;
-                                       },
-                                       [&] { desk.go(); }, wished});
-    page = &server;
-    const std::string address = address_of(server.door());
+    const auto greet = [&] {
+        desk.come();
+        return hello;
+    };
+    page = std::make_unique<ViewServer>(arguments.port, Visits{greet, [&] { desk.go(); }, wished});
+    const struct Ending {
+        ViewServer& server;
+        ~Ending() { server.stop(); }  // before what its visits are told of ends
+    } ending{*page};
+    const std::string address = address_of(page->door());
     std::printf("%s\n", address.c_str());
     std::fflush(stdout);
     if (arguments.opens) open_browser(address);

@@ -16,8 +16,8 @@ namespace {
 
 // What the page chooses, or what only a view has; with blanks around.
 constexpr std::string_view kNotPassedOn =
-    " --camera --eye --target --up --fov --size --target-error --bounces --exposure --port --open --keep-open --server "
-    "--token-file --tls-ca --tls-certificate --tls-key --log-level --help ";
+    " --camera --camera-path --eye --target --up --fov --size --target-error --bounces --exposure --port --open "
+    "--keep-open --server --token-file --tls-ca --tls-certificate --tls-key --log-level --help ";
 
 std::string place_text(glm::dvec3 place)
 {
@@ -65,6 +65,7 @@ RenderArguments ViewSource::arguments_of(const Look& look) const
 {
     RenderArguments a = arguments_;
     a.scene.camera.clear();
+    a.scene.camera_path.clear();
     a.scene.eye = place_text(look.eye);
     a.scene.target = place_text(look.target);
     a.scene.up = look.up == glm::dvec3(0.0, 1.0, 0.0) ? "" : place_text(look.up);

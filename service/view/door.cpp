@@ -38,7 +38,7 @@ bool same_secret(std::string_view a, std::string_view b)
 
 Answer answer_door(const Door& door, const Asked& asked)
 {
-    const std::string port = ":" + std::to_string(door.port);
+    const std::string port = std::string(":").append(std::to_string(door.port));
     if (asked.host != "127.0.0.1" + port && asked.host != "localhost" + port)
         return {Room::page, "asked for by another name than this machine's"};
     if (!asked.origin.empty() && asked.origin != "http://" + std::string(asked.host))

@@ -78,6 +78,7 @@ void Viewer::look()
         return;
     }
     const Clock::time_point begin = Clock::now();
+    is_fresh_ = false;
     glance_at(size_of(asked_.options, kParts[pace_]), kGatherSeconds, Progress::moving, begin);
     settle_pace(seconds_since(begin));
     rest_at_ = Clock::now() + kRest;

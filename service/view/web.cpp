@@ -166,6 +166,8 @@ private:
                 house_.visits.wished(parse_wish(text));
             } catch (const Error& e) {
                 close(websocket::close_code::policy_error, e.what());
+            } catch (const std::exception& e) {
+                close(websocket::close_code::internal_error, e.what());
             }
         }
         read();  // until the other end has gone
@@ -283,9 +285,12 @@ ViewServer::ViewServer(int port, Visits visits) : state_(std::make_unique<State>
     state_->thread = std::jthread([&house] { house.io.run(); });
 }
 
-ViewServer::~ViewServer()
+ViewServer::~ViewServer() { stop(); }
+
+void ViewServer::stop()
 {
     House& house = state_->house;
+    if (!state_->thread.joinable()) return;
     asio::post(house.io, [&house] {
         error_code ignored;
         house.acceptor.close(ignored);

@@ -31,6 +31,9 @@ public:
     ViewServer(const ViewServer&) = delete;
     ViewServer& operator=(const ViewServer&) = delete;
 
+    /// Sees the page off: no visit is heard of from then on.
+    void stop();
+
     const Door& door() const;
     /// To the page, if one is there; from any thread.
     void tell(std::string json);

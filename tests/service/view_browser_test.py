@@ -74,7 +74,8 @@ def check_controls(page, begin):
     assert page.browser.evaluate("document.getElementById('job').disabled && "
                                  "document.getElementById('job').title.includes('--server')")
     command = page.command()
-    assert command.startswith("rcsplat render demo:cornell ") and "--eye" in command and "--exposure" in command, command
+    assert command.startswith("rcsplat render demo:cornell "), command
+    assert "--eye" in command and "--exposure" in command, command
 
 
 def check_widths(page):
