@@ -228,6 +228,36 @@ def check_cancelled_and_ended(view, page, start):
     assert view.ended() == 0
 
 
+def check_job(rcsplat, words):
+    """What is seen becomes a job of a render server."""
+    with tempfile.TemporaryDirectory(prefix="rcs-view-") as name:
+        place = str(pathlib.Path(name) / "socket")
+        server = subprocess.Popen([rcsplat, "serve", "--socket", place, "--state", name + "/state"],
+                                  stderr=subprocess.DEVNULL)
+        view = View(rcsplat, *words, "--server", place)
+        try:
+            page = Page(view)
+            hello = page.receive()[1]["hello"]
+            assert hello["server"] == place, hello
+            page.look(hello["start"], error=12.5)
+            page.frame()
+            while not pathlib.Path(place).exists():
+                time.sleep(0.05)
+            page.send({"job": True})
+            told = {}
+            while "job" not in told:
+                what, *rest = page.receive()
+                told = rest[0] if what == "text" else told
+            assert told["job"] == {"number": 1}, told
+            listed = json.loads(subprocess.run([rcsplat, "list", "1", "--server", place, "--json"], check=True,
+                                               capture_output=True, text=True).stdout)
+            assert "demo:cornell" in json.dumps(listed), listed
+        finally:
+            view.stop()
+            server.terminate()
+            server.wait(PATIENCE)
+
+
 def main():
     rcsplat = str(pathlib.Path(sys.argv[1]).resolve())
     words = ("demo:cornell", "--size", "96x64", "--aa", "1")
@@ -250,6 +280,7 @@ def main():
         assert view.ended() == 130
     finally:
         view.stop()
+    check_job(rcsplat, words)
     taken = subprocess.run([rcsplat, "view", "demo:cornell", "--target-error", "indirect=5%"], capture_output=True,
                            text=True, timeout=PATIENCE)
     assert taken.returncode == 2 and "--target-error" in taken.stderr, taken
