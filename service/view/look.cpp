@@ -111,7 +111,9 @@ Wish parse_wish(std::string_view text)
     const Json json = Json::parse(text, nullptr, false);
     if (!json.is_object() || json.size() != 1)
         throw Error(ErrorCode::bad_argument, "a message is no JSON object with one member");
-    const auto& [what, value] = *json.items().begin();
+    const auto entry = json.begin();
+    const std::string& what = entry.key();
+    const Json& value = entry.value();
     if (what == "look" || what == "pick") {
         if (!value.is_object()) refuse(what, "no object", "an object");
         if (what == "look") return parse_look(value);
