@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
+#include <cstring>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -9,6 +9,7 @@
 #include <utility>
 #include <variant>
 
+#include <spawn.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -18,12 +19,14 @@
 #include "cli/describe.h"
 #include "cli/job_of_arguments.h"
 #include "cli/job_run.h"
+#include "cli/memory_need.h"
 #include "cli/number.h"
 #include "cli/outputs.h"
 #include "cli/progress_bar.h"
 #include "cli/run_support.h"
 #include "cli/server_arguments.h"
 #include "cli/view_source.h"
+#include "process/exit_code.h"
 #include "process/interrupt.h"
 #include "process/process.h"
 #include "rcs/rcs.h"
@@ -38,6 +41,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int kMostPort = 65535;
+constexpr int kLongestSide = 4096;                // of a picture that a page takes several times a second [px]
 constexpr auto kGrace = std::chrono::seconds(5);  // after the last page has gone: it may only have been loaded anew
 constexpr std::size_t kMostRecords = 200'000;     // of those kept, which take about a kilobyte each
 constexpr const char* kUsualError = "10%";
@@ -52,8 +56,13 @@ struct ViewArguments {
     bool opens = false, keeps_open = false;
 };
 
-void check_view(const RenderOptions& options)
+void check_view(const RenderOptions& options, const LogFunction& log)
 {
+    if (std::max(options.width, options.height) > kLongestSide)
+        throw Error(ErrorCode::bad_argument, "--size: a view is at most " + std::to_string(kLongestSide) +
+                                                 " px wide and high, asked for are " + std::to_string(options.width) +
+                                                 "x" + std::to_string(options.height));
+    check_memory(options, {"view.png"}, log);
     if (std::holds_alternative<TargetIndirectError>(options.quality))
         throw Error(ErrorCode::bad_argument, "--target-error: a view aims at the error of its picture, such as 10%");
 }
@@ -149,11 +158,14 @@ private:
     std::jthread thread_;
 };
 
-void open_browser(const std::string& address)
+/// @throws Ended: there is nothing that would
+void open_browser(std::string address)
 {
-    if (::fork() != 0) return;
-    ::execlp("xdg-open", "xdg-open", address.c_str(), static_cast<char*>(nullptr));
-    ::_exit(127);
+    std::string program = "xdg-open";
+    char* const words[] = {program.data(), address.data(), nullptr};
+    pid_t child = 0;
+    if (const int failed = ::posix_spawnp(&child, program.c_str(), nullptr, nullptr, words, environ); failed != 0)
+        throw Ended(kFailed, "--open: xdg-open cannot be started: " + std::string(std::strerror(failed)));
 }
 
 /// Until the last page has gone, or a signal came.
@@ -200,7 +212,7 @@ void run_view(ViewArguments arguments, const CLI::App& command)
     std::string& target = arguments.render.options.of(*std::find_if(
         option_table().begin(), option_table().end(), [](const OptionInfo& o) { return o.name == "--target-error"; }));
     if (target.empty()) target = kUsualError;
-    check_view(final_options(arguments.render));
+    check_view(final_options(arguments.render), bar.log());
     ToneMapper mapper(parse_tone_map(arguments.render.output), bar.log());
     const SceneArguments& scene = arguments.render.scene;
     Session session({.threads = scene.threads, .keep_records = true, .most_records = kMostRecords, .log = bar.log()});
@@ -232,7 +244,7 @@ void add_view_command(CLI::App& app, Action& action)
     }
     command.get_option("--target-error")->default_str(kUsualError);
     add_display_arguments(command, arguments->render.output);
-    command.option_defaults()->group(option_group::kServe);
+    command.option_defaults()->group(option_group::kPage);
     add_number(command, "--port", arguments->port, {0, kMostPort}, "Port on 127.0.0.1; 0 takes any that is free");
     command.add_flag("--open", arguments->opens, "Open the page in the desktop's browser");
     command.add_flag("--keep-open", arguments->keeps_open, "Go on when the page is closed, until a signal comes");

@@ -42,6 +42,30 @@ def check_drag(page):
     return begin
 
 
+def check_touch(page, begin):
+    """One finger orbits, two come nearer."""
+    x, y = page.middle()
+
+    def touch(kind, *places):
+        page.browser.call("Input.dispatchTouchEvent", type=kind,
+                          touchPoints=[{"x": px, "y": py, "id": i} for i, (px, py) in enumerate(places)])
+
+    touch("touchStart", (x, y))
+    touch("touchMove", (x + 60, y))
+    touch("touchEnd")
+    page.wait_until_done()
+    assert difference(begin, page.pixels()) > 2.0, "a finger orbits"
+    distance = "Math.hypot(...camera.eye.map((value, i) => value - camera.target[i]))"
+    before = page.browser.evaluate(distance)
+    touch("touchStart", (x - 40, y), (x + 40, y))
+    for apart in (50, 60, 70, 80):
+        touch("touchMove", (x - apart, y), (x + apart, y))
+    touch("touchEnd")
+    assert page.browser.evaluate(distance) < 0.8 * before, "two fingers come nearer"
+    page.browser.evaluate("document.getElementById('reset').click()")
+    page.wait_until_done()
+
+
 def check_keys(page, begin):
     page.browser.evaluate("document.getElementById('picture').focus()")
     page.browser.hold("w", "KeyW")
@@ -96,6 +120,7 @@ def main():
     try:
         page.open()
         begin = check_drag(page)
+        check_touch(page, begin)
         check_keys(page, begin)
         check_controls(page, begin)
         check_widths(page)
