@@ -260,7 +260,7 @@ def check_job(rcsplat, words):
 
 def main():
     rcsplat = str(pathlib.Path(sys.argv[1]).resolve())
-    words = ("demo:cornell", "--size", "96x64", "--aa", "1")
+    words = ("demo:cornell", "--size", "96x64", "--aa", "1", "--view", "ACES 1.0 SDR")
     view = View(rcsplat, *words)
     try:
         check_door(view)
