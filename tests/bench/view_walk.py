@@ -115,6 +115,7 @@ def measure(arguments, program):
                 told = time.monotonic()
                 result["memory_mb"].append(round(page.memory()))
         walk.release()
+        result["walked"] = walk.step
         result["page_errors"] = page.errors()
     finally:
         result["exit_code"] = page.close()

@@ -145,6 +145,7 @@ RCS_API RenderResult render(Session& session, const Camera& camera, const Render
 struct Haste {
     double gather_seconds = 0.02;  ///< for records where none reaches at all [s], >= 0
     int area_samples = 4;          ///< as RenderOptions::area_samples and penumbra_samples, those at the most
+    int lamp_picks = 4;            ///< as RenderOptions::lamp_picks, those at the most
 };
 
 /// Shows what a camera in motion sees by the records that are there: the stages of render() in one pass, but that

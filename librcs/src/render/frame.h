@@ -57,6 +57,7 @@ struct Frame {
     std::unique_ptr<Probes> probes = {};  ///< that a goal was steered by, until the first view is judged
     ErrorScale error_scale = {};          ///< what probes found of the first view's error map
 
+    bool is_glance = false;  ///< what only takes noise away is left out
     bool has_moved = false;  ///< another scene than the pass before's, which the light knows nothing of yet
 
     // The pass: surfaces in view, those seen through others one layer after the other, and their light.

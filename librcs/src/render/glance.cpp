@@ -18,6 +18,7 @@ RenderOptions hasty(const RenderOptions& asked, const Haste& haste)
     options.aa = options.lobe_rays = 1;
     options.area_samples = std::min(asked.area_samples, haste.area_samples);
     options.penumbra_samples = std::min(asked.penumbra_samples, haste.area_samples);
+    if (options.lamp_picks == 0 || options.lamp_picks > haste.lamp_picks) options.lamp_picks = haste.lamp_picks;
     options.denoise = Denoiser::none;
     options.f_stop = options.focus = std::nullopt;
     return options;
@@ -103,6 +104,7 @@ void put_back(Frame& f, std::optional<KeptGuide> guide)
 
 void look_through(Frame& f, std::optional<KeptGuide>& guide, double gather_seconds)
 {
+    f.is_glance = true;
     begin_pass(f);
     draw_gbuffer(f);
     const bool may_gather = use_known_bounces(f);
