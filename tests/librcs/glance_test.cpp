@@ -10,7 +10,7 @@
 namespace rcs {
 namespace {
 
-RenderOptions options_to(double error, int side = 96)
+RenderOptions options_to(double error, int side = 64)
 {
     RenderOptions options;
     options.width = options.height = side;
