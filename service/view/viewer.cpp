@@ -17,9 +17,10 @@ using Clock = Desk::Clock;
 constexpr double kFrameSeconds = 0.055;
 constexpr double kFinerBelow = 0.8;                             // of that time, by which a finer picture must be made
 constexpr double kGatherSeconds = 0.01;                         // for records of a frame in motion
-constexpr double kFirstGather = 0.1;                            // ... and of the first picture at rest
-constexpr auto kRest = std::chrono::milliseconds(150);          // without a new look
+constexpr double kFirstGather = 0.05;                           // ... and of the first picture at rest
+constexpr auto kRest = std::chrono::milliseconds(100);          // without a new look
 constexpr auto kBetweenSteps = std::chrono::milliseconds(300);  // of a picture that comes nearer
+constexpr double kFirstPart = 1.5;                              // of the size that picture has: it is soon followed
 // The size of pictures in motion, in parts of the one at rest.
 constexpr std::array<double, 8> kParts = {1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0};
 
@@ -115,7 +116,7 @@ void Viewer::rest()
     rest_at_.reset();
     try {
         // What was forgotten is to come out as a render of its own would.
-        if (!is_fresh_) glance_at(size_of(asked_.options, 1.0), kFirstGather, Progress::refining, begin);
+        if (!is_fresh_) glance_at(size_of(asked_.options, kFirstPart), kFirstGather, Progress::refining, begin);
         render(begin);
         is_fresh_ = false;
     } catch (const Error& e) {
