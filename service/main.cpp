@@ -61,6 +61,7 @@ int run(int argc, char** argv)
     const std::vector<std::string> all_words = rcs::service::with_description({argv + std::min(argc, 1), argv + argc});
     const std::vector<std::string> words{all_words.begin() + (all_words.empty() ? 0 : 1), all_words.end()};
     rcs::service::add_batch_command(app, action, words);
+    rcs::service::add_view_command(app, action);
     rcs::service::add_plan_command(app, action);
     rcs::service::add_reference_command(app, action);
     rcs::service::add_compare_command(app, action);

@@ -161,6 +161,11 @@ void add_output_arguments(CLI::App& app, OutputArguments& arguments, Renderer re
         ->delimiter(',')
         ->allow_extra_args(false)
         ->check(CLI::IsMember({"half", "float", "8", "16"}).description(""));
+    add_display_arguments(app, arguments);
+}
+
+void add_display_arguments(CLI::App& app, OutputArguments& arguments)
+{
     app.option_defaults()->group(option_group::kOutput);
     app.add_option("--exposure", arguments.exposure,
                    "Exposure of .png and .jpg [EV], in [-64, 64]; auto brings the average to middle grey")
@@ -182,6 +187,11 @@ void add_report_arguments(CLI::App& app, ReportArguments& arguments)
     app.add_option("--stats", arguments.stats_file, "Write stage times, counts and memory as JSON")->type_name("FILE");
     app.add_flag("--json", arguments.json, "Print the same JSON on standard output instead of the table");
     app.add_flag("-q,--quiet", arguments.quiet, "Show no progress and no table");
+    add_log_level(app, arguments);
+}
+
+void add_log_level(CLI::App& app, ReportArguments& arguments)
+{
     app.option_defaults()->group(option_group::kMachine);
     app.add_option("--log-level", arguments.log_level, "Least important messages to show")
         ->type_name("debug|info|warning")

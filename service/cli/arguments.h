@@ -69,6 +69,8 @@ struct OutputArguments {
 };
 /// @param renderer  whose layers --layers takes
 void add_output_arguments(CLI::App& app, OutputArguments& arguments, Renderer renderer);
+/// Those of them that say how a picture is shown.
+void add_display_arguments(CLI::App& app, OutputArguments& arguments);
 
 /// What is told about the run.
 struct ReportArguments {
@@ -78,5 +80,7 @@ struct ReportArguments {
     bool json = false;
 };
 void add_report_arguments(CLI::App& app, ReportArguments& arguments);
+/// That of them that any command takes which logs.
+void add_log_level(CLI::App& app, ReportArguments& arguments);
 
 }  // namespace rcs::service

@@ -371,7 +371,7 @@ void FrameMaker::try_frame(FrameRecord& wanted)
     const Image& beauty = result.image.layers.at("beauty");
     figures.exposure = static_cast<double>(outputs_.tone_mapper()->exposure(beauty));
     const Image small = outputs_.tone_mapper()->apply(small_copy(beauty, kThumbnailSide), session_.pool());
-    figures.thumbnail = base64(jpeg_bytes(small, thumbnail_path(record_path(written.written.front()))));
+    figures.thumbnail = base64(jpeg_bytes(small));
     figures.warnings = warnings_;
     figures.seconds = seconds_since(frame_began_);
     figures.cpu_seconds = cpu_seconds() - cpu;

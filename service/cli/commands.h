@@ -29,5 +29,6 @@ void add_job_commands(CLI::App& app, Action& action);    ///< watch, fetch, canc
 void add_hold_commands(CLI::App& app, Action& action);   ///< retry, pause, resume, priority, logs
 void add_shell_commands(CLI::App& app, Action& action);  ///< completion, manual
 void add_doctor_command(CLI::App& app, Action& action);
+void add_view_command(CLI::App& app, Action& action);
 
 }  // namespace rcs::service

@@ -57,9 +57,9 @@ std::string last_word(const std::string& name) { return name.substr(name.rfind('
 const std::vector<std::string>& option_groups()
 {
     using namespace option_group;
-    static const std::vector<std::string> groups = {kView,    kQuality, kOutput, kFrames,  kFarm,
-                                                    kServe,   kServer,  kCamera, kRecords, kDirect,
-                                                    kEffects, kFiles,   kLimits, kMachine, kOther};
+    static const std::vector<std::string> groups = {kView,  kQuality, kOutput,  kFrames,  kFarm,   kServe,
+                                                    kPage,  kServer,  kCamera,  kRecords, kDirect, kEffects,
+                                                    kFiles, kLimits,  kMachine, kOther};
     return groups;
 }
 

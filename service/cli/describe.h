@@ -42,6 +42,7 @@ inline constexpr const char* kOutput = "Output";
 inline constexpr const char* kFrames = "Frames";
 inline constexpr const char* kFarm = "Tasks on several machines";
 inline constexpr const char* kServe = "The service";
+inline constexpr const char* kPage = "The page";
 inline constexpr const char* kOther = "Other";
 // Of --help-all alone, unless all of a command's options fit on a screen.
 inline constexpr const char* kCamera = "Another camera";

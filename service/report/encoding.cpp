@@ -4,9 +4,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 
 #include "rcs/image_io.h"
 
@@ -94,18 +91,11 @@ std::string script_text(std::string json)
     return json;
 }
 
-std::string jpeg_bytes(const Image& display, const std::string& scratch)
+std::string jpeg_bytes(const Image& display)
 {
     ImageFileOptions options;
     options.jpeg_quality = 88;
-    write_display_image(scratch, display, options);
-    std::string bytes;
-    {
-        std::ifstream file(scratch, std::ios::binary);
-        bytes.assign(std::istreambuf_iterator<char>(file), {});
-    }
-    std::filesystem::remove(scratch);
-    return bytes;
+    return display_image_bytes("picture.jpg", display, options);
 }
 
 std::string percent_text(double fraction) { return two_digits(100.0 * fraction) + " %"; }

@@ -17,8 +17,8 @@ std::string fill_page(const std::string& page, const std::map<std::string, std::
 /// JSON that may stand in a <script>: "</script>" in a name would end the element, so that no "<" is left in it.
 std::string script_text(std::string json);
 
-/// The picture as a JPEG file in memory. @param scratch  name of a file that is written and removed again
-std::string jpeg_bytes(const Image& display, const std::string& scratch);
+/// The picture as a JPEG file in memory.
+std::string jpeg_bytes(const Image& display);
 
 /// 0.064 as "6.4 %", with two digits that count.
 std::string percent_text(double fraction);

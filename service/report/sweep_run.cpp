@@ -72,13 +72,11 @@ void judge(const Bench& bench, const Standard& standard, const LayeredImage& ima
 {
     point.indirect = compare_images(image, standard.reference, "indirect");
     point.beauty = compare_images(image, standard.reference, "beauty");
-    const std::string scratch = bench.plan.cache + "/scratch.jpg";
     const Image picture = standard.picture.apply(image.layers.at("beauty"), bench.session.pool());
-    point.pictures.picture = jpeg_bytes(picture, scratch);
-    point.pictures.indirect =
-        jpeg_bytes(standard.indirect.apply(image.layers.at("indirect"), bench.session.pool()), scratch);
+    point.pictures.picture = jpeg_bytes(picture);
+    point.pictures.indirect = jpeg_bytes(standard.indirect.apply(image.layers.at("indirect"), bench.session.pool()));
     point.pictures.difference =
-        jpeg_bytes(difference_picture(relative_difference(image, standard.reference, "indirect")), scratch);
+        jpeg_bytes(difference_picture(relative_difference(image, standard.reference, "indirect")));
 }
 
 std::uint64_t all_rays(const RenderStats& stats)
@@ -114,8 +112,7 @@ Measurement measure_render(const Bench& bench, const Standard& standard, const S
     measured.estimated_error = result.stats.errors.indirect.mean_relative;
     judge(bench, standard, result.image, measured);
     const Image display = standard.picture.apply(result.image.layers.at("beauty"), bench.session.pool());
-    measured.pictures.records =
-        jpeg_bytes(records_picture(display, bench.view, result.records), bench.plan.cache + "/scratch.jpg");
+    measured.pictures.records = jpeg_bytes(records_picture(display, bench.view, result.records));
     return measured;
 }
 
@@ -212,13 +209,12 @@ AccuracyReport run_sweep(Session& session, const View& view, const SweepPlan& pl
     std::move(traced.begin(), traced.end(), std::back_inserter(report.points));
 
     const auto& layers = standard.reference.layers;
-    const std::string scratch = plan.cache + "/scratch.jpg";
     report.reference = {reference.paths,
                         reference.seconds,
                         reference.error,
                         plan.reference_error,
-                        jpeg_bytes(standard.picture.apply(layers.at("beauty"), pool), scratch),
-                        jpeg_bytes(standard.indirect.apply(layers.at("indirect"), pool), scratch)};
+                        jpeg_bytes(standard.picture.apply(layers.at("beauty"), pool)),
+                        jpeg_bytes(standard.indirect.apply(layers.at("indirect"), pool))};
     report.width = view.width;
     report.height = view.height;
     report.bounces = plan.reference.bounces;

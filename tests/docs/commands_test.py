@@ -29,6 +29,8 @@ NOT_RUN = {
     "sudo ": "changes the machine",
     "xdg-open": "opens a window",
     "man ": "waits for a reader",
+    "rcsplat view ": "waits for a page: tests/service/view_visitors_test.py",
+    "build/release/bin/rcsplat view ": "see above",
     "source <(": "tests/service/shell_test.py",
     "cmake ": "tests/install",
     "c++ ": "tests/install",

@@ -325,5 +325,21 @@ TEST(ImageFiles, RefuseWhatIsNoImage)
     EXPECT_EQ(code_of([&] { write_exr(folder / "b.exr", image); }), ErrorCode::bad_argument);
 }
 
+TEST(DisplayImage, InMemoryIsWhatAFileWouldHold)
+{
+    const TemporaryFolder folder;
+    const Image display = ramp(37, 21, 3, 1.0f);
+    for (const std::string name : {"a.png", "a.jpg"}) {
+        ImageFileOptions options;
+        options.jpeg_quality = 70;
+        write_display_image(folder / name, display, options);
+        const std::string bytes = display_image_bytes(name, display, options);
+        EXPECT_GT(bytes.size(), 100u);
+        EXPECT_EQ(bytes, bytes_of(folder / name)) << name;
+    }
+    EXPECT_EQ(code_of([&] { display_image_bytes("a.exr", display); }), ErrorCode::bad_argument);
+    EXPECT_EQ(code_of([&] { display_image_bytes("a.png", Image(4, 4, 5)); }), ErrorCode::bad_argument);
+}
+
 }  // namespace
 }  // namespace rcs

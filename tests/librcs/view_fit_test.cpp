@@ -1,5 +1,6 @@
 #include "placement/view_fit.h"
 
+#include <cstdint>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -51,6 +52,32 @@ TEST(ViewFit, ChangesNothingForRecordsOfTheSameView)
         for (std::size_t k = 0; k < records.size(); ++k)
             EXPECT_EQ(records[k].footprint, seen.records[k].footprint) << "record " << k;
     }
+}
+
+TEST(ViewFit, BringsWhatIsSeenLastWithItsPixels)
+{
+    const Scene scene = test::furnished_room();
+    const View view = test::view_of(scene.cameras[0], 60, 40);
+    Seen seen = see(scene, view);
+    for (std::size_t k = 0; k < seen.records.size(); ++k) {
+        Record& r = seen.records[k];
+        r.rays = static_cast<int>(k);
+        if (k % 3 != 0) r.watch.geometric_normal = r.normal;  // a third was born nobody knows where
+        if (k % 3 == 1) r.position += 100.0f * r.normal;      // a third lies on nothing that is seen
+    }
+    std::vector<Record> records = seen.records;
+    const std::vector<std::uint32_t> pixels = bring_seen_last(seen.gbuffer, view, false, records);
+    ASSERT_EQ(records.size(), seen.records.size());
+    const std::size_t others = records.size() - pixels.size();
+    EXPECT_NEAR(static_cast<double>(pixels.size()), static_cast<double>(records.size()) / 3.0, 2.0);
+    for (std::size_t k = 0; k < pixels.size(); ++k) {
+        const Record& r = records[others + k];
+        EXPECT_EQ(r.rays % 3, 2);
+        EXPECT_EQ(r.position, seen.gbuffer.scene_position(pixels[k]));
+        EXPECT_TRUE(k == 0 || records[others + k - 1].rays < r.rays) << "in their order";
+    }
+    for (std::size_t k = 0; k < others; ++k) EXPECT_NE(records[k].rays % 3, 2);
+    EXPECT_TRUE(bring_seen_last(seen.gbuffer, view, true, records).empty()) << "they hold no radiance";
 }
 
 TEST(ViewFit, FollowsTheSizeOfPixels)

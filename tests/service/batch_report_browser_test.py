@@ -10,13 +10,12 @@ windows do not overflow. Exits with 77 where there is no Chromium.
 import argparse
 import json
 import pathlib
-import shutil
 import subprocess
 import sys
 import tempfile
 import time
 
-from report_browser_test import BROWSERS, PATIENCE, SKIPPED, Browser
+from browser import BROWSERS, PATIENCE, SKIPPED, Browser, find_browser
 
 WALK = {"fps": 24, "keys": [{"frame": 1, "eye": [0, 0.5, 3], "target": [0, 0, 0]},
                             {"frame": 6, "eye": [1, 0.5, 3], "target": [0, 0, 0]},
@@ -102,7 +101,7 @@ def main():
     parser.add_argument("rcsplat")
     parser.add_argument("--screenshots", type=pathlib.Path)
     arguments = parser.parse_args()
-    program = next(filter(None, map(shutil.which, BROWSERS)), None)
+    program = find_browser()
     if program is None:
         print("skipped: there is none of", ", ".join(BROWSERS))
         return SKIPPED

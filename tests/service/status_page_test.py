@@ -4,7 +4,6 @@ browser."""
 import json
 import pathlib
 import re
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -12,7 +11,8 @@ import time
 import urllib.error
 import urllib.request
 
-BROWSERS = ["chromium-headless-shell", "chromium", "chromium-browser", "google-chrome"]
+from browser import find_browser
+
 
 
 def fetch(url: str, host: str = "") -> bytes:
@@ -39,7 +39,7 @@ def wait_for(holds):
 
 def main() -> int:
     rcsplat = sys.argv[1]
-    browser = next((b for b in BROWSERS if shutil.which(b)), None)
+    browser = find_browser()
     with tempfile.TemporaryDirectory(prefix="rcs-page-") as name:
         folder = pathlib.Path(name)
         log = folder / "log"

@@ -31,6 +31,11 @@ RCS_API void write_exr(const std::string& path, const LayeredImage& image, const
 /// when complete. Same bytes for the same pixels: no time stamp inside.
 RCS_API void write_display_image(const std::string& path, const Image& display, const ImageFileOptions& options = {});
 
+/// What write_display_image() would write under that name, such as "frame.jpg", of which the ending alone counts.
+/// @throws Error as that
+RCS_API std::string display_image_bytes(const std::string& name, const Image& display,
+                                        const ImageFileOptions& options = {});
+
 /// Reads an image file back: an EXR with all its layers and metadata, or any other format OIIO reads
 /// (sRGB-decoded to linear if its values are integers) as "beauty" alone.
 RCS_API LayeredImage read_image(const std::string& path);

@@ -44,6 +44,16 @@ using ForecastFunction = std::function<void(const Forecast&)>;
 /// during the call.
 using PassFunction = std::function<void(int done, int passes, const std::function<LayeredImage()>& picture)>;
 
+/// What a picture shows before it is done.
+struct PictureSoFar {
+    LayeredImage image;     ///< as that of RenderResult, with its error layers
+    ErrorEstimates errors;  ///< of it
+};
+/// Told whenever records that a target or a budget asks for have come nearer to it, in the first pass. `make` makes the
+/// picture with the records so far, and is valid only during the call. Pictures of surfaces that others show through
+/// are not told of: they would lack what is behind.
+using StepFunction = std::function<void(const std::function<PictureSoFar()>& make)>;
+
 /// What each purpose took: 0 for what the plan leaves out.
 struct EffectCounts {
     std::uint64_t camera_rays = 0;     ///< that settle edges and masks, and look behind surfaces
@@ -112,6 +122,7 @@ struct RenderHooks {
     ProgressFunction progress = {};  ///< of stages
     ForecastFunction forecast = {};  ///< told once, with a target or budget
     PassFunction after_pass = {};    ///< of the picture so far
+    StepFunction after_step = {};    ///< of the picture so far, within the first pass
 };
 
 /// What a picture shows at a moment.
@@ -126,9 +137,28 @@ using MomentFunction = std::function<Moment(double part)>;
 /// splatting (Gautron et al. 2005).
 /// @throws Error bad_argument: options, naming field, value and range; not_found: the session shows nothing; cancelled;
 /// those of
-///     Session::gl() and Session::rays(). What is shown stays; records that were kept may be lost
+///     Session::gl() and Session::rays(). What is shown stays; so do records that are kept, with those gathered until
+///     then, but for a picture of several moments
 RCS_API RenderResult render(Session& session, const Camera& camera, const RenderOptions& options,
                             const RenderHooks& hooks = {});
+
+/// What a glance may take.
+struct Haste {
+    double gather_seconds = 0.02;  ///< for records where none reaches at all [s], >= 0
+    int area_samples = 4;          ///< as RenderOptions::area_samples and penumbra_samples, those at the most
+    int lamp_picks = 4;            ///< as RenderOptions::lamp_picks, those at the most
+};
+
+/// Shows what a camera in motion sees by the records that are there: the stages of render() in one pass, but that
+/// records are gathered only where none reaches, and only for so long; where none came, light is filled in from around
+/// (RenderStats::unserved_pixels counts those). With bounces beyond the first, whose light is found for one view, none
+/// are gathered but in that view. New ones are kept for views to come, and render() places others between them. Takes
+/// as long as its pixels ask for, much less than render().
+/// @param options  those that pictures at rest are rendered with: records hold for the same ones alone; aa and samples
+///        count as 1, or as few as `haste` says
+/// @return as render(), without records   @throws as render()
+RCS_API RenderResult glance(Session& session, const Camera& camera, const RenderOptions& options,
+                            const Haste& haste = {}, const ProgressFunction& progress = {});
 
 /// The same with motion blur: each of options.aa passes shows a moment of its own, in their order, evenly spread over
 /// the time that the shutter is open. The passes share records as views of a session that watches do

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <map>
+#include <new>
 #include <utility>
 
 #include "image/display_files.h"
@@ -146,20 +149,68 @@ void write_exr(const std::string& path, const LayeredImage& image, const ImageFi
     writer.commit();
 }
 
-void write_display_image(const std::string& path, const Image& display, const ImageFileOptions& options)
+namespace {
+
+/// @return which kind its name asks for   @throws Error bad_argument
+FileKind check_display(const std::string& path, const Image& display, const ImageFileOptions& options)
 {
     const FileKind kind = kind_of(path);
-    if (kind == FileKind::exr) {
+    if (kind == FileKind::exr)
         throw Error(ErrorCode::bad_argument, "output file '" + path + "' holds display values, expected .png or .jpg");
-    }
     check_options(path, kind, options);
     check_pixels(path, "display", display);
-    FileWriter writer(path);
+    return kind;
+}
+
+void write_display(std::FILE* file, FileKind kind, const std::string& path, const Image& display,
+                   const ImageFileOptions& options)
+{
     if (kind == FileKind::jpeg)
-        write_jpeg_file(writer.file(), path, display, options.jpeg_quality);
+        write_jpeg_file(file, path, display, options.jpeg_quality);
     else
-        write_png_file(writer.file(), path, display, options.format == PixelFormat::uint16);
+        write_png_file(file, path, display, options.format == PixelFormat::uint16);
+}
+
+/// Memory that is written to as a file.
+struct MemoryFile {
+    char* bytes = nullptr;
+    std::size_t count = 0;
+    std::FILE* file = open_memstream(&bytes, &count);
+
+    MemoryFile()
+    {
+        if (!file) throw std::bad_alloc();
+    }
+    ~MemoryFile()
+    {
+        if (file) std::fclose(file);
+        std::free(bytes);
+    }
+    MemoryFile(const MemoryFile&) = delete;
+    /// @return what was written
+    std::string take()
+    {
+        if (std::fclose(std::exchange(file, nullptr)) != 0) throw std::bad_alloc();
+        return {bytes, count};
+    }
+};
+
+}  // namespace
+
+void write_display_image(const std::string& path, const Image& display, const ImageFileOptions& options)
+{
+    const FileKind kind = check_display(path, display, options);
+    FileWriter writer(path);
+    write_display(writer.file(), kind, path, display, options);
     writer.commit();
+}
+
+std::string display_image_bytes(const std::string& name, const Image& display, const ImageFileOptions& options)
+{
+    const FileKind kind = check_display(name, display, options);
+    MemoryFile memory;
+    write_display(memory.file, kind, name, display, options);
+    return memory.take();
 }
 
 }  // namespace rcs

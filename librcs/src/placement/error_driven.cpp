@@ -44,7 +44,8 @@ struct StepLimits {
 class Steering {
 public:
     Steering(Placement& placement, Probes& probes, const View& view, float overlap, ThreadPool& pool,
-             const std::vector<Record>& records, const RecordStats& stats)
+             const std::vector<Record>& records, const RecordStats& stats,
+             const std::function<void(const RecordLook&)>& after_step)
         : placement_(placement),
           probes_(probes),
           view_(view),
@@ -52,8 +53,10 @@ public:
           overlap_(overlap),
           pool_(pool),
           records_(records),
-          stats_(stats)
+          stats_(stats),
+          after_step_(after_step)
     {
+        for (const Record& r : std::as_const(placement).records()) taken_over_ += static_cast<double>(r.rays);
     }
 
     void overture(double most_seconds, double target);
@@ -66,6 +69,10 @@ private:
     double rays_to(double error) const;
     std::uint64_t gathered() const { return stats_.hemisphere_rays + stats_.looks; }
     void look();
+    void tell() const
+    {
+        if (after_step_) after_step_({sums_, map_, scale_});
+    }
     void note_seconds_per_ray(Clock::time_point start, std::uint64_t rays)
     {
         seconds_per_ray_ = seconds_since(start) / static_cast<double>(rays);
@@ -88,6 +95,8 @@ private:
     ThreadPool& pool_;
     const std::vector<Record>& records_;
     const RecordStats& stats_;
+    const std::function<void(const RecordLook&)>& after_step_;
+    double taken_over_ = 0.0;  // rays of records that other views gathered
     SplatBuffer sums_;
     ErrorMap map_;
     ErrorScale scale_;
@@ -109,7 +118,7 @@ void Steering::look()
     SplatStats stats;
     sums_ = splat_tiles(records_, placement_.surfaces(), view_, {tolerance_, overlap_}, pool_, stats);
     map_ = error_map(sums_, stats, overlap_);
-    probes_.spend(Probes::worth(static_cast<double>(gathered())), sums_, map_);
+    probes_.spend(Probes::worth(taken_over_ + static_cast<double>(gathered())), sums_, map_);
     scale_ = probes_.compare(sums_, map_);
     scale(map_, scale_, pool_);
     errors_ = mean_errors(sums_, map_, scale_);
@@ -179,6 +188,7 @@ void Steering::overture(double most_seconds, double target)
     note_seconds_per_ray(start, std::max<std::uint64_t>(1, gathered() - before));
     look();
     scale_shares(true);
+    tell();
     const double error = kStep * errors_.total;
     const bool is_near = target > 0.0 ? error < kShareOfGoal * target
                                       : seconds_since(start) + 2.0 * rays_to(error) * seconds_per_ray_ > most_seconds;
@@ -264,6 +274,7 @@ bool Steering::step(const StepLimits& to)
     refine(allot_for_rays(shares_, rays, kMostRays));
     look();
     scale_shares(true);
+    tell();
     progress_ = progress_of_step(errors_.total / before);
     ++steps_;
     stalls_ = errors_.total > (is_cut ? kStalled : kHardlyLess) * before ? stalls_ + 1 : 0;
@@ -291,12 +302,13 @@ void Steering::reach(const RecordGoal& goal)
 
 std::unique_ptr<Probes> place_to_goal(Placement& placement, const View& view, float overlap, const Overture& overture,
                                       ThreadPool& pool, std::vector<Record>& records, RecordStats& stats,
-                                      const std::function<std::optional<RecordGoal>(const RecordForecast&)>& set_goal)
+                                      const SteeringHooks& hooks)
 {
     std::unique_ptr<Probes> probes = placement.make_probes();
-    Steering steering(placement, *probes, view, overlap, pool, records, stats);
+    placement.take_over();
+    Steering steering(placement, *probes, view, overlap, pool, records, stats, hooks.after_step);
     steering.overture(overture.seconds, overture.target);
-    if (const std::optional<RecordGoal> goal = set_goal(steering.forecast())) steering.reach(*goal);
+    if (const std::optional<RecordGoal> goal = hooks.set_goal(steering.forecast())) steering.reach(*goal);
     return probes;
 }
 

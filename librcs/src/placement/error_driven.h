@@ -39,15 +39,29 @@ struct Overture {
     double target = 0.0;  ///< mean relative error that is to be reached; 0: none, there is a budget
 };
 
+/// A splat of the records so far.
+struct RecordLook {
+    const SplatBuffer& sums;
+    const ErrorMap& errors;
+    const ErrorScale& scale;
+};
+
+/// Whom steering asks and tells.
+struct SteeringHooks {
+    /// Asked after the overture; none stops there.
+    std::function<std::optional<RecordGoal>(const RecordForecast&)> set_goal;
+    std::function<void(const RecordLook&)> after_step;  ///< told of the overture, and of each step; may throw
+};
+
 /// Places records as the estimated error asks for: first a coarse overture that serves every pixel; then, down steps
 /// that are the same for every goal, records closer together where their extrapolations disagree, and more rays where
 /// they lower the mean error most.
 /// @param placement  with options().rays and spacing for the overture; options() are left as the last step used them,
 ///        so that further views are filled alike
-/// @param set_goal  asked after the overture; none stops there
+/// Records of other views that lie on what is seen take part.
 /// @return the probes that the error was judged by
 std::unique_ptr<Probes> place_to_goal(Placement& placement, const View& view, float overlap, const Overture& overture,
                                       ThreadPool& pool, std::vector<Record>& records, RecordStats& stats,
-                                      const std::function<std::optional<RecordGoal>(const RecordForecast&)>& set_goal);
+                                      const SteeringHooks& hooks);
 
 }  // namespace rcs

@@ -7,9 +7,11 @@
 
 #include "accuracy/error_estimate.h"
 #include "gbuffer/views.h"
+#include "placement/holes.h"
 #include "placement/placement.h"
 #include "placement/refine.h"
 #include "placement/spacing.h"
+#include "placement/view_fit.h"
 #include "rcs/error.h"
 #include "rcs/records.h"
 #include "records/gather.h"
@@ -18,10 +20,6 @@
 
 namespace rcs {
 namespace {
-
-// The coarsest grid of candidates [px]: about the widest spacing of default options.
-constexpr int kCoarsestStride = 32;
-static_assert(kPartGrid % kCoarsestStride == 0);
 
 constexpr float kHardlyMore = 1.05f;  // times the closest spacing: as close as they may
 
@@ -35,58 +33,6 @@ constexpr float kUsualOverlap = 3.0f;
 constexpr float kMostCloser = 8.0f;  // times as many, at a time
 // A few new records beside those of other views are as close as those are.
 constexpr double kFewAreNew = 0.1;
-
-/// One wave: in each cell of a grid, one pixel by rule.
-struct Wave {
-    int stride;
-    int phase;     // which quarter of the cells, so that neighbours do not both claim a hole; -1 takes all
-    bool refresh;  // first let new records take reach from older ones, and see what that uncovers
-};
-
-std::vector<Wave> waves()
-{
-    std::vector<Wave> list;
-    for (int stride = kCoarsestStride; stride >= 4; stride /= 2) list.push_back({stride, -1, stride == 4});
-    for (int stride : {2, 1})
-        for (int phase = 0; phase < 4; ++phase) list.push_back({stride, phase, stride == 1 && phase == 0});
-    return list;
-}
-
-/// The pixel that a wave takes in one cell of its grid; at or beyond the image's edge it may be none of it.
-glm::ivec2 pixel_of_cell(int cx, int cy, int stride, std::uint64_t seed)
-{
-    const std::uint64_t cell = static_cast<std::uint64_t>(cy) << 32 | static_cast<std::uint64_t>(cx);
-    const std::uint64_t key = stream_key(seed + static_cast<std::uint64_t>(stride), Stream::placement, cell);
-    const std::uint64_t side = static_cast<std::uint64_t>(stride);
-    return {cx * stride + static_cast<int>(key % side), cy * stride + static_cast<int>((key >> 32) % side)};
-}
-
-/// The visible points of this wave's grid that no record serves, row of cells by row of cells.
-/// @param corner  of the G-buffer in the whole picture, whose grid it is [px]
-std::vector<std::uint32_t> find_holes(const GBuffer& g, glm::ivec2 corner, const std::vector<float>& weight, Wave wave,
-                                      std::uint64_t seed, ThreadPool& pool)
-{
-    const glm::ivec2 first = corner / wave.stride;
-    const int columns = (g.width + wave.stride - 1) / wave.stride;
-    std::vector<std::vector<std::uint32_t>> rows(static_cast<std::size_t>((g.height + wave.stride - 1) / wave.stride));
-    pool.parallel_for(rows.size(), 16, [&](std::size_t begin, std::size_t end, int) {
-        for (int cy = static_cast<int>(begin); cy < static_cast<int>(end); ++cy) {
-            for (int cx = 0; cx < columns; ++cx) {
-                const glm::ivec2 cell = first + glm::ivec2(cx, cy);
-                if (wave.phase >= 0 && ((cell.x & 1) | (cell.y & 1) << 1) != wave.phase) continue;
-                const glm::ivec2 p = pixel_of_cell(cell.x, cell.y, wave.stride, seed) - first * wave.stride;
-                if (p.x >= g.width || p.y >= g.height) continue;
-                const std::size_t i =
-                    static_cast<std::size_t>(p.y) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(p.x);
-                if (g.covered(i) && !(weight[i] > 0.0f))
-                    rows[static_cast<std::size_t>(cy)].push_back(static_cast<std::uint32_t>(i));
-            }
-        }
-    });
-    std::vector<std::uint32_t> holes;
-    for (const auto& row : rows) holes.insert(holes.end(), row.begin(), row.end());
-    return holes;
-}
 
 template <typename T>
 void require(bool valid, const char* field, T value, const char* range)
@@ -128,6 +74,8 @@ Placement::Placement(const LitScene& scene, const GBuffer& gbuffer, const View& 
 {
     validate(options);
 }
+
+void Placement::take_over() { pixels_ = bring_seen_last(gbuffer_, view_, options_.radiance, records_); }
 
 void Placement::fill()
 {

@@ -24,6 +24,9 @@ public:
     Placement(const LitScene& scene, const GBuffer& gbuffer, const View& view, const RecordSettings& options,
               ThreadPool& pool, std::vector<Record>& records, RecordStats& stats, std::function<void(float)> report);
 
+    /// Records of other views count as made here where they lie on what is seen: they may come closer and get more rays
+    /// as well. Before anything is made.
+    void take_over();
     /// Adds records in waves until every visible point is within the spacing radius of one.
     void fill();
     /// Where extrapolations disagree by more than Ward's error tolerance allows, at contacts and the edges of light,

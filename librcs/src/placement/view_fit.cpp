@@ -5,6 +5,9 @@
 #include <cstddef>
 #include <iterator>
 #include <optional>
+#include <utility>
+
+#include "records/gather.h"
 
 namespace rcs {
 namespace {
@@ -49,23 +52,56 @@ std::vector<Record> take_unseen(const View& view, std::vector<Record>& records)
     return taken;
 }
 
+namespace {
+
+/// The pixel that shows a record's place; none where nothing, or something else, is seen there.
+std::optional<std::size_t> pixel_of(const GBuffer& gbuffer, const View& view, const Record& record)
+{
+    const glm::dvec3 relative = glm::dvec3(record.position) - gbuffer.camera_position;
+    const std::optional<std::size_t> i = pixel_at(view, relative);
+    if (!i || !gbuffer.covered(*i)) return std::nullopt;
+    const bool is_near = glm::distance(glm::vec3(relative), gbuffer.position(*i)) <= kNear * gbuffer.footprint[*i];
+    return is_near ? i : std::nullopt;
+}
+
+}  // namespace
+
 void fit_to_view(const GBuffer& gbuffer, const View& view, std::span<Record> records)
 {
     const bool perspective = view.camera.projection == Projection::perspective;
     const double pixel = image_plane(view).pixel;
     for (Record& r : records) {
-        const glm::dvec3 relative = glm::dvec3(r.position) - gbuffer.camera_position;
-        const std::optional<std::size_t> i = pixel_at(view, relative);
-        if (i && gbuffer.covered(*i) &&
-            glm::distance(glm::vec3(relative), gbuffer.position(*i)) <= kNear * gbuffer.footprint[*i]) {
+        if (const std::optional<std::size_t> i = pixel_of(gbuffer, view, r)) {
             const float now = gbuffer.footprint[*i];
             if (now > kSame * r.footprint || now * kSame < r.footprint) r.footprint = now;
             continue;
         }
-        const double facing =
-            perspective ? pixel * std::max(glm::length(relative), static_cast<double>(r.footprint)) : pixel;
+        const double distance = glm::length(glm::dvec3(r.position) - gbuffer.camera_position);
+        const double facing = perspective ? pixel * std::max(distance, static_cast<double>(r.footprint)) : pixel;
         r.footprint = std::min(r.footprint, static_cast<float>(kOblique * facing));
     }
+}
+
+std::vector<std::uint32_t> bring_seen_last(const GBuffer& gbuffer, const View& view, bool with_radiance,
+                                           std::vector<Record>& records)
+{
+    std::vector<std::uint32_t> pixels;
+    std::vector<Record> seen;
+    std::size_t others = 0;
+    for (std::size_t k = 0; k < records.size(); ++k) {
+        Record& r = records[k];
+        const std::optional<std::size_t> i = pixel_of(gbuffer, view, r);
+        if (i && is_born(r) && r.radiance.empty() != with_radiance) {
+            pixels.push_back(static_cast<std::uint32_t>(*i));
+            seen.push_back(std::move(r));
+        } else {
+            if (others != k) records[others] = std::move(r);
+            ++others;
+        }
+    }
+    records.resize(others);
+    records.insert(records.end(), std::make_move_iterator(seen.begin()), std::make_move_iterator(seen.end()));
+    return pixels;
 }
 
 }  // namespace rcs

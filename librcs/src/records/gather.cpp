@@ -43,6 +43,8 @@ Birth birth_at(const GBuffer& g, std::uint32_t pixel, std::uint64_t seed, std::u
     return b;
 }
 
+bool is_born(const Record& record) { return record.watch.geometric_normal != glm::vec3(0.0f); }
+
 Birth birth_of(const Record& record, std::uint64_t seed, std::uint64_t sample)
 {
     const RecordWatch& watch = record.watch;
@@ -186,7 +188,9 @@ void RecordGatherer::gather_more(const GBuffer& gbuffer, std::span<const std::ui
             [&](std::size_t i) {
                 const std::size_t k = wanted[done + i];
                 const auto sample = static_cast<std::uint64_t>(records[k].rays);
-                return GatherTask{birth_at(gbuffer, pixels[k], impl_->seed, sample), &sizes.at(extra[k])};
+                const Birth birth = is_born(records[k]) ? birth_of(records[k], impl_->seed, sample)
+                                                        : birth_at(gbuffer, pixels[k], impl_->seed, sample);
+                return GatherTask{birth, &sizes.at(extra[k])};
             },
             pool,
             [&](std::size_t i, const Record& record, const GatherWorkspace&) {

@@ -31,8 +31,8 @@ public:
     /// Whether some of them are looks at lit points.
     bool looks() const;
 
-    /// Gathers again at record i's pixel, with extra[i] times as many rays as rays(), other ones, and averages them
-    /// into the record.
+    /// Gathers again where record i was born, or at its pixel where that is not known, with extra[i] times as many rays
+    /// as rays(), other ones, and averages them into the record.
     /// @param report  told the fraction done, on this thread; may throw
     void gather_more(const GBuffer& gbuffer, std::span<const std::uint32_t> pixels, std::span<const int> extra,
                      std::span<Record> records, ThreadPool& pool, RecordStats& stats,
@@ -53,6 +53,9 @@ private:
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };
+
+/// Whether it is known where its rays start.
+bool is_born(const Record& record);
 
 /// Averages a further gather at the record's place into its irradiance, gradients, radiance and noise, by numbers of
 /// rays. What the spacing rests on stays: else records would claim other pixels than those filled around them.

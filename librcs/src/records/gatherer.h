@@ -34,7 +34,7 @@ struct Birth {
 
 /// @param sample  sets the gathers at this place apart: each has its own rays
 Birth birth_at(const GBuffer& g, std::uint32_t pixel, std::uint64_t seed, std::uint64_t sample = 0);
-/// The same of a record that was born there: gathers again with the same rays.
+/// The same of a record that is_born(), there: gathers again with the same rays.
 Birth birth_of(const Record& record, std::uint64_t seed, std::uint64_t sample = 0);
 
 /// Light that arrives at a hit over a shadow ray, and where the hit's albedo is to be looked up: only if it counts.

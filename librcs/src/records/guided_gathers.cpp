@@ -39,6 +39,8 @@ constexpr double kSamplesPerPixel = 32.0;
 constexpr double kMostErrorOfCells = 0.03, kMostPartOfCells = 0.1;
 // A smaller gain is not worth the points.
 constexpr double kLeastGain = 1.25, kGainOfMore = 0.9;
+// A larger one asks for nothing else.
+constexpr double kSureGain = 2.0;
 // A record below this part of the mean is judged as if it were as bright: it can hardly be seen.
 constexpr double kDark = 0.1;
 
@@ -149,52 +151,62 @@ double error_of_cells(const Probes& probes, LitScene lit, const RecordSettings& 
 struct Trial {
     std::unique_ptr<GatherGuide> guide;  ///< null: there is nothing to look at, or it does no good
     Errors errors;
+    double error = 0.0;  ///< with the best share of looks, in the time of a gather without
 };
 
-/// The share of looks that leaves the least error in the same time; 0: none does any good. What gathers say of their
+struct BestShare {
+    float share = 0.0f;  ///< of looks; 0: none does any good
+    double error;        ///< that it leaves in the same time
+};
+
+/// The share of looks that leaves the least error in the same time. What gathers say of their
 /// own error parts it between rays and looks; how large it is says the difference of two: strata of smooth light are
 /// far better than they can tell.
 /// @param guided  with half of the rays of `plain`, and as many looks
 /// @param least_gain  that they must have
-float best_share(const Errors& guided, const Errors& plain, double least_gain)
+BestShare best_share(const Errors& guided, const Errors& plain, double least_gain)
 {
     const double scale = guided.all / std::max(1e-30, std::hypot(guided.rays, guided.looks));
-    double least = plain.all / least_gain;
-    float best = 0.0f;
+    BestShare best{0.0f, plain.all / least_gain};
     for (double share = 0.3; share < 0.85; share += 0.05) {
         const double of_rays = guided.rays * std::pow(0.5 / (1.0 - share), kStrataFall);
         const double of_looks = guided.looks * std::pow(0.5 / share, kLooksFall);
         const double time = (1.0 - share) * kSparedRayCost + share * kLookCost;
         const double error = scale * std::hypot(of_rays, of_looks) * std::pow(time, kStrataFall);
-        if (error < least) least = error, best = static_cast<float>(share);
+        if (error < best.error) best = {static_cast<float>(share), error};
     }
     return best;
 }
 
+struct CellTrial {
+    std::unique_ptr<DirectCells> cells;  ///< null: they do no good
+    double error = 0.0;                  ///< as in Trial
+};
+
 /// Lights the surfaces that rays end on, if that tells more.
 /// @param plain  gathers at the probes without
-std::unique_ptr<DirectCells> try_cells(const Probes& probes, const View& view, const RecordSettings& settings,
-                                       const HitRadiance& radiance, const LitScene& plain, double error)
+CellTrial try_cells(const Probes& probes, const View& view, const RecordSettings& settings, const HitRadiance& radiance,
+                    const LitScene& plain, double error)
 {
     const GatherSize all{make_hemisphere_grid(settings.rays), 0};
     const double of_light = error_of_light(probes, Gatherer(plain, settings), all);
-    if (of_light * of_light < kLeastOfLight * error * error) return nullptr;
-    auto cells = std::make_unique<DirectCells>(
+    if (of_light * of_light < kLeastOfLight * error * error) return {};
+    CellTrial trial{std::make_unique<DirectCells>(
         light_cells(plain.rays, radiance, probes.gbuffer, view,
-                    kSamplesPerPixel * static_cast<double>(probes.gbuffer.size()), settings.seed, probes.pool));
-    if (cells->lights.empty()) return nullptr;
+                    kSamplesPerPixel * static_cast<double>(probes.gbuffer.size()), settings.seed, probes.pool))};
+    if (trial.cells->lights.empty()) return {};
     LitScene lit = plain;
-    lit.direct = cells.get();
+    lit.direct = trial.cells.get();
     const Errors errors = gather_at(probes, Gatherer(lit, settings), all, 0, nullptr);
-    const double gained = error / (errors.all * std::pow(kKnowingRayCost, kStrataFall));
-    const double shared = error_of_cells(probes, plain, settings, all, *cells);
-    return gained < kLeastGain || shared > std::max(kMostErrorOfCells, kMostPartOfCells * error) ? nullptr
-                                                                                                 : std::move(cells);
+    trial.error = errors.all * std::pow(kKnowingRayCost, kStrataFall);
+    if (trial.error * kLeastGain > error) return {};
+    const double shared = error_of_cells(probes, plain, settings, all, *trial.cells);
+    if (shared > std::max(kMostErrorOfCells, kMostPartOfCells * error)) return {};
+    return trial;
 }
 
-/// @return null: looks do no good
-std::unique_ptr<GatherGuide> try_looks(const Probes& probes, const View& view, const RecordSettings& settings,
-                                       const HitRadiance& radiance, const LitScene& plain, const Errors& errors)
+Trial try_looks(const Probes& probes, const View& view, const RecordSettings& settings, const HitRadiance& radiance,
+                const LitScene& plain, const Errors& errors)
 {
     const GatherSize half{make_hemisphere_grid(settings.rays / 2), settings.rays - settings.rays / 2};
     const PlaceLight light{plain.rays, radiance, least_hit_alpha(settings.rays), nullptr};
@@ -207,21 +219,24 @@ std::unique_ptr<GatherGuide> try_looks(const Probes& probes, const View& view, c
         const Gatherer guided(lit, settings);
         gather_at(probes, guided, half, 2, trial.guide.get());  // to learn who sees what
         trial.errors = gather_at(probes, guided, half, 4, trial.guide.get());
-        trial.guide->share = best_share(trial.errors, errors, least_gain);
-        if (trial.guide->share == 0.0f) trial.guide.reset();
+        const BestShare best = best_share(trial.errors, errors, least_gain);
+        trial.guide->share = best.share;
+        trial.error = best.error;
+        if (best.share == 0.0f) trial.guide.reset();
         return trial;
     };
     const double points = std::max(kLeastPoints, kPointsPerPixel * static_cast<double>(probes.gbuffer.size()));
     // A few points tell whether looks do any good, if not yet how many it takes.
     const double few = std::max(kLeastPoints, kFewPoints * points);
-    if (points > kManyMore * few && !try_with(few, kLeastGain).guide) return nullptr;
+    if (points > kManyMore * few && !try_with(few, kLeastGain).guide) return {};
     Trial trial = try_with(points, kLeastGain);
-    if (!trial.guide) return nullptr;
+    if (!trial.guide) return {};
     const double wanted = std::min(kMostMore, std::pow(trial.errors.points / kErrorOfPoints, 2.0)) * points;
-    if (wanted < kHardlyMore * points) return std::move(trial.guide);
+    if (wanted < kHardlyMore * points) return trial;
     // Looks have done good twice: the noise of one measurement more is no reason to leave them.
     trial = try_with(wanted, kGainOfMore);
-    return trial.errors.points > kMostErrorOfPoints ? nullptr : std::move(trial.guide);
+    if (trial.errors.points > kMostErrorOfPoints) return {};
+    return trial;
 }
 
 }  // namespace
@@ -236,10 +251,16 @@ LightSearch search_light(const LitScene& scene, const GBuffer& gbuffer, const Vi
         gather_at(probes, Gatherer(plain, settings), {make_hemisphere_grid(settings.rays), 0}, 0, nullptr);
     if (!(errors.all > 0.0)) return {};
     const HitRadiance radiance(scene.rays, nullptr, effects_or_scene(settings.effects, scene.rays), scene.gathered);
+    Trial looks = try_looks(probes, view, settings, radiance, plain, errors);
+    // Lit points are such knowledge as well, and what looks leave to rays is near: one or the other.
+    CellTrial cells;
+    if (steady && !(looks.guide && looks.error * kSureGain < errors.all))
+        cells = try_cells(probes, view, settings, radiance, plain, errors.all);
     LightSearch found;
-    found.guide = try_looks(probes, view, settings, radiance, plain, errors);
-    // Lit points are such knowledge as well, and what looks leave to rays is near.
-    if (steady && !found.guide) found.direct = try_cells(probes, view, settings, radiance, plain, errors.all);
+    if (cells.cells && (!looks.guide || cells.error < looks.error))
+        found.direct = std::move(cells.cells);
+    else
+        found.guide = std::move(looks.guide);
     return found;
 }
 

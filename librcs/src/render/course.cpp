@@ -193,15 +193,6 @@ RecordGoal goal_in_time(Frame& frame, const Prospect& p)
     return {p.target, std::max(1e-3, left), looks, frame.stats().forecast.goal_error};
 }
 
-/// What the coarse records are made with, which error and time are forecast from.
-/// @param looks  whether records also look at lit points: those come beside the strata that spacing needs
-RecordSettings overture(RecordSettings settings, bool looks)
-{
-    settings.error_tolerance = 0.25f;
-    settings.rays = looks ? 96 : 64;
-    return settings;
-}
-
 }  // namespace
 
 Deadline::Deadline(const Quality& quality) : budget_(0.0), start_(std::chrono::steady_clock::now())
@@ -253,6 +244,16 @@ DirectSettings affordable_direct(const Frame& frame)
     }
 }
 
+RecordSettings first_records(const Frame& frame)
+{
+    RecordSettings settings = frame.settings.records;
+    if (!has_goal(frame.asked)) return settings;
+    settings.error_tolerance = 0.25f;
+    // Looks at lit points come beside the strata that spacing needs.
+    settings.rays = frame.guide() ? 96 : 64;
+    return settings;
+}
+
 void steer_records(Frame& frame, bool go_on)
 {
     float done = 0.0f;
@@ -263,9 +264,8 @@ void steer_records(Frame& frame, bool go_on)
     };
     const Deadline& deadline = frame.deadline;
     RecordStats& stats = frame.stats().records;
-    Placement placement(frame.lit(), frame.gbuffer, frame.view(),
-                        overture(frame.settings.records, frame.guide() != nullptr), frame.session.pool(), frame.records,
-                        stats, report);
+    Placement placement(frame.lit(), frame.gbuffer, frame.view(), first_records(frame), frame.session.pool(),
+                        frame.records, stats, report);
     const double most = deadline.is_set() ? std::max(1e-3, kMostForOverture * deadline.left()) : 0.0;
     const auto set_goal = [&](const RecordForecast& cost) -> std::optional<RecordGoal> {
         const Prospect prospect = look_ahead(frame, cost);
@@ -273,8 +273,9 @@ void steer_records(Frame& frame, bool go_on)
         if (!go_on) return std::nullopt;
         return deadline.is_set() ? goal_in_time(frame, prospect) : RecordGoal{prospect.records_by * prospect.target};
     };
+    const auto tell = [&](const RecordLook& look) { tell_step(frame, look); };
     frame.probes = place_to_goal(placement, frame.view(), frame.asked.overlap, {most, target_error(frame.asked)},
-                                 frame.session.pool(), frame.records, stats, set_goal);
+                                 frame.session.pool(), frame.records, stats, {set_goal, tell});
     frame.course.records = placement.options();
 }
 

@@ -51,6 +51,9 @@ bool wants_pass(Course& course, const Deadline& deadline, int done, int most);
 /// For the first view, before its direct light: what a budget can afford.
 DirectSettings affordable_direct(const Frame& frame);
 
+/// What the first view's records begin as: coarse ones where the error or the time steers what becomes of them.
+RecordSettings first_records(const Frame& frame);
+
 /// Places the first view's records by steps to the target or for the time there is, and settles passes and rounds on
 /// the way.
 /// @param go_on  asked once the forecast is made; false stops after the coarse records

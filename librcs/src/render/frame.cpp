@@ -200,7 +200,17 @@ void filter_picture(Frame& f, const Estimate& estimate)
 
 }  // namespace
 
-RenderResult finish(Frame& f)
+void give_back(Frame& f)
+{
+    Session::State& session = f.session.state();
+    if (session.moves || !session.records.empty()) return;
+    for (std::vector<Record>* part : {&f.aside, &f.without_radiance})
+        f.records.insert(f.records.end(), std::make_move_iterator(part->begin()), std::make_move_iterator(part->end()));
+    session.put_back(std::move(f.records), f.asked, f.views.front());
+    if (f.kept_guide.guide && session.options.keep_records && !session.guide) session.guide = std::move(f.kept_guide);
+}
+
+void finish_picture(Frame& f)
 {
     f.gbuffer = {}, f.shading = {}, f.weight = {}, f.light = {};
     RenderResult& result = f.result;
@@ -220,14 +230,20 @@ RenderResult finish(Frame& f)
     f.tally.finish(f.session.gl(), f.session.pool(), f.records, result.image, stats.counts);
     describe(f, result.image);
     warn(f);
-    const RecordStats& made = stats.records;
+}
+
+RenderResult finish(Frame& f)
+{
+    finish_picture(f);
+    RenderResult& result = f.result;
+    const RecordStats& made = result.stats.records;
     if (f.needs(Effect::indirect_diffuse))
         f.session.state().keep_guide(std::move(f.kept_guide), made.records + made.renewed,
                                      f.records.size() - made.records - made.renewed);
     f.aside.insert(f.aside.end(), std::make_move_iterator(f.without_radiance.begin()),
                    std::make_move_iterator(f.without_radiance.end()));
     result.records = f.session.state().keep_records(std::move(f.records), std::move(f.aside), f.asked, f.views.front());
-    stats.kept = f.session.state().end_view();
+    result.stats.kept = f.session.state().end_view();
     f.session.state().moves = false;
     return std::move(result);
 }

@@ -16,6 +16,7 @@
 #include "lamps/gathered_lamps.h"
 #include "lit_points/gather_guide.h"
 #include "lit_points/lamp_guide.h"
+#include "placement/error_driven.h"
 #include "rcs/render.h"
 #include "render/course.h"
 #include "render/effect_counts.h"
@@ -56,6 +57,7 @@ struct Frame {
     std::unique_ptr<Probes> probes = {};  ///< that a goal was steered by, until the first view is judged
     ErrorScale error_scale = {};          ///< what probes found of the first view's error map
 
+    bool is_glance = false;  ///< what only takes noise away is left out
     bool has_moved = false;  ///< another scene than the pass before's, which the light knows nothing of yet
 
     // The pass: surfaces in view, those seen through others one layer after the other, and their light.
@@ -122,6 +124,15 @@ void add_to_picture(Frame& frame);
 bool look_behind(Frame& frame);
 /// Tells after_pass of the picture so far.
 void show_picture(Frame& frame);
+/// Tells after_step of the picture that the first view's records make.
+void tell_step(Frame& frame, const RecordLook& look);
+
+/// Of these records, all of them or some: light of both kinds.
+struct RecordedLight {
+    SplatBuffer all, of_lamps;
+    SplatStats stats;
+};
+RecordedLight splat_light(Frame& frame, const std::vector<Record>& records);
 
 /// Looks at new records, so that it can be seen what changes; only if the session wants that.
 void watch_records(Frame& frame);
@@ -129,7 +140,12 @@ void watch_records(Frame& frame);
 /// Of a crop's picture that is done, or so far, its margin goes.
 void cut_to_crop(const Frame& frame, LayeredImage& image);
 
-/// Sums become the picture, counts its statistics; what lasts goes back to the session.
+/// The session keeps what was there, and what has come to it, of a picture that did not come about.
+void give_back(Frame& frame);
+
+/// Sums become the picture, and counts its statistics.
+void finish_picture(Frame& frame);
+/// The same; what lasts goes back to the session.
 RenderResult finish(Frame& frame);
 
 }  // namespace rcs

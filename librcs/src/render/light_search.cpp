@@ -40,6 +40,7 @@ void part_lamps(Frame& f)
     if (!f.gathered.any()) return;
     f.stats().records.gathered_lamps =
         static_cast<std::uint64_t>(std::count(f.gathered.of_instance.begin(), f.gathered.of_instance.end(), 1));
+    if (f.is_glance) return;
     f.lamp_guide = std::make_unique<LampGuide>(f.rays, f.settings.effects, f.gathered, f.gbuffer, f.view(),
                                                f.settings.seed, f.session.pool());
     f.gathered.finder = f.lamp_guide.get();

@@ -12,7 +12,7 @@ namespace {
 // Gautron, Krivanek, Bouatouch, Pattanaik 2005: sparse records are gathered by rays where no record serves a visible
 // point yet, each is splatted over what it serves, and the normalised sum is the indirect light.
 RenderResult render(Frame frame)
-{
+try {
     while (begin_pass(frame)) {
         draw_gbuffer(frame);
         spread_bounces(frame);
@@ -29,6 +29,9 @@ RenderResult render(Frame frame)
     }
     watch_records(frame);
     return finish(frame);
+} catch (...) {
+    give_back(frame);
+    throw;
 }
 
 }  // namespace

@@ -266,28 +266,36 @@ void forecast_records(Frame& f)
     });
 }
 
-void splat_records(Frame& f)
+RecordedLight splat_light(Frame& f, const std::vector<Record>& records)
 {
-    if (!f.needs(Effect::indirect_diffuse)) return;
     SplatSettings settings = f.settings.splat;
     settings.error_tolerance = f.course.records.error_tolerance;
     const Shading* const glossy = f.settings.records.radiance ? &f.shading : nullptr;
-    RenderStats& stats = f.stats();
-    SplatStats splats;
-    f.light.indirect = timed(f, "splat", [&] { return splat(f, f.records, settings, splats, glossy); });
+    RecordedLight light;
+    light.all = timed(f, "splat", [&] { return splat(f, records, settings, light.stats, glossy); });
     if (f.gathered.any()) {
         settings.error_sums = false;
         SplatStats again;
-        f.light.of_lamps =
-            timed(f, "splat", [&] { return splat(f, of_gathered_lamps(f.records), settings, again, glossy); });
+        light.of_lamps =
+            timed(f, "splat", [&] { return splat(f, of_gathered_lamps(records), settings, again, glossy); });
     }
+    RenderStats& stats = f.stats();
     ++(glossy ? stats.counts.glossy_splats : stats.counts.splats);
-    stats.splats.splats += splats.splats;
-    stats.splats.samples += splats.samples;
+    stats.splats.splats += light.stats.splats;
+    stats.splats.samples += light.stats.samples;
+    return light;
+}
+
+void splat_records(Frame& f)
+{
+    if (!f.needs(Effect::indirect_diffuse)) return;
+    RecordedLight light = splat_light(f, f.records);
+    f.light.indirect = std::move(light.all);
+    f.light.of_lamps = std::move(light.of_lamps);
     if (!f.settings.splat.error_sums) return;
     f.light.indirect_error =
-        timed(f, "estimate", [&] { return error_map(f.light.indirect, splats, settings.overlap); });
-    ++stats.counts.error_passes;
+        timed(f, "estimate", [&] { return error_map(f.light.indirect, light.stats, f.settings.splat.overlap); });
+    ++f.stats().counts.error_passes;
     if (f.is_first_view()) f.error_scale = probe(f);
     scale(f.light.indirect_error, f.error_scale, f.session.pool());
 }
@@ -351,6 +359,28 @@ void show_picture(Frame& f)
         so_far.layers.erase(kSampledLayer);
         cut_to_crop(f, so_far);
         return so_far;
+    });
+}
+
+void tell_step(Frame& f, const RecordLook& look)
+{
+    if (!f.hooks.after_step || !f.shading.through.empty()) return;
+    f.hooks.after_step([&] {
+        PassLight light = f.light;
+        light.indirect = look.sums;
+        light.indirect_error = look.errors;
+        if (f.settings.records.radiance || f.gathered.any()) {  // then steering sees a part of it alone
+            RecordedLight all = splat_light(f, f.records);
+            light.indirect = std::move(all.all);
+            light.of_lamps = std::move(all.of_lamps);
+        }
+        PictureSoFar picture;
+        accumulate_pass(f.gbuffer, f.view(), f.shading, light, f.weight, nullptr, picture.image);
+        finish_passes(1, picture.image);
+        picture.image.layers.erase(kSampledLayer);
+        cut_to_crop(f, picture.image);
+        picture.errors = estimate_errors(picture.image, look.scale, f.session.pool());
+        return picture;
     });
 }
 

@@ -303,11 +303,17 @@ std::vector<Record> Session::State::keep_records(std::vector<Record> made, std::
         std::erase_if(aside, [&](const Record& r) { return view_number - r.watch.view > kMostViewsAside; });
     made.insert(made.end(), std::make_move_iterator(aside.begin()), std::make_move_iterator(aside.end()));
     if (!options.keep_records) return made;
-    if (made.size() > options.most_records) std::erase_if(made, [&](const Record& r) { return !shows(view, r); });
-    if (made.size() > options.most_records) made = {};
-    records = std::move(made);
-    record_settings = record_settings_words(asked);
+    put_back(std::move(made), asked, view);
     return {};
+}
+
+void Session::State::put_back(std::vector<Record> kept, const RenderOptions& asked, const View& view)
+{
+    if (!options.keep_records) return;
+    if (kept.size() > options.most_records) std::erase_if(kept, [&](const Record& r) { return !shows(view, r); });
+    if (kept.size() > options.most_records) kept = {};
+    records = std::move(kept);
+    record_settings = record_settings_words(asked);
 }
 
 std::optional<KeptGuide> Session::State::take_guide()

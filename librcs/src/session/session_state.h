@@ -94,6 +94,9 @@ struct [[gnu::visibility("hidden")]] Session::State {
     /// long. @return those that are not kept
     std::vector<Record> keep_records(std::vector<Record> records, std::vector<Record> aside,
                                      const RenderOptions& options, const View& view);
+    /// Keeps those of a view that did not come about, or that was only glanced at: as many as they may be, none of them
+    /// older than it was.
+    void put_back(std::vector<Record> records, const RenderOptions& options, const View& view);
     /// The guide if it serves another view; none if it has to be found out anew whether looks do good. Only where
     /// records are kept: without them a view is the same bits whatever was before.
     std::optional<KeptGuide> take_guide();
