@@ -95,7 +95,7 @@ void light_by_records(Frame& f, double seconds)
 void put_back(Frame& f, std::optional<KeptGuide> guide)
 {
     Session::State& session = f.session.state();
-    if (f.kept_guide.guide) guide = std::move(f.kept_guide);
+    if (f.kept_guide.knows()) guide = std::move(f.kept_guide);
     session.guide = std::move(guide);
     f.records.insert(f.records.end(), std::make_move_iterator(f.without_radiance.begin()),
                      std::make_move_iterator(f.without_radiance.end()));

@@ -322,8 +322,7 @@ std::optional<KeptGuide> Session::State::take_guide()
     constexpr int kMostViews = 16;
     std::optional<KeptGuide> kept = std::exchange(guide, std::nullopt);
     // That looks do no good holds for a scene in motion; points that do are lit as they were.
-    const bool serves =
-        kept && kept->views < kMostViews && ((!kept->guide && !kept->direct) || kept->scene_number == scene_number);
+    const bool serves = kept && kept->views < kMostViews && (!kept->knows() || kept->scene_number == scene_number);
     return serves ? std::move(kept) : std::nullopt;
 }
 

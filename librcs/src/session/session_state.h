@@ -32,7 +32,9 @@ struct KeptGuide {
     std::unique_ptr<GatherGuide> guide;   ///< null: looks did no good
     std::unique_ptr<DirectCells> direct;  ///< null: to know the light where rays end did none
     int views = 0;                        ///< that it has served
-    std::uint32_t scene_number = 0;       ///< that its points are lit in
+    std::uint32_t scene_number = 0;       ///< that it holds light of
+
+    bool knows() const { return guide || direct; }
 };
 
 /// What probes found of a view's error: it holds for the next ones as long as their records are the same.
