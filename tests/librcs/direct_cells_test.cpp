@@ -115,7 +115,7 @@ Gathered gather_at(const Place& place, const DirectCells* cells, int gathers, st
 {
     const GatherSize size{make_hemisphere_grid(128), 0};
     GatherWorkspace w(size.grid.cells);
-    const Gatherer gatherer({place.rays, nullptr, nullptr, nullptr, cells}, {});
+    const Gatherer gatherer({place.rays, nullptr, nullptr, nullptr, nullptr, cells}, {});
     Gathered result;
     std::vector<std::uint32_t> pixels;
     for (std::uint32_t i = 0; i < place.points.size(); i += kApart)
