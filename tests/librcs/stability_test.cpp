@@ -97,8 +97,8 @@ TEST(StabilityReproducer, HoldsTheScenePicturesAndTheCommand)
     const test::TemporaryFolder folder;
     ThreadPool pool(2);
     RenderOptions options;
-    options.width = 12;
-    options.height = 9;
+    options.width = 8;
+    options.height = 6;
     options.aa = 1;
     const Scene scene = load_scene("demo:atrium");
     Camera camera = scene.cameras[0];
@@ -109,7 +109,7 @@ TEST(StabilityReproducer, HoldsTheScenePicturesAndTheCommand)
     EXPECT_EQ(outcome.saved, folder / "rotate");
     const std::string page = test::bytes_of(folder / "rotate/README.md");
     EXPECT_NE(page.find("rcsplat render scene.glb"), std::string::npos) << page;
-    EXPECT_NE(page.find("--size 12x9 --lens-shift 0.25,0"), std::string::npos) << page;
+    EXPECT_NE(page.find("--size 8x6 --lens-shift 0.25,0"), std::string::npos) << page;
     EXPECT_FALSE(test::bytes_of(folder / "rotate/0.exr").empty());
     EXPECT_EQ(load_scene(folder / "rotate/scene.glb").instances.size(), scene.instances.size());
 }

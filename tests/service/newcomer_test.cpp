@@ -38,7 +38,7 @@ const Mistake kMistakes[] = {
     {"help as a command", {"help"}, kBadUsage, {"did you mean rcsplat --help?"}},
     {"version as a command", {"version"}, kBadUsage, {"did you mean rcsplat --version?"}},
     {"-v for the version", {"-v"}, kBadUsage, {"no option '-v'", "--version"}},
-    {"an unknown command", {"frobnicate"}, kBadUsage, {"no command 'frobnicate'", "render, batch, plan"}},
+    {"an unknown command", {"frobnicate"}, kBadUsage, {"no command 'frobnicate'", "render, batch, view, plan"}},
     {"diff for compare", {"diff", "a.png", "b.png"}, kBadUsage, {"did you mean rcsplat compare?"}},
     // Options
     {"--resolution",
@@ -50,7 +50,7 @@ const Mistake kMistakes[] = {
     {"--samples", {"render", "demo:cornell", "--samples", "64"}, kBadUsage, {"did you mean --aa?"}},
     {"--out", {"render", "demo:cornell", "--out", "a.png"}, kBadUsage, {"did you mean --output?"}},
     {"--verbose", {"render", "demo:cornell", "--verbose"}, kBadUsage, {"did you mean --log-level?"}},
-    {"--gpu", {"render", "demo:cornell", "--gpu"}, kBadUsage, {"did you mean --splat?"}},
+    {"--gpu", {"render", "demo:cornell", "--gpu"}, kBadUsage, {"did you mean --gather?"}},
     {"one dash", {"render", "demo:cornell", "-size", "64x64"}, kBadUsage, {"'-size'", "did you mean --size?"}},
     {"--stride of another command", {"render", "demo:cornell", "--stride", "4"}, kBadUsage, {"rcsplat reference has"}},
     {"an option like none", {"render", "demo:cornell", "--qqqq"}, kBadUsage, {"'--qqqq'", "--help-all"}},

@@ -8,10 +8,12 @@ namespace rcs {
 namespace {
 
 /// How the geometry term to a lit point changes in the tangent plane, over that term [1/m].
-/// @param to  the point, from the record
+/// @param to  the point, from the record. Seen edge on, as far as can be told, it sends nothing that could change
 glm::vec3 gradient_of_look(glm::vec3 normal, glm::vec3 to, glm::vec3 point_normal)
 {
-    const glm::vec3 gradient = 4.0f / glm::dot(to, to) * to - point_normal / glm::dot(point_normal, to);
+    const float facing = glm::dot(point_normal, to);
+    if (!(facing < 0.0f)) return glm::vec3(0.0f);
+    const glm::vec3 gradient = 4.0f / glm::dot(to, to) * to - point_normal / facing;
     return gradient - glm::dot(gradient, normal) * normal;
 }
 

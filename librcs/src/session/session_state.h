@@ -83,9 +83,7 @@ struct [[gnu::visibility("hidden")]] Session::State {
     /// All light goes but records that are watched. @param changed  instances; those of the scene shown now
     void change_light(const std::string& why, const std::vector<bool>& changed, SceneChange change);
     SceneStates states() const { return {scene_number, changed_in, changes, box}; }
-
-    /// Makes the next GL on that device, and gives up one on another.
-    /// @throws Error bad_argument: the GL was handed over, and is on another one
+    /// Makes the next GL on that device. @throws Error bad_argument: the GL was handed over, and is on another one
     void use_device(int device);
     /// Has the caster that is asked for, of the rays there are; says what it cannot have.
     void prepare_caster(GlContext& gl, GatherMethod asked, const LogFunction& log);
@@ -96,8 +94,7 @@ struct [[gnu::visibility("hidden")]] Session::State {
     /// long. @return those that are not kept
     std::vector<Record> keep_records(std::vector<Record> records, std::vector<Record> aside,
                                      const RenderOptions& options, const View& view);
-    /// Keeps those of a view that did not come about, or that was only glanced at: as many as they may be, none of them
-    /// older than it was.
+    /// Keeps those of a view that did not come about, or that was only glanced at, none of them older than it was.
     void put_back(std::vector<Record> records, const RenderOptions& options, const View& view);
     /// The guide if it serves another view; none if it has to be found out anew whether looks do good. Only where
     /// records are kept: without them a view is the same bits whatever was before.

@@ -156,8 +156,7 @@ public:
         for (unsigned i = 0; i < std::thread::hardware_concurrency(); ++i) {
             pids_.push_back(::fork());
             if (pids_.back() != 0) continue;
-            for (volatile unsigned spin = 0;; spin = spin + 1) {
-            }
+            for (volatile unsigned spin = 0;;) spin = spin + 1;
         }
     }
     ~BusyMachine()
