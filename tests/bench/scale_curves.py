@@ -13,6 +13,7 @@ import json
 import math
 import os
 import pathlib
+import shutil
 import statistics
 import struct
 import subprocess
@@ -203,6 +204,8 @@ def main():
     parser.add_argument("--only", nargs="+", help="axes to take")
     parser.add_argument("--largest", type=float, default=1.0, help="leave out rows above that part of the last value")
     args = parser.parse_args()
+    if not shutil.which(args.rcsplat):
+        parser.error(f"{args.rcsplat} is no program")
     args.output.mkdir(parents=True, exist_ok=True)
     known = axes()
     for name in args.only or known:
