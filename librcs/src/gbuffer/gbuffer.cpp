@@ -10,6 +10,7 @@
 #include "rays/ray_scene_impl.h"
 #include "rays/surface.h"
 #include "rcs/error.h"
+#include "scene/camera_rays.h"
 #include "util/counters.h"
 
 namespace rcs {
@@ -90,7 +91,7 @@ bool same_triangle(const Visibility& v, std::size_t a, std::size_t b)
 
 /// Whether the rasteriser's answer at a pixel could be off by its snapping: the sample is that near to an edge
 /// of a triangle seen there or at a neighbour.
-bool is_doubtful(const RayScene& rays, const View& view, const Visibility& v, int x, int y)
+bool is_doubtful(const RayScene& rays, const View& view, const CameraRays& camera, const Visibility& v, int x, int y)
 {
     const auto index = [&](int px, int py) {
         return static_cast<std::size_t>(py) * static_cast<std::size_t>(view.width) + static_cast<std::size_t>(px);
@@ -107,7 +108,7 @@ bool is_doubtful(const RayScene& rays, const View& view, const Visibility& v, in
         }
     }
     if (count == 1) return false;
-    const CameraRay ray = camera_ray(view, x + view.pixel_offset.x, y + view.pixel_offset.y);
+    const CameraRay ray = camera.of_pixel(x, y);
     return std::any_of(looked_at, looked_at + count, [&](std::size_t i) {
         if (v.instance[i] == GBuffer::kNone) return false;
         const double inside = pixels_inside(rays, v.instance[i], v.primitive[i], ray);
@@ -125,14 +126,15 @@ bool is_masked(const RayScene& rays, std::uint32_t instance)
 void settle_edges(const RayScene& rays, const View& view, ThreadPool& pool, Visibility& v)
 {
     const Visibility drawn = v;
+    const CameraRays camera(view);
     pool.parallel_for(static_cast<std::size_t>(view.height), 8, [&](std::size_t begin, std::size_t end, int) {
         for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
             for (int x = 0; x < view.width; ++x) {
                 const std::size_t i =
                     static_cast<std::size_t>(y) * static_cast<std::size_t>(view.width) + static_cast<std::size_t>(x);
-                if (!is_masked(rays, drawn.instance[i]) && !is_doubtful(rays, view, drawn, x, y)) continue;
+                if (!is_masked(rays, drawn.instance[i]) && !is_doubtful(rays, view, camera, drawn, x, y)) continue;
                 tally(Count::camera_rays);
-                const auto hit = find_visible(rays, camera_ray(view, x + view.pixel_offset.x, y + view.pixel_offset.y));
+                const auto hit = find_visible(rays, camera.of_pixel(x, y));
                 v.instance[i] = hit ? hit->instance : GBuffer::kNone;
                 v.primitive[i] = hit ? hit->primitive : GBuffer::kNone;
             }
@@ -158,12 +160,10 @@ template <typename Visit>
 void for_each_camera_ray(const View& view, ThreadPool& pool, const Visit& visit)
 {
     const std::size_t width = static_cast<std::size_t>(view.width);
+    const CameraRays camera(view);
     pool.parallel_for(static_cast<std::size_t>(view.height), 8, [&](std::size_t begin, std::size_t end, int) {
-        for (std::size_t i = begin * width; i < end * width; ++i) {
-            const double x = static_cast<double>(i % width) + view.pixel_offset.x;
-            const double y = static_cast<double>(i / width) + view.pixel_offset.y;
-            visit(i, camera_ray(view, x, y));
-        }
+        for (std::size_t i = begin * width; i < end * width; ++i)
+            visit(i, camera.of_pixel(static_cast<int>(i % width), static_cast<int>(i / width)));
     });
 }
 

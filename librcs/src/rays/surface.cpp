@@ -153,27 +153,39 @@ struct PlaneHit {
     double t, u, v;
     glm::dvec3 point;
 };
-PlaneHit meet_plane(const std::array<glm::vec3, 3>& c, glm::dvec3 origin, glm::dvec3 direction)
-{
-    const glm::dvec3 e1 = glm::dvec3(c[1]) - glm::dvec3(c[0]);
-    const glm::dvec3 e2 = glm::dvec3(c[2]) - glm::dvec3(c[0]);
-    const glm::dvec3 n = glm::cross(e1, e2);
-    const glm::dvec3 s = origin - glm::dvec3(c[0]);
-    const double slope = glm::dot(n, direction);
-    const double t = slope != 0.0 ? -glm::dot(n, s) / slope : 0.0;
-    const glm::dvec3 q = s + t * direction;
-    const double nn = std::max(glm::dot(n, n), 1e-300);
-    return {t, glm::dot(glm::cross(q, e2), n) / nn, glm::dot(glm::cross(e1, q), n) / nn, origin + t * direction};
-}
+
+/// A triangle's plane.
+struct Plane {
+    glm::dvec3 corner, e1, e2, n;
+    double nn;
+
+    explicit Plane(const std::array<glm::vec3, 3>& c)
+        : corner(c[0]),
+          e1(glm::dvec3(c[1]) - corner),
+          e2(glm::dvec3(c[2]) - corner),
+          n(glm::cross(e1, e2)),
+          nn(std::max(glm::dot(n, n), 1e-300))
+    {
+    }
+    PlaneHit meet(const glm::dvec3& origin, const glm::dvec3& direction) const
+    {
+        const glm::dvec3 s = origin - corner;
+        const double slope = glm::dot(n, direction);
+        const double t = slope != 0.0 ? -glm::dot(n, s) / slope : 0.0;
+        const glm::dvec3 q = s + t * direction;
+        return {t, glm::dot(glm::cross(q, e2), n) / nn, glm::dot(glm::cross(e1, q), n) / nn, origin + t * direction};
+    }
+};
 
 struct PixelHits {
     PlaneHit here, dx, dy;  // through the sample, and one pixel to the right and down
 };
 PixelHits meet_plane(const std::array<glm::vec3, 3>& c, const CameraRay& ray)
 {
-    return {meet_plane(c, ray.origin, ray.direction),
-            meet_plane(c, ray.origin + ray.origin_dx, ray.direction + ray.direction_dx),
-            meet_plane(c, ray.origin + ray.origin_dy, ray.direction + ray.direction_dy)};
+    const Plane plane(c);
+    return {plane.meet(ray.origin, ray.direction),
+            plane.meet(ray.origin + ray.origin_dx, ray.direction + ray.direction_dx),
+            plane.meet(ray.origin + ray.origin_dy, ray.direction + ray.direction_dy)};
 }
 
 // A pixel on a surface seen at a grazing angle counts as at most so many times larger than one seen squarely:

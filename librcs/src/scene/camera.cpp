@@ -3,6 +3,8 @@
 #include <cmath>
 #include <utility>
 
+#include "scene/camera_rays.h"
+
 namespace rcs {
 
 namespace {
@@ -34,23 +36,20 @@ std::optional<glm::dvec2> image_position(const View& view, glm::dvec3 relative)
     return plane.axis + glm::dvec2(p.x, -p.y) / pixel;
 }
 
-CameraRay camera_ray(const View& view, double x, double y)
+CameraRays::CameraRays(const View& view)
+    : eye_(view.camera.world_from_view[3]),
+      back_(view.camera.world_from_view[2]),
+      corner_(view.corner),
+      sample_(view.pixel_offset),
+      perspective_(view.camera.projection == Projection::perspective)
 {
-    const Camera& camera = view.camera;
-    const glm::dvec3 right(camera.world_from_view[0]);
-    const glm::dvec3 up(camera.world_from_view[1]);
-    const glm::dvec3 back(camera.world_from_view[2]);
-    const glm::dvec3 eye(camera.world_from_view[3]);
-    // In the whole picture's pixels, so that a part of it has the same rays to the bit.
     const ImagePlane plane = whole_plane(view);
-    const glm::dvec2 at = glm::dvec2(view.corner) + glm::dvec2(x, y) - plane.axis;
-    const glm::dvec3 dx = right * plane.pixel;
-    const glm::dvec3 dy = up * -plane.pixel;
-    const glm::dvec3 offset = dx * at.x + dy * at.y;
-    const glm::dvec3 none(0.0);
-    if (camera.projection == Projection::perspective) return {eye, offset - back, none, none, dx, dy};
-    return {eye + offset, -back, dx, dy, none, none};
+    axis_ = plane.axis;
+    dx_ = glm::dvec3(view.camera.world_from_view[0]) * plane.pixel;
+    dy_ = glm::dvec3(view.camera.world_from_view[1]) * -plane.pixel;
 }
+
+CameraRay camera_ray(const View& view, double x, double y) { return CameraRays(view).through(x, y); }
 
 glm::dvec3 camera_position(const Camera& camera) { return glm::dvec3(camera.world_from_view[3]); }
 

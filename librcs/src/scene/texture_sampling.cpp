@@ -1,7 +1,10 @@
 #include "scene/texture.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 
 namespace rcs {
 namespace {
@@ -22,26 +25,65 @@ Neighbors neighbors(float coordinate, int size, Wrap wrap)
     return {before, after, x - static_cast<float>(below)};
 }
 
-glm::vec4 bilinear(const Texture::Level& level, glm::vec2 uv, Wrap wrap_u, Wrap wrap_v)
+/// Four channels side by side, in one register.
+using Lanes = float __attribute__((vector_size(16)));
+
+glm::vec4 as_vector(Lanes v) { return {v[0], v[1], v[2], v[3]}; }
+
+/// As texel_value().
+Lanes texel_lanes(const std::array<std::uint16_t, 4>& texel)
 {
-    const Neighbors x = neighbors(uv.x, level.width, wrap_u), y = neighbors(uv.y, level.height, wrap_v);
-    const glm::vec4 upper =
-        glm::mix(texel_value(level, x.before, y.before), texel_value(level, x.after, y.before), x.blend);
-    const glm::vec4 lower =
-        glm::mix(texel_value(level, x.before, y.after), texel_value(level, x.after, y.after), x.blend);
-    return glm::mix(upper, lower, y.blend);
+    using Codes = std::uint16_t __attribute__((vector_size(8)));
+    using Wide = std::int32_t __attribute__((vector_size(16)));
+    const auto codes = std::bit_cast<Codes>(texel);
+    return __builtin_convertvector(__builtin_convertvector(codes, Wide), Lanes) * (1.0f / 65535.0f);
 }
 
-/// @param width  of the filter, in texels of the full size
-glm::vec4 trilinear(const Texture& texture, const TextureSlot& slot, glm::vec2 uv, float width)
+/// As glm::mix().
+Lanes mix(Lanes a, Lanes b, float t) { return a * (1.0f - t) + b * t; }
+
+Lanes bilinear_lanes(const Texture::Level& level, glm::vec2 uv, Wrap wrap_u, Wrap wrap_v)
 {
-    const float depth = std::log2(std::max(width, 1.0f));
-    const auto last = texture.levels.size() - 1;
-    const auto finer = std::min(static_cast<std::size_t>(depth), last);
-    const glm::vec4 fine = bilinear(texture.levels[finer], uv, slot.wrap_u, slot.wrap_v);
-    const float blend = depth - static_cast<float>(finer);
-    if (finer == last || blend <= 0.0f) return fine;
-    return glm::mix(fine, bilinear(texture.levels[finer + 1], uv, slot.wrap_u, slot.wrap_v), blend);
+    const Neighbors x = neighbors(uv.x, level.width, wrap_u), y = neighbors(uv.y, level.height, wrap_v);
+    const auto* const texels = level.texels.data();
+    const auto row = [&](int j) {
+        return texels + static_cast<std::size_t>(j) * static_cast<std::size_t>(level.width);
+    };
+    const auto* const before = row(y.before);
+    const auto* const after = row(y.after);
+    const Lanes upper = mix(texel_lanes(before[x.before]), texel_lanes(before[x.after]), x.blend);
+    const Lanes lower = mix(texel_lanes(after[x.before]), texel_lanes(after[x.after]), x.blend);
+    return mix(upper, lower, y.blend);
+}
+
+glm::vec4 bilinear(const Texture::Level& level, glm::vec2 uv, Wrap wrap_u, Wrap wrap_v)
+{
+    return as_vector(bilinear_lanes(level, uv, wrap_u, wrap_v));
+}
+
+/// The two levels between which a filter's width lies.
+struct LevelPair {
+    const Texture::Level* fine;
+    const Texture::Level* coarse;  ///< null: the finer one alone
+    float blend;                   ///< 0: all of `fine`
+
+    /// @param width  of the filter, in texels of the full size
+    LevelPair(const Texture& texture, float width)
+    {
+        const float depth = std::log2(std::max(width, 1.0f));
+        const auto last = texture.levels.size() - 1;
+        const auto finer = std::min(static_cast<std::size_t>(depth), last);
+        fine = &texture.levels[finer];
+        blend = depth - static_cast<float>(finer);
+        coarse = finer == last || blend <= 0.0f ? nullptr : &texture.levels[finer + 1];
+    }
+};
+
+Lanes trilinear(const LevelPair& levels, const TextureSlot& slot, glm::vec2 uv)
+{
+    const Lanes fine = bilinear_lanes(*levels.fine, uv, slot.wrap_u, slot.wrap_v);
+    if (!levels.coarse) return fine;
+    return mix(fine, bilinear_lanes(*levels.coarse, uv, slot.wrap_u, slot.wrap_v), levels.blend);
 }
 
 /// Axes of the ellipse that a pixel's disc becomes on the texture.
@@ -96,12 +138,13 @@ glm::vec4 sample_filtered(const Texture& texture, glm::vec2 uv, glm::vec2 duv_dx
 
     const float probe_width = std::max({1.0f, footprint.short_width, footprint.long_width / kMaxProbes});
     const int probes = std::clamp(static_cast<int>(std::ceil(footprint.long_width / probe_width)), 1, kMaxProbes);
-    glm::vec4 sum(0.0f);
+    const LevelPair levels(texture, probe_width);
+    Lanes sum = {};
     for (int i = 0; i < probes; ++i) {
         const float along = (static_cast<float>(i) + 0.5f) / static_cast<float>(probes) - 0.5f;
-        sum += trilinear(texture, slot, uv + along * footprint.long_axis, probe_width);
+        sum += trilinear(levels, slot, uv + along * footprint.long_axis);
     }
-    return sum / static_cast<float>(probes);
+    return as_vector(sum / static_cast<float>(probes));
 }
 
 glm::vec4 sample_slot(const Scene& scene, const TextureSlot& slot, glm::vec2 uv, glm::vec2 duv_dx, glm::vec2 duv_dy)
