@@ -67,13 +67,16 @@ std::vector<std::uint32_t> checked_pixels(const PyGBuffer& g,
 PySplats splatted(Session& session, const PyRecords& records, const PyGBuffer& g, float error_tolerance, float overlap,
                   const std::string& method)
 {
-    if (method != "tiles" && method != "quads") refuse_value("method", method, "one of tiles, quads");
+    if (method != "tiles" && method != "quads" && method != "gpu-tiles")
+        refuse_value("method", method, "one of tiles, quads, gpu-tiles");
     const SplatSettings settings{error_tolerance, overlap, false};
     PySplats splats;
     const py::gil_scoped_release released;
-    splats.sums = method == "tiles"
-                      ? splat_tiles(records.records, g.gbuffer, g.view, settings, session.pool(), splats.stats)
-                      : splat_quads(session.gl(), records.records, g.gbuffer, g.view, settings, splats.stats);
+    if (method == "tiles")
+        splats.sums = splat_tiles(records.records, g.gbuffer, g.view, settings, session.pool(), splats.stats);
+    else
+        splats.sums = (method == "quads" ? splat_quads : splat_gpu_tiles)(session.gl(), records.records, g.gbuffer,
+                                                                          g.view, settings, splats.stats, nullptr);
     return splats;
 }
 

@@ -12,7 +12,7 @@ std::vector<std::string> split_choices(const std::string& value)
     std::vector<std::string> choices = CLI::detail::split(value, '|');
     const bool known = std::all_of(choices.begin(), choices.end(), [](const std::string& choice) {
         return !choice.empty() &&
-               std::all_of(choice.begin(), choice.end(), [](char c) { return c >= 'a' && c <= 'z'; });
+               std::all_of(choice.begin(), choice.end(), [](char c) { return (c >= 'a' && c <= 'z') || c == '-'; });
     });
     return choices.size() > 1 && known ? choices : std::vector<std::string>{};
 }

@@ -34,6 +34,7 @@ MachineReport describe_machine(GlContext& gl, ThreadPool& pool, const LogFunctio
     MachineReport report = {{"rcsplat", kVersion}};
     for (auto& fact : describe_gl(gl)) report.push_back(std::move(fact));
     for (auto& fact : describe_gather(gl, pool)) report.push_back(std::move(fact));
+    for (auto& fact : describe_splat(gl, pool)) report.push_back(std::move(fact));
     for (auto& fact : describe_rays()) report.push_back(std::move(fact));
     const ToneMapper mapper(ToneMapOptions{}, log);
     report.emplace_back("OpenColorIO configuration",

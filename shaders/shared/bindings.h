@@ -21,6 +21,11 @@
 #define RCS_SPLAT_BUFFER_RADIANCE 1  // std430, GpuRadiance[]
 #define RCS_SPLAT_BUFFER_LOBES 2     // std430, vec4[9] per pixel of the band
 #define RCS_SPLAT_TARGET_GLOSSY 3    // RGBA32F: rgb sum w L; a unused
+// ... and by tiles in compute, where the targets are images of the same numbers
+#define RCS_SPLAT_BUFFER_TILES 3     // std430, uint[]: where each tile's records begin in the next, and one more
+#define RCS_SPLAT_BUFFER_IN_TILES 4  // std430, uint[]: records, tile after tile
+#define RCS_SPLAT_UNIFORM_BAND 1     // ivec3: first row of the band, how many [px]; whether sums begin at 0
+#define RCS_SPLAT_TILE 16            // [px]; a tile is a work group
 
 // Pass rays: which surface does each ray meet?
 #define RCS_RAYS_BUFFER_NODES 0      // std430, uvec4[]: device_scene.h

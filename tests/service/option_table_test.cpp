@@ -232,7 +232,7 @@ TEST(OptionTable, RefusalsNameFieldValueAndRange)
     EXPECT_EQ(words("error_tolerance", "1.50"), "error_tolerance is 1.5, expected a value in (0, 1]");
     EXPECT_EQ(words("error_tolerance", "fine"), "error_tolerance is fine, expected a value in (0, 1]");
     EXPECT_EQ(words("seed", "-1"), "seed is -1, expected a whole number in [0, 18446744073709551615]");
-    EXPECT_EQ(words("splat", "cubes"), "splat is cubes, expected one of auto, quads, tiles");
+    EXPECT_EQ(words("splat", "cubes"), "splat is cubes, expected one of auto, quads, tiles, gpu-tiles");
     EXPECT_NE(words("with_effects", "magic").find("with_effects is magic, expected one of emission, "),
               std::string::npos);
     EXPECT_EQ(words("min_reach", "80"), "min_reach is 80, expected at most max_reach, which is 60");
@@ -363,8 +363,8 @@ TEST(OptionTable, HelpShowsUnitRangeAndDefault)
     const std::string help = help_of("render");
     for (const OptionInfo& option : option_table())
         EXPECT_NE(help.find(" " + std::string(option.name) + " "), std::string::npos) << option.name;
-    for (const char* part :
-         {"(default 128)", "[16, 65536]", "(0, 1]", "[px]", " auto|quads|tiles ", "(default 1000x1000)", "Quality"})
+    for (const char* part : {"(default 128)", "[16, 65536]", "(0, 1]", "[px]", " auto|quads|tiles|gpu-tiles ",
+                             "(default 1000x1000)", "Quality"})
         EXPECT_NE(help.find(part), std::string::npos) << part;
     EXPECT_EQ(help.find("auto-exposure"), std::string::npos);
 }

@@ -60,7 +60,7 @@ with Client(address) as client:
         ({"records": {}}, "there is no option records"),
         ({"budget_seconds": 0}, "budget_seconds is 0, expected a value in (0, 1000000]"),
         ({"with_effects": ["magic"]}, "with_effects is magic, expected one of emission"),
-        ({"splat": "dots"}, "splat is dots, expected one of auto, quads, tiles"),
+        ({"splat": "dots"}, "splat is dots, expected one of auto, quads, tiles, gpu-tiles"),
     ):
         try:
             client.submit("demo:cornell", **wrong)

@@ -39,7 +39,7 @@ def main():
         for line, offered in {
                 "rcsplat ref": {"reference"},
                 "rcsplat render --si": {"--size"},
-                "rcsplat render demo:cornell --splat ": {"auto", "quads", "tiles"},
+                "rcsplat render demo:cornell --splat ": {"auto", "quads", "tiles", "gpu-tiles"},
                 "rcsplat render demo:at": {"atrium"},
                 "rcsplat render roo": {"room.glb"},
                 "rcsplat render demo:cornell -o fra": {"frames"},

@@ -20,6 +20,9 @@ RCS_API std::vector<MachineFact> describe_gl(GlContext& gl);
 /// The graphics devices there are, what `--gather auto` takes on this one, and why. May measure it, as a render would.
 RCS_API std::vector<MachineFact> describe_gather(GlContext& gl, ThreadPool& pool);
 
+/// What `--splat auto` takes, and why. May measure it, as a render would.
+RCS_API std::vector<MachineFact> describe_splat(GlContext& gl, ThreadPool& pool);
+
 /// The Embree library that is loaded: its version, the instruction sets it uses here, and what it was built with.
 RCS_API std::vector<MachineFact> describe_rays();
 

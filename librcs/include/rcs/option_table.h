@@ -65,7 +65,7 @@ RCS_API const OptionInfo& find_option(std::string_view key);
 /// Of the rows that share a row's name, the one whose prefix a text begins with; else that row.
 RCS_API const OptionInfo& option_for(const OptionInfo& option, std::string_view text);
 
-/// "a whole number in [16, 65536]", "one of auto, quads, tiles".
+/// "a whole number in [16, 65536]", "one of auto, quads, tiles, gpu-tiles".
 RCS_API std::string expected_of(const OptionInfo& option);
 
 /// Reads a value as the command line takes it, with or without the row's prefix; one of quality makes the options'

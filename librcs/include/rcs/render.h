@@ -97,7 +97,7 @@ struct RenderStats {
     DenoiseStats denoised;                                      ///< if that was asked for
     std::uint64_t probe_rays = 0;                               ///< of gathers that judged the estimate
     std::uint64_t unserved_pixels = 0;         ///< visible pixels that no record reaches: 0 unless something is wrong
-    std::string splat_method;                  ///< "quads" or "tiles"
+    std::string splat_method;                  ///< "quads", "tiles" or "gpu-tiles"
     std::string gather_method;                 ///< "cpu" or "gpu": what traced the rays of records to their end
     std::string gl_renderer;                   ///< GL_RENDERER
     std::string gl_version;                    ///< GL_VERSION

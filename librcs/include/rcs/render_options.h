@@ -46,9 +46,10 @@ using Quality = std::variant<QualitySettings, TargetError, Budget, TargetIndirec
 
 /// How records reach the image.
 enum class SplatMethod {
-    automatic,  ///< quads on a hardware GL, tiles on a software one
+    automatic,  ///< on a software GL tiles, on a hardware one the fastest, as was measured once
     quads,      ///< the paper's: one bounding quad per record, blended by OpenGL
     tiles,      ///< records binned to tiles of the image, summed by the CPU
+    gpu_tiles,  ///< the same, summed by compute shaders of OpenGL
 };
 
 /// What traces the rays of records.

@@ -50,7 +50,7 @@ struct SplatStats {
 /// How the visible points reflect: librcs/src/gbuffer/shading.h.
 struct Shading;
 
-/// Sums all records over the image, by tiles of it on the CPU. Both methods compute the same sums
+/// Sums all records over the image, by tiles of it on the CPU. All methods compute the same sums
 /// (shaders/shared/weight.h).
 /// @param view  the view that `gbuffer` was made for
 /// @param glossy  if given, wide specular lobes are lit as well; the records keep radiance then
@@ -61,6 +61,10 @@ RCS_API SplatBuffer splat_tiles(const std::vector<Record>& records, const GBuffe
 RCS_API SplatBuffer splat_quads(GlContext& gl, const std::vector<Record>& records, const GBuffer& gbuffer,
                                 const View& view, const SplatSettings& options, SplatStats& stats,
                                 const Shading* glossy = nullptr);
+/// The same sums by tiles of the image in compute shaders of OpenGL: each pixel adds its tile's records in their order.
+RCS_API SplatBuffer splat_gpu_tiles(GlContext& gl, const std::vector<Record>& records, const GBuffer& gbuffer,
+                                    const View& view, const SplatSettings& options, SplatStats& stats,
+                                    const Shading* glossy = nullptr);
 
 /// The pixel rectangle that a sphere can touch: never too small, also when the sphere surrounds the
 /// camera or reaches behind it (then the whole image).

@@ -3,25 +3,16 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <optional>
-#include <sstream>
-#include <system_error>
 #include <vector>
 
+#include "device/kept_speeds.h"
 #include "device/ray_caster.h"
 #include "rays/ray_scene_impl.h"
 #include "rays/surface.h"
 #include "rcs/error.h"
-#include "rcs/fingerprint.h"
 #include "rcs/machine.h"
-#include "rcs/version.h"
 #include "scene/demo_scenes.h"
 #include "util/basis.h"
-#include "util/file_writer.h"
 #include "util/random.h"
 
 namespace rcs {
@@ -101,91 +92,25 @@ Speeds measure(GlContext& gl, ThreadPool& pool)
     return speeds;
 }
 
-/// Empty where the user has no such folder.
-std::string kept_file()
-{
-    namespace fs = std::filesystem;
-    const char* cache = std::getenv("XDG_CACHE_HOME");
-    const char* home = std::getenv("HOME");
-    if (cache && *cache) return (fs::path(cache) / "rcsplat" / "gather").string();
-    return home && *home ? (fs::path(home) / ".cache" / "rcsplat" / "gather").string() : std::string();
-}
-
-std::string key_of(const GlContext& gl, const ThreadPool& pool)
-{
-    Fingerprint print;
-    print.add(gl.renderer());
-    print.add(gl.version());
-    print.add(std::string_view(kVersion));
-    print.add(pool.size());
-    return print.text();
-}
-
-std::string line_of(const std::string& key, const Speeds& speeds)
-{
-    char numbers[64];
-    std::snprintf(numbers, sizeof numbers, " %.3f %.3f", speeds.processor, speeds.device);
-    return key + numbers;
-}
-
-/// Lines of a key and both speeds.
-std::vector<std::string> kept_lines(const std::string& path)
-{
-    std::vector<std::string> lines;
-    std::ifstream file(path);
-    for (std::string line; std::getline(file, line);) lines.push_back(line);
-    return lines;
-}
-
-std::optional<Speeds> find_kept(const std::string& path, const std::string& key)
-{
-    for (const std::string& line : kept_lines(path)) {
-        std::istringstream words(line);
-        std::string its_key;
-        Speeds speeds;
-        if (words >> its_key >> speeds.processor >> speeds.device && its_key == key && speeds.processor > 0.0)
-            return speeds;
-    }
-    return std::nullopt;
-}
-
-/// A folder that cannot be written to only costs the next measurement.
-void keep(const std::string& path, const std::string& key, const Speeds& speeds)
-{
-    constexpr std::size_t kMostLines = 64;
-    std::vector<std::string> lines = kept_lines(path);
-    std::erase_if(lines, [&](const std::string& line) { return line.rfind(key + " ", 0) == 0; });
-    lines.push_back(line_of(key, speeds));
-    if (lines.size() > kMostLines) lines.erase(lines.begin(), lines.end() - kMostLines);
-    std::error_code failed;
-    std::filesystem::create_directories(std::filesystem::path(path).parent_path(), failed);
-    try {
-        FileWriter file(path);
-        for (const std::string& line : lines) std::fprintf(file.file(), "%s\n", line.c_str());
-        file.commit();
-    } catch (const Error&) {
-        return;
-    }
-}
-
 }  // namespace
 
 GatherChoice choose_gather(GlContext& gl, ThreadPool& pool, bool ask)
 {
     if (gl.software() && !ask) return {false, gl.renderer() + " is software: rays would take the processor anyway"};
-    const std::string path = kept_file(), key = key_of(gl, pool);
-    std::optional<Speeds> speeds = path.empty() ? std::nullopt : find_kept(path, key);
-    const bool was_kept = speeds.has_value();
+    MeasuredSpeeds measured;
     try {
-        if (!speeds) speeds = measure(gl, pool);
+        measured = speeds_of("gather", gl, pool, 2, [&] {
+            const Speeds speeds = measure(gl, pool);
+            return std::vector{speeds.processor, speeds.device};
+        });
     } catch (const Error& why) {
         return {false, why.what()};
     }
-    if (!was_kept && !path.empty()) keep(path, key, *speeds);
+    const Speeds speeds{measured.speeds[0], measured.speeds[1]};
     char numbers[128];
-    std::snprintf(numbers, sizeof numbers, ": %.1f million rays a second, the processor %.1f (%s)", speeds->device,
-                  speeds->processor, was_kept ? "measured before" : "measured now");
-    return {speeds->device > kLeastGain * speeds->processor, gl.renderer() + numbers};
+    std::snprintf(numbers, sizeof numbers, ": %.1f million rays a second, the processor %.1f (%s)", speeds.device,
+                  speeds.processor, measured.when());
+    return {speeds.device > kLeastGain * speeds.processor, gl.renderer() + numbers};
 }
 
 std::vector<MachineFact> describe_gather(GlContext& gl, ThreadPool& pool)

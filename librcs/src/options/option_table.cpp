@@ -8,8 +8,8 @@
 namespace rcs {
 namespace {
 
-constexpr std::string_view kSplatMethods[] = {"auto", "quads", "tiles"};
-static_assert(static_cast<int>(SplatMethod::automatic) == 0 && static_cast<int>(SplatMethod::tiles) == 2);
+constexpr std::string_view kSplatMethods[] = {"auto", "quads", "tiles", "gpu-tiles"};
+static_assert(static_cast<int>(SplatMethod::automatic) == 0 && static_cast<int>(SplatMethod::gpu_tiles) == 3);
 constexpr std::string_view kGatherMethods[] = {"auto", "cpu", "gpu"};
 static_assert(static_cast<int>(GatherMethod::automatic) == 0 && static_cast<int>(GatherMethod::device) == 2);
 constexpr std::string_view kDenoisers[] = {"off", "oidn"};
@@ -149,7 +149,8 @@ constexpr OptionInfo kTable[] = {
      .name = "--splat",
      .field = &RenderOptions::splat,
      .choices = kSplatMethods,
-     .help = "How records reach the image; auto takes quads on a hardware OpenGL, else tiles"},
+     .help = "How records reach the image; auto takes tiles on a software OpenGL, on a graphics card what a short "
+             "measurement, kept in the user's cache folder, found fastest"},
     {.key = "gather",
      .name = "--gather",
      .field = &RenderOptions::gather,

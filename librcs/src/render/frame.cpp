@@ -16,6 +16,7 @@
 #include "rcs/version.h"
 #include "render/moments.h"
 #include "render/stage_clock.h"
+#include "splat/splat_choice.h"
 
 namespace rcs {
 namespace {
@@ -130,12 +131,13 @@ Frame begin_frame(Session& session, const Camera& camera, const RenderOptions& a
     RenderStats stats;
     stats.plan = timed(stats, hooks.progress, "plan", [&] { return plan_effects(rays, camera, asked); });
     tell(stats.plan, hooks.log);
-    const Settings settings = make_settings(asked, stats.plan, rays.scene(), gl.software());
+    const Settings settings = make_settings(asked, stats.plan, rays.scene());
     stats.threads = session.pool().size();
     stats.gl_renderer = gl.renderer();
     stats.gl_version = gl.version();
     stats.gl_platform = gl.platform();
-    stats.splat_method = settings.splat_method == SplatMethod::quads ? "quads" : "tiles";
+    const SplatMethod splat_method = session.state().graphics.choose_splat(gl, session.pool(), asked.splat, hooks.log);
+    stats.splat_method = name_of(splat_method);
     session.state().prepare_caster(gl, asked.gather, hooks.log);
     Frame frame{.session = session,
                 .rays = rays,
@@ -143,6 +145,7 @@ Frame begin_frame(Session& session, const Camera& camera, const RenderOptions& a
                 .asked = asked,
                 .hooks = hooks,
                 .settings = settings,
+                .splat_method = splat_method,
                 .moments = nullptr,
                 .layers = picture_layers(stats.plan, rays.scene(), asked.motion, oidn != nullptr),
                 .deadline = Deadline(asked.quality),

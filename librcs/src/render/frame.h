@@ -34,6 +34,7 @@ struct Frame {
     const RenderOptions& asked;
     const RenderHooks& hooks;
     const Settings settings;
+    SplatMethod splat_method;             ///< tiles, once another has failed
     const MomentFunction* moments;        ///< of the passes; null: all are of one
     std::optional<PictureLayers> layers;  ///< that are made
     const Deadline deadline;

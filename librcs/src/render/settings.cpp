@@ -44,15 +44,9 @@ int rays_of_round(int rays, const Quality& quality)
     return std::max(1, std::holds_alternative<Budget>(quality) ? rays / 8 : rays / 2);
 }
 
-SplatMethod choose_method(SplatMethod asked, bool software_gl)
-{
-    if (asked != SplatMethod::automatic) return asked;
-    return software_gl ? SplatMethod::tiles : SplatMethod::quads;
-}
-
 }  // namespace
 
-Settings make_settings(const RenderOptions& asked, const EffectPlan& plan, const Scene& scene, bool software_gl)
+Settings make_settings(const RenderOptions& asked, const EffectPlan& plan, const Scene& scene)
 {
     Settings s;
     s.effects = plan.set();
@@ -78,7 +72,6 @@ Settings make_settings(const RenderOptions& asked, const EffectPlan& plan, const
     s.records.bounces = plan.bounces;
     s.records.radiance = s.needs(Effect::glossy_records);
     s.records.effects = s.effects;
-    s.splat_method = choose_method(asked.splat, software_gl);
     s.splat = {s.records.error_tolerance, asked.overlap, s.needs(Effect::error_estimate)};
     return s;
 }

@@ -26,7 +26,6 @@ struct Settings {
     DirectSettings direct;  ///< of the first pass
     LobeSettings lobes;     ///< of one round of tracing in it
     RecordSettings records;
-    SplatMethod splat_method = SplatMethod::tiles;
     SplatSettings splat;
 
     bool needs(Effect effect) const { return effects.has(effect); }
@@ -36,7 +35,6 @@ struct Settings {
 RecordSettings record_settings(const RenderOptions& options);
 
 /// @param asked  valid   @param scene  that the plan was made for
-/// @param software_gl  whether OpenGL draws on the processor
-Settings make_settings(const RenderOptions& asked, const EffectPlan& plan, const Scene& scene, bool software_gl);
+Settings make_settings(const RenderOptions& asked, const EffectPlan& plan, const Scene& scene);
 
 }  // namespace rcs

@@ -9,12 +9,14 @@
 #include "compose/sampled_light.h"
 #include "placement/renewal.h"
 #include "placement/view_fit.h"
+#include "rcs/error.h"
 #include "rcs/option_table.h"
 #include "records/lamps_to_gather.h"
 #include "records/watch.h"
 #include "render/frame.h"
 #include "render/light_search.h"
 #include "render/moments.h"
+#include "splat/splat_choice.h"
 #include "util/random.h"
 
 namespace rcs {
@@ -106,9 +108,17 @@ ErrorScale probe(Frame& f)
 SplatBuffer splat(Frame& f, const std::vector<Record>& records, const SplatSettings& settings, SplatStats& stats,
                   const Shading* glossy)
 {
-    return f.settings.splat_method == SplatMethod::quads
-               ? splat_quads(f.session.gl(), records, f.gbuffer, f.view(), settings, stats, glossy)
-               : splat_tiles(records, f.gbuffer, f.view(), settings, f.session.pool(), stats, glossy);
+    if (f.splat_method != SplatMethod::tiles) try {
+            SplatStats on_device = stats;
+            SplatBuffer sums = (f.splat_method == SplatMethod::quads ? splat_quads : splat_gpu_tiles)(
+                f.session.gl(), records, f.gbuffer, f.view(), settings, on_device, glossy);
+            stats = on_device;
+            return sums;
+        } catch (const Error& why) {
+            f.splat_method = f.session.state().graphics.give_up_splats(f.session.gl(), why, f.hooks.log);
+            f.stats().splat_method = name_of(f.splat_method);
+        }
+    return splat_tiles(records, f.gbuffer, f.view(), settings, f.session.pool(), stats, glossy);
 }
 
 TracedLight trace_round(Frame& f, int round)

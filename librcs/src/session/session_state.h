@@ -13,10 +13,12 @@
 #include "device/ray_caster.h"
 #include "lit_points/gather_guide.h"
 #include "rcs/camera.h"
+#include "rcs/error.h"
 #include "rcs/light_cache.h"
 #include "rcs/render_options.h"
 #include "rcs/session.h"
 #include "records/watch.h"
+#include "splat/splat_choice.h"
 
 namespace rcs {
 
@@ -47,8 +49,15 @@ struct KeptScale {
 struct GraphicsUse {
     std::unique_ptr<RayCaster> caster;   ///< of the session's rays; null: the processor traces them
     std::optional<GatherChoice> choice;  ///< of the machine, once it is asked for
+    std::optional<SplatChoice> splat;    ///< the same
+    bool splats = true;                  ///< no device has failed to
     bool owns_gl = true;
     int device = -1;  ///< that the GL is made on, or is to be
+
+    /// How to splat: as asked for, while the device does it.
+    SplatMethod choose_splat(GlContext& gl, ThreadPool& pool, SplatMethod asked, const LogFunction& log);
+    /// Leaves splats to the processor from here on, and says so. @return how
+    SplatMethod give_up_splats(const GlContext& gl, const Error& why, const LogFunction& log);
 };
 
 struct [[gnu::visibility("hidden")]] Session::State {

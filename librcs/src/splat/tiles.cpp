@@ -16,35 +16,12 @@ namespace {
 constexpr int kTile = TiledSurfaces::kTile;
 constexpr std::size_t kTilePixels = TiledSurfaces::kTilePixels;
 
-/// Which records touch each tile in which something is seen, in record order: a counting sort by tile.
-struct Bins {
-    std::vector<std::uint32_t> first;    // per tile, and one more
-    std::vector<std::uint32_t> records;  // indices, tile after tile
-};
-
 template <typename Visit>
 void for_each_tile(const gpu::GpuRecord& record, int tiles_x, const Visit& visit)
 {
     for (int y = record.pixels.y / kTile; y <= (record.pixels.w - 1) / kTile; ++y)
         for (int x = record.pixels.x / kTile; x <= (record.pixels.z - 1) / kTile; ++x)
             visit(static_cast<std::size_t>(y * tiles_x + x));
-}
-
-Bins bin_records(const std::vector<gpu::GpuRecord>& records, const TiledSurfaces& surfaces)
-{
-    Bins bins;
-    bins.first.assign(surfaces.tiles.size() + 1, 0);
-    for (const gpu::GpuRecord& record : records)
-        for_each_tile(record, surfaces.tiles_x,
-                      [&](std::size_t tile) { bins.first[tile + 1] += surfaces.rows[tile] != 0 ? 1 : 0; });
-    for (std::size_t tile = 1; tile < bins.first.size(); ++tile) bins.first[tile] += bins.first[tile - 1];
-    bins.records.resize(bins.first.back());
-    std::vector<std::uint32_t> next(bins.first.begin(), bins.first.end() - 1);
-    for (std::uint32_t i = 0; i < records.size(); ++i)
-        for_each_tile(records[i], surfaces.tiles_x, [&](std::size_t tile) {
-            if (surfaces.rows[tile] != 0) bins.records[next[tile]++] = i;
-        });
-    return bins;
 }
 
 GpuRecords make_gpu_records(std::span<const Record> records, glm::dvec3 camera, const View& view,
@@ -215,7 +192,7 @@ void for_each_pixel(const TiledSurfaces& s, std::size_t t, const Visit& visit)
 template <typename Visit>
 void for_each_busy_tile(const TiledSurfaces& surfaces, const GpuRecords& from, ThreadPool& pool, const Visit& visit)
 {
-    const Bins bins = bin_records(from.records, surfaces);
+    const TileBins bins = bin_records(from.records, surfaces.tiles_x, surfaces.rows);
     pool.parallel_for(surfaces.tiles.size(), 4, [&](std::size_t begin, std::size_t end, int) {
         for (std::size_t t = begin; t < end; ++t) {
             if (bins.first[t] == bins.first[t + 1]) continue;
@@ -252,6 +229,22 @@ bool find_lobes(const TiledSurfaces& surfaces, std::size_t t, const Camera& came
 }
 
 }  // namespace
+
+TileBins bin_records(std::span<const gpu::GpuRecord> records, int tiles_x, std::span<const std::uint16_t> rows)
+{
+    TileBins bins;
+    bins.first.assign(rows.size() + 1, 0);
+    for (const gpu::GpuRecord& record : records)
+        for_each_tile(record, tiles_x, [&](std::size_t tile) { bins.first[tile + 1] += rows[tile] != 0 ? 1 : 0; });
+    for (std::size_t tile = 1; tile < bins.first.size(); ++tile) bins.first[tile] += bins.first[tile - 1];
+    bins.records.resize(bins.first.back());
+    std::vector<std::uint32_t> next(bins.first.begin(), bins.first.end() - 1);
+    for (std::uint32_t i = 0; i < records.size(); ++i)
+        for_each_tile(records[i], tiles_x, [&](std::size_t tile) {
+            if (rows[tile] != 0) bins.records[next[tile]++] = i;
+        });
+    return bins;
+}
 
 TiledSurfaces make_tiled_surfaces(const GBuffer& g, ThreadPool& pool)
 {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "rcs/splat.h"
+#include "shared/gpu_record.h"
 
 namespace rcs {
 
@@ -26,6 +27,14 @@ struct TiledSurfaces {
     std::vector<std::uint16_t> rows;  ///< per tile, a bit for each row in which a surface is seen
 };
 TiledSurfaces make_tiled_surfaces(const GBuffer& gbuffer, ThreadPool& pool);
+
+/// Which records touch each tile in which something is seen, in record order: a counting sort by tile.
+struct TileBins {
+    std::vector<std::uint32_t> first;    ///< per tile, and one more
+    std::vector<std::uint32_t> records;  ///< indices, tile after tile
+};
+/// @param rows  TiledSurfaces::rows, of which 0 leaves a tile out
+TileBins bin_records(std::span<const gpu::GpuRecord> records, int tiles_x, std::span<const std::uint16_t> rows);
 
 /// Adds the records' weights alone, for finding holes: one sum per pixel, row by row.
 void add_weights(std::span<const Record> records, const TiledSurfaces& surfaces, const View& view,

@@ -159,7 +159,14 @@ RenderOptions small_options(int size, SplatMethod method)
     return options;
 }
 
-std::string name_of(SplatMethod method) { return method == SplatMethod::quads ? "quads" : "tiles"; }
+SplatBuffer splat_by(CaseRun& run, SplatMethod method, const std::vector<Record>& records, const GBuffer& gbuffer,
+                     const View& view, const SplatSettings& options)
+{
+    SplatStats ignored;
+    if (method == SplatMethod::tiles) return splat_tiles(records, gbuffer, view, options, run.pool(), ignored);
+    return (method == SplatMethod::quads ? splat_quads : splat_gpu_tiles)(run.gl(), records, gbuffer, view, options,
+                                                                          ignored, nullptr);
+}
 
 std::string text_of(double value)
 {

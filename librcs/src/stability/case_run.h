@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "rcs/splat.h"
 #include "rcs/stability.h"
 #include "stability/measures.h"
 
@@ -82,8 +83,10 @@ std::vector<SuiteCase> machine_cases();
 /// Small pictures at pixel centres with the options' defaults otherwise.
 RenderOptions small_options(int size, SplatMethod method = SplatMethod::tiles);
 
-inline constexpr SplatMethod kBothMethods[] = {SplatMethod::tiles, SplatMethod::quads};
-std::string name_of(SplatMethod method);
+inline constexpr SplatMethod kSplatMethods[] = {SplatMethod::tiles, SplatMethod::quads, SplatMethod::gpu_tiles};
+/// Sums records by that method.
+SplatBuffer splat_by(CaseRun& run, SplatMethod method, const std::vector<Record>& records, const GBuffer& gbuffer,
+                     const View& view, const SplatSettings& options);
 /// "0.00123", three digits.
 std::string text_of(double value);
 

@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "rcs/reference.h"
+#include "splat/splat_choice.h"
 #include "stability/case_run.h"
 #include "stability/metamorphic.h"
 #include "stability/scenes.h"
@@ -15,7 +16,7 @@ double series(double rho, int n) { return rho * (1.0 - std::pow(rho, n)) / (1.0 
 
 void white_furnace(CaseRun& run)
 {
-    for (const SplatMethod method : kBothMethods) {
+    for (const SplatMethod method : kSplatMethods) {
         for (const int bounces : {0, 1}) {
             RenderOptions options = small_options(96, method);
             options.bounces = bounces;
@@ -48,8 +49,8 @@ void closed_sphere(CaseRun& run)
 {
     const double rho = 0.6, direct = 1.0 / 4.0;  // I / r^2 at r = 2
     for (const int bounces : {1, 4}) {
-        for (const SplatMethod method : kBothMethods) {
-            if (bounces > 1 && method == SplatMethod::quads) continue;
+        for (const SplatMethod method : kSplatMethods) {
+            if (bounces > 1 && method != SplatMethod::tiles) continue;
             RenderOptions options = small_options(48, method);
             options.bounces = bounces;
             const LayeredImage image = run.render(lit_sphere(0.6f), options).image;
@@ -97,7 +98,7 @@ void corner_of_floor_and_wall(CaseRun& run)
 {
     const int size = 64;
     const std::vector<glm::dvec3> wall = {{0, 0, -200}, {0, 0, 200}, {0, 2, 200}, {0, 2, -200}};
-    for (const SplatMethod method : kBothMethods) {
+    for (const SplatMethod method : kSplatMethods) {
         const LayeredImage image = run.render(lit_corner(), small_options(size, method)).image;
         for (int x = 0; x < size; ++x) {
             // Each row is the same: their mean takes the records' noise out of a measure of bias.

@@ -6,6 +6,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "rcs/error.h"
+#include "splat/splat_choice.h"
 #include "stability/scenes.h"
 
 namespace rcs::stability {
@@ -217,15 +218,18 @@ void rethread_scene(CaseRun& run, const Subject& subject)
     }
 }
 
-void quads_against_tiles(CaseRun& run, const Subject& subject)
+void splats_against_tiles(CaseRun& run, const Subject& subject)
 {
     RenderOptions options = subject.options;
-    options.splat = SplatMethod::quads;
-    const RenderResult quads = run.render(subject.scene, subject.camera, options, "quads", run.pool());
     options.splat = SplatMethod::tiles;
     const RenderResult tiles = run.render(subject.scene, subject.camera, options, "tiles", run.pool());
-    for (const char* layer : {"beauty", "indirect"})
-        run.figure(worst_difference(quads.image, tiles.image, layer), std::string("worst pixel of ") + layer);
+    for (const SplatMethod method : {SplatMethod::quads, SplatMethod::gpu_tiles}) {
+        options.splat = method;
+        const RenderResult other = run.render(subject.scene, subject.camera, options, name_of(method), run.pool());
+        for (const char* layer : {"beauty", "indirect"})
+            run.figure(worst_difference(other.image, tiles.image, layer),
+                       std::string("worst pixel of ") + layer + ", " + name_of(method));
+    }
 }
 
 /// Reordering changes which random number meets which lamp, so its rows compare means, like the others.
@@ -259,9 +263,9 @@ std::vector<SuiteCase> metamorphic_rows(const Subject* subject)
         {{"rethread", group, "1, 2 and 3 threads", "results that depend on timing", "same bits", 0.0,
           "nothing may depend on threads", true},
          with(rethread_scene)},
-        {{"splatters", group, "Quads and tiles", "two implementations of one definition", "same picture", 1e-4,
-          "sums in another order", true},
-         with(quads_against_tiles)},
+        {{"splatters", group, "Quads, tiles and tiles on the device", "three implementations of one definition",
+          "same picture", 1e-4, "sums in another order", true},
+         with(splats_against_tiles)},
     };
 }
 

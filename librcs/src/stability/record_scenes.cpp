@@ -6,6 +6,7 @@
 #include "placement/placement.h"
 #include "rcs/ray_scene.h"
 #include "rcs/reference.h"
+#include "splat/splat_choice.h"
 #include "stability/case_run.h"
 #include "stability/scenes.h"
 
@@ -45,7 +46,7 @@ void open_plane(CaseRun& run)
     add_mesh(scene, quad({-50, 0, -50}, {0, 0, 100}, {100, 0, 0}, add_material(scene, glm::vec3(0.5f))));
     scene.sky_radiance = glm::vec3(3.0f);
     scene.cameras = {look_at_camera("camera", {0, 2, 5}, {0, 0, -3}, 0.9)};
-    for (const SplatMethod method : kBothMethods) {
+    for (const SplatMethod method : kSplatMethods) {
         const RenderResult result = run.render(scene, small_options(64, method));
         run.figure(worst_deviation(result.image, "irradiance", 3.0 * kPi),
                    "irradiance, worst pixel, " + name_of(method));
@@ -200,7 +201,7 @@ void quickly_curved_surface(CaseRun& run)
     add_mesh(scene, icosphere(glm::vec3(0.0f), 1.0f, 4, add_material(scene, glm::vec3(0.6f))));
     scene.sky_radiance = glm::vec3(1.0f);
     scene.cameras = {look_at_camera("camera", {0, 0, 12}, {0, 0, 0}, 0.5)};
-    for (const SplatMethod method : kBothMethods) {
+    for (const SplatMethod method : kSplatMethods) {
         const RenderResult result = run.render(scene, small_options(74, method));
         int seen = 0, unserved = 0;
         for (int y = 0; y < 74; ++y)

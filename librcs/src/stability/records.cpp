@@ -10,6 +10,7 @@
 #include "rcs/records.h"
 #include "rcs/reference.h"
 #include "rcs/splat.h"
+#include "splat/splat_choice.h"
 #include "splat/tiles.h"
 #include "stability/case_run.h"
 #include "stability/scenes.h"
@@ -17,14 +18,6 @@
 
 namespace rcs::stability {
 namespace {
-
-SplatBuffer splat(CaseRun& run, SplatMethod method, const std::vector<Record>& records, const GBuffer& g,
-                  const View& view, const SplatSettings& options)
-{
-    SplatStats stats;
-    return method == SplatMethod::quads ? splat_quads(run.gl(), records, g, view, options, stats)
-                                        : splat_tiles(records, g, view, options, run.pool(), stats);
-}
 
 /// A wall seen from 5 m, and one record at the middle of it.
 struct OneRecord {
@@ -49,8 +42,8 @@ struct OneRecord {
 void pixel_at_a_record(CaseRun& run)
 {
     const OneRecord one;
-    for (const SplatMethod method : kBothMethods) {
-        const SplatBuffer sums = splat(run, method, {one.record}, one.g, one.view, {0.2f, 1.0f});
+    for (const SplatMethod method : kSplatMethods) {
+        const SplatBuffer sums = splat_by(run, method, {one.record}, one.g, one.view, {0.2f, 1.0f});
         const double w = static_cast<double>(sums.weight[one.pixel]);
         run.figure(std::abs(w - 1.0), "weight, " + name_of(method));
         const float got[] = {sums.weighted_r[one.pixel], sums.weighted_g[one.pixel], sums.weighted_b[one.pixel]};
@@ -65,8 +58,8 @@ void normals_longer_than_one(CaseRun& run)
     OneRecord one;
     for (const float stretch : {1.0f + 2e-7f, 1.0f + 1e-6f, 1.0f - 1e-7f}) {
         one.record.normal = stretch * one.g.normal(one.pixel);
-        for (const SplatMethod method : kBothMethods) {
-            const SplatBuffer sums = splat(run, method, {one.record}, one.g, one.view, {0.2f, 1.0f});
+        for (const SplatMethod method : kSplatMethods) {
+            const SplatBuffer sums = splat_by(run, method, {one.record}, one.g, one.view, {0.2f, 1.0f});
             // sqrt(1e-7) / 0.2 is what a turn below float precision may take from the weight.
             run.figure(std::abs(static_cast<double>(sums.weight[one.pixel]) - 1.0), "weight, " + name_of(method));
         }
@@ -88,8 +81,8 @@ void many_records_on_a_pixel(CaseRun& run)
     }
     const SplatSettings options{0.3f, 2.0f};
     const std::vector<SplatSums> exact = double_loop(records, g, options);
-    for (const SplatMethod method : kBothMethods) {
-        const SplatBuffer sums = splat(run, method, records, g, view, options);
+    for (const SplatMethod method : kSplatMethods) {
+        const SplatBuffer sums = splat_by(run, method, records, g, view, options);
         for (std::size_t i = 0; i < g.size(); ++i) {
             if (!g.covered(i) || exact[i].weight < 1.0) continue;
             run.figure(std::abs(static_cast<double>(sums.weight[i]) / exact[i].weight - 1.0),
@@ -107,10 +100,10 @@ void order_of_records(CaseRun& run)
     const std::vector<Record> records = random_records(g, 2000, 5);
     std::vector<Record> shuffled = records;
     std::shuffle(shuffled.begin(), shuffled.end(), std::mt19937(11));
-    for (const SplatMethod method : kBothMethods) {
-        const SplatBuffer a = splat(run, method, records, g, view, {0.3f, 2.0f});
-        const SplatBuffer b = splat(run, method, shuffled, g, view, {0.3f, 2.0f});
-        const SplatBuffer again = splat(run, method, records, g, view, {0.3f, 2.0f});
+    for (const SplatMethod method : kSplatMethods) {
+        const SplatBuffer a = splat_by(run, method, records, g, view, {0.3f, 2.0f});
+        const SplatBuffer b = splat_by(run, method, shuffled, g, view, {0.3f, 2.0f});
+        const SplatBuffer again = splat_by(run, method, records, g, view, {0.3f, 2.0f});
         run.require(a.weight == again.weight && a.weighted_g == again.weighted_g,
                     "the same order gives other bits, " + name_of(method));
         for (std::size_t i = 0; i < g.size(); ++i)
@@ -156,8 +149,8 @@ void records_of_a_known_field(CaseRun& run)
     std::vector<Record> records = random_records(g, 400, 7);
     for (Record& r : records) field.set(r);
     const SplatSettings options{0.3f, 1.0f};
-    for (const SplatMethod method : kBothMethods) {
-        const SplatBuffer sums = splat(run, method, records, g, view, options);
+    for (const SplatMethod method : kSplatMethods) {
+        const SplatBuffer sums = splat_by(run, method, records, g, view, options);
         int seen = 0;
         for (std::size_t i = 0; i < g.size(); ++i) {
             if (!g.covered(i) || sums.weight[i] < 0.1f) continue;

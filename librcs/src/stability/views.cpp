@@ -9,6 +9,7 @@
 #include "rcs/gbuffer.h"
 #include "rcs/ray_scene.h"
 #include "rcs/splat.h"
+#include "splat/splat_choice.h"
 #include "stability/case_run.h"
 #include "stability/scenes.h"
 #include "stability/splat_oracle.h"
@@ -32,11 +33,8 @@ void compare_splats(CaseRun& run, const Scene& scene, const View& view, std::vec
     double light = 0.0;
     for (const Record& r : records)
         light = std::max(light, static_cast<double>(std::max({r.irradiance.r, r.irradiance.g, r.irradiance.b})));
-    SplatStats ignored;
-    for (const SplatMethod method : kBothMethods) {
-        const SplatBuffer sums = method == SplatMethod::quads
-                                     ? splat_quads(run.gl(), records, g, view, options, ignored)
-                                     : splat_tiles(records, g, view, options, run.pool(), ignored);
+    for (const SplatMethod method : kSplatMethods) {
+        const SplatBuffer sums = splat_by(run, method, records, g, view, options);
         run.figure(largest_difference(sums, exact, glm::dvec3(light)), words + ", " + name_of(method));
     }
     run.require(!records.empty(), words + ": there are no records");
@@ -166,7 +164,7 @@ void odd_sizes(CaseRun& run)
         int width, height;
     };
     for (const Size size : {Size{1, 1}, {1, 4096}, {8193, 3}, {17, 31}, {4096, 1}}) {
-        for (const SplatMethod method : kBothMethods) {
+        for (const SplatMethod method : kSplatMethods) {
             const std::string words =
                 std::to_string(size.width) + " x " + std::to_string(size.height) + ", " + name_of(method);
             RenderOptions options = small_options(1, method);
@@ -229,7 +227,7 @@ void depth_ratio(CaseRun& run)
 void silhouette(CaseRun& run)
 {
     // Sphere and sky: a pixel on the silhouette is a mix of 1.4 and 2, never outside of the two.
-    for (const SplatMethod method : kBothMethods) {
+    for (const SplatMethod method : kSplatMethods) {
         RenderOptions options = small_options(96, method);
         options.aa = 4;
         const LayeredImage image = run.render(furnace(0.7f, 2.0f), options).image;

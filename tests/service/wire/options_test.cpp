@@ -84,7 +84,7 @@ TEST(WireOptions, ChoicesAreNumberedAsTheLibraryDoes)
         for (int i = 0; i < values.value_count(); ++i) {
             EXPECT_EQ(values.value(i)->number(), i);
             std::string name(option.choices[static_cast<std::size_t>(i)]);
-            for (char& c : name) c = static_cast<char>(std::toupper(c));
+            for (char& c : name) c = c == '-' ? '_' : static_cast<char>(std::toupper(c));
             EXPECT_NE(values.value(i)->name().find("_" + name), std::string::npos) << values.value(i)->name();
         }
     }
@@ -182,7 +182,7 @@ TEST(WireOptions, ValuesOutsideTheirRangeAreRefusedByName)
 {
     v1::RenderOptions message;
     message.set_splat(static_cast<v1::SplatMethod>(9));
-    EXPECT_EQ(refusal(message), "splat is 9, expected one of auto, quads, tiles");
+    EXPECT_EQ(refusal(message), "splat is 9, expected one of auto, quads, tiles, gpu-tiles");
     v1::ToneMap tone_map;
     tone_map.set_exposure(std::numeric_limits<float>::quiet_NaN());
     EXPECT_THROW(from_message(tone_map), Error);

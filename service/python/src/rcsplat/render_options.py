@@ -51,8 +51,8 @@ class RenderOptions(TypedDict, total=False):
     overlap: float
     """Reach of a record, in times the distance to the next one; more is smoother: a value in [1, 16]."""
     splat: str
-    """How records reach the image; auto takes quads on a hardware OpenGL, else tiles: one of auto, quads,
-    tiles."""
+    """How records reach the image; auto takes tiles on a software OpenGL, on a graphics card what a short
+    measurement, kept in the user's cache folder, found fastest: one of auto, quads, tiles, gpu-tiles."""
     gather: str
     """What traces the rays of records; auto takes the graphics card where a short measurement, kept in the
     user's cache folder, found it faster, else the processor: one of auto, cpu, gpu."""
@@ -82,7 +82,7 @@ class RenderOptions(TypedDict, total=False):
 
 
 CHOICES: Dict[str, Tuple[str, ...]] = {
-    "splat": ("auto", "quads", "tiles"),
+    "splat": ("auto", "quads", "tiles", "gpu-tiles"),
     "gather": ("auto", "cpu", "gpu"),
     "denoise": ("off", "oidn"),
 }

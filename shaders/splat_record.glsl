@@ -1,0 +1,89 @@
+// What one record adds to one pixel: for quads (splat.frag) and for tiles (splat_tiles.comp). Variants: RCS_SPLAT_GLOSSY
+// also lights lobes, RCS_SPLAT_ERRORS also sums up what the error estimate takes.
+#include "shared/bindings.h"
+#include "shared/gpu_record.h"
+#include "shared/weight.h"
+
+layout(std430, binding = RCS_SPLAT_BUFFER_RECORDS) readonly buffer Records
+{
+    GpuRecord records[];
+};
+layout(binding = RCS_SPLAT_TEXTURE_POSITION) uniform sampler2D positions;
+layout(binding = RCS_SPLAT_TEXTURE_NORMAL) uniform sampler2D normals;
+layout(location = RCS_SPLAT_UNIFORM_IMAGE_SIZE) uniform ivec2 image_size;
+
+// What a pixel sees.
+struct SeenPoint {
+    vec3 position, normal;
+    bool covered;
+    int first_lobe;
+};
+
+// What a record adds to the targets.
+struct Share {
+    vec4 sums;
+    vec4 error;
+    vec4 glossy;
+};
+
+// @param pixel  of the band
+SeenPoint seen_at(ivec2 pixel)
+{
+    vec4 position = texelFetch(positions, pixel, 0);
+    return SeenPoint(position.xyz, texelFetch(normals, pixel, 0).xyz, position.w != 0.0,
+                     9 * (pixel.y * image_size.x + pixel.x));
+}
+
+#ifdef RCS_SPLAT_GLOSSY
+layout(std430, binding = RCS_SPLAT_BUFFER_RADIANCE) readonly buffer Radiances
+{
+    GpuRadiance radiances[];
+};
+layout(std430, binding = RCS_SPLAT_BUFFER_LOBES) readonly buffer Lobes
+{
+    vec4 lobes[];  // nine for each pixel of the band
+};
+
+// The lobe's reflection of the record's radiance, over that of uniform radiance.
+float reflected(int record, int color, int first_lobe)
+{
+    float sum = 0.0;
+    for (int k = 0; k < 9; ++k)
+        sum += dot(lobes[first_lobe + k], radiances[record].coefficients[9 * color + k]);
+    return sum;
+}
+#endif
+
+float extrapolate(int record, int color, vec3 d, vec3 r)
+{
+    return rcs_extrapolate(records[record].irradiance[color], d, r, records[record].translation_gradient[color].xyz,
+                           records[record].rotation_gradient[color].xyz);
+}
+
+// @return whether it adds anything
+bool add_record(int record, SeenPoint seen, out Share share)
+{
+    vec4 record_position = records[record].position;
+    vec4 record_normal = records[record].normal;
+    vec3 d = seen.position - record_position.xyz;
+    float weight =
+        rcs_interpolation_weight(d, seen.normal, record_normal.xyz, record_position.w, record_normal.w);
+    share = Share(vec4(0.0), vec4(0.0), vec4(0.0));
+    if (weight <= 0.0) return false;
+
+    vec3 r = cross(record_normal.xyz, seen.normal);
+    vec3 e = vec3(extrapolate(record, 0, d, r), extrapolate(record, 1, d, r), extrapolate(record, 2, d, r));
+    share.sums = vec4(weight * e, weight);
+#ifdef RCS_SPLAT_ERRORS
+    float l = records[record].irradiance.w * rcs_luminance(e.r, e.g, e.b);
+    float variance = weight * records[record].rotation_gradient[0].w;
+    share.error = vec4(weight * l * l, variance, weight * variance, 0.0);
+#endif
+#ifdef RCS_SPLAT_GLOSSY
+    vec3 radiance = vec3(reflected(record, 0, seen.first_lobe), reflected(record, 1, seen.first_lobe),
+                         reflected(record, 2, seen.first_lobe));
+    float scale = rcs_radiance_scale(reflected(record, 3, seen.first_lobe));
+    share.glossy = vec4(share.sums.rgb * scale * max(vec3(0.0), radiance), 0.0);
+#endif
+    return true;
+}
