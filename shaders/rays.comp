@@ -1,5 +1,7 @@
 #version 450 core
-// One ray an invocation: the nearest surface that it meets, or, with RCS_RAYS_SHADOW, whether any is in its way.
+// One ray an invocation: the nearest surface that it meets, or, with RCS_RAYS_SHADOW, whether any is in its way. Where
+// roundings decide, as at edges and where two surfaces meet, or a surface may let the ray through, the processor is
+// asked.
 #include "shared/bindings.h"
 #include "shared/device_scene.h"
 #include "shared/ray_triangle.h"
@@ -38,6 +40,7 @@ layout(location = RCS_RAYS_UNIFORM_ROOTS) uniform uvec2 roots;
 
 // Some roundings of a distance to a box, with room to spare.
 const float kRoom = 1e-6;
+const float kNowhere = 3.0e38;
 
 // No component so small that its inverse is infinite: that times zero is no number.
 vec3 inverse_of(vec3 d)
@@ -81,6 +84,7 @@ void main()
     vec3 weights = vec3(0.0), normal = vec3(0.0);
     uint hit_instance = RCS_DEVICE_MISS, hit_primitive = 0xffffffffu;
     bool goes_on = false;
+    float doubt = kNowhere;  // nearest place where roundings decide what is met
 #endif
     uint stack[RCS_DEVICE_STACK];
     int top = 0, below_instance = -1;
@@ -105,7 +109,7 @@ void main()
             enter = max(enter - kRoom * abs(enter), vec4(0.0));
             leave = min(leave + kRoom * abs(leave), vec4(end));
             // Those that are missed come first, then the farthest.
-            vec4 t = mix(vec4(3.0e38), enter, lessThanEqual(enter, leave));
+            vec4 t = mix(vec4(kNowhere), enter, lessThanEqual(enter, leave));
             for (int k = 0; k < 4; ++k)
                 if (!(enter[k] <= leave[k])) child[k] = RCS_DEVICE_NOTHING;
 #ifndef RCS_RAYS_SHADOW
@@ -134,24 +138,25 @@ void main()
             for (uint k = first; k <= last; ++k) {
                 uvec4 a = triangles[RCS_DEVICE_TRIANGLE_WORDS * k], b = triangles[RCS_DEVICE_TRIANGLE_WORDS * k + 1u],
                       c = triangles[RCS_DEVICE_TRIANGLE_WORDS * k + 2u];
-                vec3 n;
-                float t, u, v;
-                if (!rcs_meet_triangle(uintBitsToFloat(a.xyz) - o, uintBitsToFloat(b.xyz) - o,
-                                       uintBitsToFloat(c.xyz) - o, d, n, t, u, v) ||
-                    !(t >= 0.0 && t <= end))
-                    continue;
+                RcsMeeting m = rcs_meet_triangle(uintBitsToFloat(a.xyz) - o, uintBitsToFloat(b.xyz) - o,
+                                                 uintBitsToFloat(c.xyz) - o, d);
+                // Beyond either end by all means; also false for what is no number.
+                if (!m.near || m.t < -m.t_room || m.t > end + m.t_room) continue;
                 bool see_through = c.w == RCS_DEVICE_SEE_THROUGH;
+                bool in_between = m.t > m.t_room && m.t < end - m.t_room;
 #ifdef RCS_RAYS_SHADOW
-                found = see_through && found != RCS_DEVICE_BLOCKED ? RCS_DEVICE_ASK : RCS_DEVICE_BLOCKED;
+                found = see_through || m.doubted || !in_between ? RCS_DEVICE_ASK : RCS_DEVICE_BLOCKED;
                 if (found == RCS_DEVICE_BLOCKED) break;
 #else
+                if (m.doubted || !in_between) doubt = min(doubt, m.t_room < end ? m.t - m.t_room : 0.0);
+                if (!m.meets || !(m.t >= 0.0 && m.t <= end)) continue;
                 uint instance = of_instance == RCS_DEVICE_MISS ? a.w : of_instance;
                 // Of two at the same place always the same one.
-                if (t == end && (instance > hit_instance || (instance == hit_instance && b.w > hit_primitive)))
+                if (m.t == end && (instance > hit_instance || (instance == hit_instance && b.w > hit_primitive)))
                     continue;
-                end = t;
-                weights = vec3(t, u, v);
-                normal = n;
+                end = m.t;
+                weights = vec3(m.t, m.u, m.v);
+                normal = m.normal;
                 hit_instance = instance;
                 hit_primitive = b.w;
                 goes_on = see_through;
@@ -174,7 +179,8 @@ void main()
 #ifdef RCS_RAYS_SHADOW
     results[ray] = found;
 #else
-    results[2u * ray] = uvec4(floatBitsToUint(weights), goes_on ? RCS_DEVICE_UNDECIDED : hit_instance);
+    bool undecided = goes_on || (doubt < kNowhere && doubt <= end);
+    results[2u * ray] = uvec4(floatBitsToUint(weights), undecided ? RCS_DEVICE_UNDECIDED : hit_instance);
     results[2u * ray + 1u] = uvec4(floatBitsToUint(normal), hit_primitive);
 #endif
 }

@@ -12,7 +12,7 @@
 #define RCS_DEVICE_FIRST_MASK 0x07ffffffu
 #define RCS_DEVICE_COUNT_SHIFT 27
 
-// In place of an instance: the ray met nothing, or a surface that only the processor can ask whether it goes on.
+// In place of an instance: the ray met nothing, or only the processor can tell what.
 #define RCS_DEVICE_MISS 0xffffffffu
 #define RCS_DEVICE_UNDECIDED 0xfffffffeu
 // What becomes of shadow rays.

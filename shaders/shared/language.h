@@ -4,7 +4,7 @@
 #pragma once
 #define RCS_SHARED_FUNCTION inline
 #define RCS_PRECISE
-#define RCS_OUT(type) type&
+#define RCS_CONSTANT inline constexpr
 namespace rcs {
 namespace gpu {
 struct vec3 {
@@ -19,5 +19,5 @@ inline float sqrt(float x) { return __builtin_sqrtf(x); }
 #else
 #define RCS_SHARED_FUNCTION
 #define RCS_PRECISE precise
-#define RCS_OUT(type) out type
+#define RCS_CONSTANT const
 #endif

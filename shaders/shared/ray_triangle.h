@@ -28,32 +28,58 @@ RCS_SHARED_FUNCTION float rcs_normal_component(float a1, float a2, float b1, flo
     return abs(ab) < abs(bc) ? of_ab : of_bc;
 }
 
+// Of a vector, the largest component.
+RCS_SHARED_FUNCTION float rcs_extent(vec3 a) { return max(max(abs(a.x), abs(a.y)), abs(a.z)); }
+
+// What a ray's line has to do with a triangle.
+struct RcsMeeting {
+    bool meets;    // it passes inside, on either side; on an edge it meets both triangles
+    bool near;     // it passes inside, or so close outside that other roundings would have it inside
+    bool doubted;  // other roundings would have it the other way
+    vec3 normal;   // counter-clockwise, not unit
+    float t;       // distance in units of d
+    float t_room;  // what other roundings would make of that, at most; infinite where the line lies in the plane
+    float u, v;    // weights of v1 and v2
+};
+
+// Roundings of another order, or fused ones, change an edge's side by so many halves of a unit in the last place of its
+// largest terms, and a distance: twice what they add up to.
+RCS_CONSTANT float kRcsRoomOfSide = 9.5367432e-7f;
+RCS_CONSTANT float kRcsRoomOfDistance = 2.3841858e-7f;
+
 // @param v0, v1, v2  corners less the ray's origin   @param d  direction, need not be unit
-// @param n  normal, counter-clockwise, not unit   @param t  distance in units of d   @param u, v  weights of v1 and v2
-// @return whether the ray's line meets the triangle, either side; on an edge it meets both triangles
-RCS_SHARED_FUNCTION bool rcs_meet_triangle(vec3 v0, vec3 v1, vec3 v2, vec3 d, RCS_OUT(vec3) n, RCS_OUT(float) t,
-                                           RCS_OUT(float) u, RCS_OUT(float) v)
+RCS_SHARED_FUNCTION RcsMeeting rcs_meet_triangle(vec3 v0, vec3 v1, vec3 v2, vec3 d)
 {
+    RcsMeeting m;
     RCS_PRECISE float weight_u = rcs_edge_side(v0, v2, d);
     RCS_PRECISE float weight_v = rcs_edge_side(v1, v0, d);
     RCS_PRECISE float weight_w = rcs_edge_side(v2, v1, d);
     RCS_PRECISE float sum = weight_u + weight_v + weight_w;
     float rounding = 9.5367432e-7f * abs(sum);
-    bool inside =
-        min(min(weight_u, weight_v), weight_w) >= -rounding || max(max(weight_u, weight_v), weight_w) <= rounding;
+    float least = min(min(weight_u, weight_v), weight_w), most = max(max(weight_u, weight_v), weight_w);
+    bool inside = least >= -rounding || most <= rounding;
     RCS_PRECISE float ax = v2.x - v0.x, ay = v2.y - v0.y, az = v2.z - v0.z;
     RCS_PRECISE float bx = v0.x - v1.x, by = v0.y - v1.y, bz = v0.z - v1.z;
     RCS_PRECISE float cx = v1.x - v2.x, cy = v1.y - v2.y, cz = v1.z - v2.z;
+    vec3 n;
     n.x = rcs_normal_component(ay, az, by, bz, cy, cz);
     n.y = rcs_normal_component(az, ax, bz, bx, cz, cx);
     n.z = rcs_normal_component(ax, ay, bx, by, cx, cy);
     RCS_PRECISE float slope = n.x * d.x + n.y * d.y + n.z * d.z;
     RCS_PRECISE float height = n.x * v0.x + n.y * v0.y + n.z * v0.z;
-    bool meets = inside && slope != 0.0f;
-    t = meets ? height / slope : 0.0f;
-    u = sum != 0.0f ? min(weight_u / sum, 1.0f) : 0.0f;
-    v = sum != 0.0f ? min(weight_v / sum, 1.0f) : 0.0f;
-    return meets;
+    float edges = max(max(max(abs(ax), abs(ay)), max(abs(az), abs(bx))),
+                      max(max(abs(by), abs(bz)), max(max(abs(cx), abs(cy)), abs(cz))));
+    float room = rounding + kRcsRoomOfSide * 2.0f * edges * max(max(rcs_extent(v0), rcs_extent(v1)), rcs_extent(v2)) *
+                                rcs_extent(d);
+    m.meets = inside && slope != 0.0f;
+    m.near = least >= -room || most <= room;
+    m.doubted = m.near && !(least > room || most < -room);
+    m.normal = n;
+    m.t = slope != 0.0f ? height / slope : 0.0f;
+    m.t_room = kRcsRoomOfDistance * (abs(n.x * v0.x) + abs(n.y * v0.y) + abs(n.z * v0.z)) / abs(slope);
+    m.u = sum != 0.0f ? min(weight_u / sum, 1.0f) : 0.0f;
+    m.v = sum != 0.0f ? min(weight_v / sum, 1.0f) : 0.0f;
+    return m;
 }
 
 #ifdef __cplusplus

@@ -1,10 +1,15 @@
 #!/usr/bin/env python3
-"""Renders scenes with rays of records by the processor and by the graphics device, and prints as Markdown how long
-records took, how many rays that was a second, and what the pictures differ by.
+"""Renders scenes by the processor and by the graphics device (--gather gpu --splat gpu-tiles), and prints as Markdown
+how long records took, what the two pictures differ by, and how far the indirect
+light of each is from a reference.
 
-    tests/bench/gather_gpu.py build/release/bin/rcsplat demo:cornell demo:atrium ../shared/scenes/sponza.glb > table.md
+    tests/bench/gather_gpu.py build/release/bin/rcsplat --folder ../shared/scenes --size 160x100 \\
+        --into docs/method.md
 
-Times are the least of --repeats runs; the first run of a device, which compiles shaders, is left out.
+Besides the scenes given, all built-in ones (--no-demos leaves them out) and those of a folder. Times are the least of
+--repeats runs; the first run of a device, which compiles shaders, is left out where there are several. --into FILE
+writes the table, with the command, between the two lines of that file that say `gather_gpu.py`. Ends with 1 where
+pictures differ by more than --limit.
 """
 import argparse
 import json
@@ -14,35 +19,54 @@ import subprocess
 import sys
 import tempfile
 
+WAYS = {"cpu": ["--gather", "cpu", "--splat", "tiles"], "gpu": ["--gather", "gpu", "--splat", "gpu-tiles"]}
+BEGIN, END = "<!-- gather_gpu.py: begin -->\n", "<!-- gather_gpu.py: end -->\n"
+
 
 def parse():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("rcsplat", type=pathlib.Path)
-    parser.add_argument("scenes", nargs="+", help="files and built-in scenes")
+    parser.add_argument("scenes", nargs="*", help="files and built-in scenes")
+    parser.add_argument("--folder", type=pathlib.Path, help="of scenes: all its .glb")
+    parser.add_argument("--no-demos", action="store_true", help="not the built-in scenes")
     parser.add_argument("--size", default="640x480")
-    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--repeats", type=int, default=1)
     parser.add_argument("--device", type=int, default=-1)
+    parser.add_argument("--spp", type=int, default=4096, help="paths a pixel of the reference; 0: none")
+    parser.add_argument("--stride", type=int, default=4, help="of the reference's pixels")
+    parser.add_argument("--limit", type=float, default=0.2, help="on the MRE between the pictures [%%]")
     parser.add_argument("--more", default="", help="further options of rcsplat render")
+    parser.add_argument("--into", type=pathlib.Path, help="file to write the table into")
     return parser.parse_args()
 
 
-def run(arguments, *words):
+def run(arguments, *words, may_fail=False):
     done = subprocess.run([str(arguments.rcsplat), *map(str, words)], capture_output=True, text=True)
-    if done.returncode:
+    if done.returncode and not may_fail:
         sys.exit(f"{' '.join(map(str, words))} ended with {done.returncode}:\n{done.stderr}")
-    return done.stdout
+    return done.stdout + done.stderr
 
 
-def render(arguments, scene, method, folder):
+def scenes_of(arguments):
+    demos = []
+    if not arguments.no_demos:
+        said = run(arguments, "render", "demo:", "-o", "none.png", may_fail=True)
+        demos = list(dict.fromkeys(re.findall(r"demo:[\w-]+", said)))
+    files = sorted(arguments.folder.glob("*.glb")) if arguments.folder else []
+    return demos + [scene for scene in arguments.scenes if scene not in demos] + files
+
+
+def render(arguments, scene, way, folder):
     """The least time of records [s], and what --stats says of that run."""
     best = None
-    for i in range(arguments.repeats + (method == "gpu")):
+    for i in range(arguments.repeats + (way == "gpu" and arguments.repeats > 1)):
         stats = folder / "stats.json"
-        run(arguments, "render", scene, "--size", arguments.size, "--aa", 1, "--gather", method, "--device",
-            arguments.device, *arguments.more.split(), "-q", "--pixel-format", "float", "-o", folder / f"{method}.exr",
-            "--stats", stats)
+        run(arguments, "render", scene, "--size", arguments.size, "--aa", 1, *WAYS[way], "--device", arguments.device,
+            *arguments.more.split(), "-q", "--pixel-format", "float", "-o", folder / f"{way}.exr", "--stats", stats)
         said = json.loads(stats.read_text())
-        if method == "gpu" and i == 0:
+        if way == "gpu" and (said["gather_method"], said["splat_method"]) != ("gpu", "gpu-tiles"):
+            sys.exit(f"{scene}: the device did not do it: {said['gather_method']}, {said['splat_method']}")
+        if way == "gpu" and i == 0 and arguments.repeats > 1:
             continue
         seconds = said["stage_seconds"]["records"]
         if best is None or seconds < best[0]:
@@ -50,24 +74,59 @@ def render(arguments, scene, method, folder):
     return best
 
 
+def error(arguments, a, b, layer="beauty", figure="MRE"):
+    """Mean or median relative error [%]"""
+    return float(re.search(figure + r"\s+(\S+) %", run(arguments, "compare", a, b, "--layer", layer)).group(1))
+
+
+def row_of(arguments, scene, folder):
+    """A line of the table, and the MRE between the pictures [%]."""
+    said = {way: render(arguments, scene, way, folder) for way in WAYS}
+    between = error(arguments, folder / "gpu.exr", folder / "cpu.exr")
+    errors = ["", ""]
+    if arguments.spp:
+        reference = folder / "reference.exr"
+        run(arguments, "reference", scene, "--size", arguments.size, "--aa", 1, "--spp", arguments.spp, "--stride",
+            arguments.stride, "-q", "-o", reference)
+        # The mean of so few pixels is that of one or two that next to no light reaches.
+        errors = [f"{error(arguments, folder / f'{way}.exr', reference, 'indirect', 'median'):.2f}" for way in WAYS]
+    rates = []
+    for seconds, stats in said.values():
+        rays = stats["rays"]
+        rates.append(f"{1e-6 * (rays['hemisphere'] + rays['hemisphere_shadow']) / max(seconds, 1e-9):.2f}")
+    counts = [stats["records"] for _, stats in said.values()]
+    number = str(counts[0]) if counts[0] == counts[1] else " and ".join(map(str, counts))
+    cells = [pathlib.Path(scene).name, number, *(f"{seconds:.2f}" for seconds, _ in said.values()), *rates,
+             f"{between:.4f}", *errors]
+    return "| " + " | ".join(cells) + " |\n", between
+
+
+def write_into(path, text):
+    whole = path.read_text()
+    if whole.count(BEGIN) != 1 or whole.count(END) != 1:
+        sys.exit(f"{path} lacks the lines {BEGIN.strip()} and {END.strip()}")
+    head, rest = whole.split(BEGIN)
+    path.write_text(head + BEGIN + text + END + rest.split(END)[1])
+
+
 def main():
     arguments = parse()
-    print("| scene | gathered by | records [s] | million rays a second | MRE to the processor |")
-    print("| --- | --- | --- | --- | --- |")
+    table = ("| scene | records | by processor [s] | by device [s] | million rays a second | by device "
+             "| MRE between them [%] | median error of indirect light, processor [%] | device [%] |\n"
+             "| --- | --- | --- | --- | --- | --- | --- | --- | --- |\n")
+    print(table, end="", flush=True)
+    worst = 0.0
     with tempfile.TemporaryDirectory() as name:
-        folder = pathlib.Path(name)
-        for scene in arguments.scenes:
-            for method in ("cpu", "gpu"):
-                seconds, said = render(arguments, scene, method, folder)
-                counts = said["rays"]
-                rays = counts["hemisphere"] + counts["hemisphere_shadow"]
-                off = ""
-                if method == "gpu":
-                    words = run(arguments, "compare", folder / "gpu.exr", folder / "cpu.exr")
-                    off = re.search(r"MRE\s+(\S+ %)", words).group(1)
-                by = said["gl"]["renderer"] if said["gather_method"] == "gpu" else f"{said['threads']} threads"
-                print(f"| {pathlib.Path(scene).name} | {by} | {seconds:.2f} | {1e-6 * rays / seconds:.2f} | {off} |",
-                      flush=True)
+        for scene in scenes_of(arguments):
+            row, between = row_of(arguments, scene, pathlib.Path(name))
+            worst = max(worst, between)
+            table += row
+            print(row, end="", flush=True)
+    if arguments.into:
+        command = " ".join(["tests/bench/gather_gpu.py", *sys.argv[1:]])
+        write_into(arguments.into, f"\n`{command}`:\n\n{table}\n")
+    if worst > arguments.limit:
+        sys.exit(f"pictures differ by {worst:.4f} %, more than {arguments.limit} %")
 
 
 if __name__ == "__main__":

@@ -192,9 +192,20 @@ TEST_F(GpuTiles, ARecordThatCoversAllReachesWhatIsSeen)
     expect_same_bits(summed, splat(many));
 }
 
-TEST_F(GpuTiles, OfOnePixelAreThoseOfTiles)
+TEST_F(GpuTiles, MoreRecordsInATileThanALoopOfAShaderMayHaveRoundsAreAllCounted)
 {
-    view.width = view.height = 1;
+    view.width = view.height = 3;
+    gbuffer = wavy_wall(view, kEye);
+    ASSERT_TRUE(gbuffer.covered(4));
+    Record record = records[0];
+    record.position = gbuffer.scene_position(4);
+    record.normal = gbuffer.normal(4);
+    EXPECT_EQ(splat(std::vector<Record>(70000, record)).count[4], 70000.0f);
+}
+
+TEST_F(GpuTiles, OfAPictureSmallerThanATileAreThoseOfTiles)
+{
+    view.width = 3, view.height = 2;
     gbuffer = wavy_wall(view, kEye);
     records = random_records(gbuffer, 40, 9);
     SplatStats ignored;

@@ -155,8 +155,8 @@ TEST(RayCaster, MeetsRandomAndDegenerateTrianglesWhereEmbreeDoes)
         int hits = 0;
         for (std::size_t i = 0; i < expected.size(); ++i) hits += expected.is_hit(i);
         EXPECT_GT(hits, 10000);
-        // A ray along an edge may meet either triangle, or slip past both at the rim.
-        EXPECT_LE(differing(expected, got), 3) << "size " << size;
+        // Where roundings decide, at edges, the processor does; a sliver's weights are all roundings.
+        EXPECT_LE(differing(expected, got), 1) << "size " << size;
     }
 }
 
@@ -196,9 +196,9 @@ TEST(RayCaster, NoRayLeaksThroughAnEdgeThatTrianglesShare)
         return count;
     };
     EXPECT_EQ(leaks(both.by_device(packets_towards(eye, to_edges))), 0);
-    // Where six edges end, each rounded by itself, Embree lets some through as well.
+    // Where six edges end, each rounded by itself, Embree lets some through, and is asked.
     const std::vector<HitPacket> at_vertices = packets_towards(eye, to_vertices);
-    EXPECT_LE(leaks(both.by_device(at_vertices)), std::min(2, leaks(both.by_processor(at_vertices))));
+    EXPECT_EQ(leaks(both.by_device(at_vertices)), leaks(both.by_processor(at_vertices)));
 }
 
 /// One mesh many times: turned, stretched, mirrored; beside one that is used once.
@@ -226,7 +226,9 @@ TEST(RayCaster, MeetsInstancesAsEmbreeDoes)
     Both both(instances());
     const std::vector<HitPacket> packets = random_packets(2048, 3.0f, 29);
     const Traced expected = both.by_processor(packets);
-    EXPECT_LE(differing(expected, both.by_device(packets)), 8);
+    RayCaster caster(test::shared_gl(), both.rays);
+    EXPECT_EQ(differing(expected, both.by(caster, packets)), 0);
+    EXPECT_LT(caster.counts().asked, caster.counts().rays / 50);
     int instanced = 0;
     for (const HitPacket& p : expected.packets)
         for (const std::uint32_t id : p.instance_id) instanced += id != RayPacket::kMiss;
@@ -264,7 +266,7 @@ TEST(RayCaster, GoesThroughSurfacesAsTheProcessorDoes)
     const std::vector<HitPacket> packets = packets_towards({0.0f, 1.5f, 1.0f}, to);
     RayCaster caster(test::shared_gl(), both.rays);
     const Traced expected = both.by_processor(packets), got = both.by(caster, packets);
-    EXPECT_LE(differing(expected, got), 2);
+    EXPECT_EQ(differing(expected, got), 0);
     int tinted = 0, unequal = 0;
     for (std::size_t p = 0; p < packets.size(); ++p)
         for (int lane = 0; lane < RayPacket::kWidth; ++lane) {
@@ -273,7 +275,7 @@ TEST(RayCaster, GoesThroughSurfacesAsTheProcessorDoes)
             unequal += glm::length(a - b) > 1e-5f;
         }
     EXPECT_GT(tinted, 200);
-    EXPECT_LE(unequal, 2);
+    EXPECT_EQ(unequal, 0);
     EXPECT_GT(caster.counts().asked, 0u);
 }
 
@@ -300,7 +302,7 @@ TEST(RayCaster, ShadowRaysBringWhatTheProcessorFinds)
                       glm::length(expected.transmittance(i) - got.transmittance(i)) > 1e-5f;
         }
         EXPECT_GT(blocked, 100);
-        EXPECT_LE(differ, 2);
+        EXPECT_EQ(differ, 0);
     }
 }
 

@@ -95,7 +95,14 @@ std::uint64_t take_shadows(const RayScene& rays, const ShadowPacket& to, const s
         if (found[i] == RCS_DEVICE_BLOCKED) p.t_max[i] = -std::numeric_limits<float>::infinity();
         if (found[i] == RCS_DEVICE_ASK) ask |= 1u << i;
     }
-    if (!rays.has_transparency()) return 0;
+    if (!rays.has_transparency()) {
+        if (ask == 0) return 0;
+        RayPacket asked = p;
+        occluded(rays, ask, asked);
+        for (std::size_t i = 0; i < kWidth; ++i)
+            if (is_active(ask, i)) p.t_max[i] = asked.t_max[i];
+        return static_cast<std::uint64_t>(std::popcount(ask));
+    }
     LaneWeights& transmitted = to.batch->transmitted(to.number);
     std::fill(transmitted.weight, transmitted.weight + kWidth, glm::vec3(1.0f));
     if (ask == 0) return 0;

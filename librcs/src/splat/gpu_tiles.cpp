@@ -22,6 +22,10 @@ const std::string kTilesStage = "splatting tiles on the device";
 constexpr int kGroupTile = RCS_SPLAT_TILE;
 static_assert(kGroupTile == TiledSurfaces::kTile);
 
+// Of a part: llvmpipe ends any loop of a shader after 65,535 rounds without a word, and a driver that waits too long
+// for one a program.
+constexpr std::size_t kMostInPart = std::size_t{1} << 15;
+
 /// Records that are on the device at a time, and the tiles that they touch.
 struct Part {
     std::size_t first, count;
@@ -116,7 +120,8 @@ SplatBuffer splat_gpu_tiles(GlContext& gl, const std::vector<Record>& records, c
     const int max_rows = rows_of_band(gbuffer, has_lobes, block_bytes);
     const BandBuffers buffers = make_band_buffers(kTilesStage, gbuffer.width, max_rows, has_lobes, options.error_sums);
     RecordBlocks blocks = make_record_blocks(from, block_bytes);
-    const std::vector<Part> parts = make_parts(from.records, tiles, blocks.most, block_bytes / sizeof(std::uint32_t));
+    const std::vector<Part> parts =
+        make_parts(from.records, tiles, std::min(blocks.most, kMostInPart), block_bytes / sizeof(std::uint32_t));
     const PartBuffers part_buffers = make_part_buffers(parts, std::move(blocks));
     glUseProgram(gl.impl().compute_program("splat_tiles.comp", splat_variant(buffers)));
     bind_inputs(gbuffer, buffers);
