@@ -169,9 +169,7 @@ TEST(DirectCells, AreLitOnlyWhereTheyHelp)
 
 TEST(DirectCells, PicturesDoNotDependOnTheThreads)
 {
-    RenderOptions options;
-    options.width = 192, options.height = 108;
-    options.aa = 1;
+    const RenderOptions options = test::options_of_size(192, 108, 1);
     const Scene scene = load_scene("demo:blinds");
     const RenderResult one = test::render_first(scene, options, 1), three = test::render_first(scene, options, 3);
     ASSERT_GT(one.stats.records.direct_cells, 0u);

@@ -161,8 +161,7 @@ TEST(GatherDevice, RecordsAgreeAtAnyScale)
 
 RenderOptions options_with(GatherMethod method)
 {
-    RenderOptions options;
-    options.width = 64, options.height = 48, options.aa = 1;
+    RenderOptions options = test::options_of_size(64, 48, 1);
     options.gather = method;
     return options;
 }

@@ -12,14 +12,13 @@
 
 #include <epoxy/gl.h>
 
-#include "gbuffer/shading.h"
 #include "gl/gl_context_impl.h"
-#include "radiance/lobes.h"
 #include "rcs/machine.h"
 #include "rcs/scene_choice.h"
 #include "splat/splat_choice.h"
 #include "stability/splat_oracle.h"
 #include "support/session.h"
+#include "support/splat_wall.h"
 #include "support/temporary_folder.h"
 
 namespace rcs {
@@ -30,40 +29,13 @@ using stability::largest_difference;
 using stability::random_records;
 using stability::wavy_wall;
 
-constexpr glm::dvec3 kBrightest(1.0, 1.0, 10.0);  // of random_records()
-constexpr glm::dvec3 kEye(100.0, 20.0, -3.0);
-
-/// A picture whose sides are no multiples of a tile's.
-class GpuTiles : public ::testing::Test {
+class GpuTiles : public test::SplatWall {
 protected:
-    View view{look_at_camera("c", kEye, {100.0, 20.0, -4.0}, 1.0), 203, 117, {0.5, 0.5}};
-    GBuffer gbuffer = wavy_wall(view, kEye);
-    std::vector<Record> records = random_records(gbuffer, 400, 7);
-    SplatSettings options{0.3f, 2.5f};
-    ThreadPool pool{2};
-    SplatStats stats;
     GlContext& gl = test::shared_gl();
 
     SplatBuffer splat(const std::vector<Record>& from, const Shading* glossy = nullptr)
     {
         return splat_gpu_tiles(gl, from, gbuffer, view, options, stats, glossy);
-    }
-
-    /// Radiance for the records, and lobes of all widths, and of none.
-    Shading make_glossy()
-    {
-        for (std::size_t n = 0; n < records.size(); ++n)
-            for (std::size_t k = 0; k < 3 * kHarmonics; ++k)
-                records[n].radiance.push_back(std::sin(static_cast<float>(37 * n + 11 * k)) +
-                                              (k % kHarmonics == 0 ? 4.0f : 0.0f));
-        Shading shading;
-        shading.most_lobes = 1;
-        for (std::size_t i = 0; i < gbuffer.size(); ++i) {
-            const glm::vec3 f0(0.04f + 0.01f * static_cast<float>(i % 90));
-            const float alpha = 0.2f + 0.8f * static_cast<float>(i % 13) / 12.0f;
-            shading.lobes.push_back(i % 7 == 0 ? Lobe{} : make_lobe<Specular>(f0, 1.0f, alpha));
-        }
-        return shading;
     }
 };
 
@@ -137,7 +109,7 @@ TEST_F(GpuTiles, GiveTheSumsOfTilesAndOfQuads)
 
 TEST_F(GpuTiles, LightGlossySurfacesAsTilesDo)
 {
-    const Shading shading = make_glossy();
+    const Shading shading = test::make_glossy(gbuffer, records);
     for (const bool with_errors : {true, false}) {
         options.error_sums = with_errors;
         SplatStats ignored;
@@ -150,7 +122,7 @@ TEST_F(GpuTiles, LightGlossySurfacesAsTilesDo)
 
 TEST_F(GpuTiles, AreTheSameBitsEachTimeAndInHoweverManyParts)
 {
-    const Shading shading = make_glossy();
+    const Shading shading = test::make_glossy(gbuffer, records);
     for (const Shading* glossy : {static_cast<const Shading*>(nullptr), &shading}) {
         const SplatBuffer first = splat(records, glossy);
         expect_same_bits(first, splat(records, glossy));
@@ -230,8 +202,7 @@ TEST_F(GpuTiles, OfALargeImageHaveNoSeamBetweenTheirBands)
 
 RenderOptions options_with(SplatMethod method)
 {
-    RenderOptions options;
-    options.width = 75, options.height = 50, options.aa = 2;
+    RenderOptions options = test::options_of_size(75, 50, 2);
     options.splat = method;
     return options;
 }

@@ -5,11 +5,10 @@
 
 #include <gtest/gtest.h>
 
-#include "gbuffer/shading.h"
-#include "radiance/lobes.h"
 #include "rcs/splat.h"
 #include "shared/weight.h"
 #include "splat/gpu_records.h"
+#include "support/splat_wall.h"
 
 namespace {
 
@@ -169,17 +168,7 @@ TEST(SplatQuads, LightGlossySurfacesAsTilesDo)
     const View view = test_view(61, 47);
     const GBuffer gbuffer = wavy_gbuffer(view);
     std::vector<Record> records = random_records(gbuffer, 300);
-    for (std::size_t n = 0; n < records.size(); ++n)
-        for (std::size_t k = 0; k < 3 * kHarmonics; ++k)
-            records[n].radiance.push_back(std::sin(static_cast<float>(37 * n + 11 * k)) +
-                                          (k % kHarmonics == 0 ? 4.0f : 0.0f));
-    Shading shading;
-    shading.most_lobes = 1;
-    for (std::size_t i = 0; i < gbuffer.size(); ++i) {
-        const glm::vec3 f0(0.04f + 0.01f * static_cast<float>(i % 90));
-        const float alpha = 0.2f + 0.8f * static_cast<float>(i % 13) / 12.0f;                 // some too narrow a one
-        shading.lobes.push_back(i % 7 == 0 ? Lobe{} : make_lobe<Specular>(f0, 1.0f, alpha));  // some have no lobe
-    }
+    const Shading shading = test::make_glossy(gbuffer, records);
     ThreadPool pool(2);
     SplatSettings options;
     options.overlap = 2.0f;

@@ -8,26 +8,15 @@
 #include "rcs/thread_pool.h"
 #include "splat/tiles.h"
 #include "stability/splat_oracle.h"
+#include "support/splat_wall.h"
 
 namespace rcs {
 namespace {
 
 using stability::double_loop;
 using stability::largest_difference;
-using stability::random_records;
-using stability::wavy_wall;
 
-constexpr glm::dvec3 kBrightest(1.0, 1.0, 10.0);  // of random_records()
-
-class Splat : public ::testing::Test {
-protected:
-    View view{look_at_camera("c", {100.0, 20.0, -3.0}, {100.0, 20.0, -4.0}, 1.0), 203, 117, {0.5, 0.5}};
-    GBuffer gbuffer = wavy_wall(view, {100.0, 20.0, -3.0});
-    std::vector<Record> records = random_records(gbuffer, 400, 7);
-    SplatSettings options{0.3f, 2.5f};
-    ThreadPool pool{2};
-    SplatStats stats;
-};
+using Splat = test::SplatWall;
 
 TEST_F(Splat, TilesAgreeWithAPlainDoubleLoop)
 {

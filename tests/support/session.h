@@ -14,6 +14,16 @@ inline GlContext& shared_gl()
     return gl;
 }
 
+/// Options by default, but for the picture's size [px] and its samples a pixel.
+inline RenderOptions options_of_size(int width, int height, int aa)
+{
+    RenderOptions options;
+    options.width = width;
+    options.height = height;
+    options.aa = aa;
+    return options;
+}
+
 /// Renders a view in a session of its own. @param cache  records that it begins with
 inline RenderResult render_view(const Scene& scene, const Camera& camera, const RenderOptions& options, int threads = 2,
                                 std::vector<Record> cache = {}, const RenderHooks& hooks = {})
