@@ -18,7 +18,7 @@ KeptGuide find_light(const Frame& f, int views)
     LightSearch found =
         search_light({f.rays, f.light_cache, nullptr, &f.gathered, session.graphics.caster.get()}, f.gbuffer, f.view(),
                      f.course.records, !session.watches() && !f.moments, f.session.pool());
-    return {std::move(found.guide), std::move(found.direct), views, session.scene_number};
+    return {std::move(found.guide), std::move(found.direct), std::move(found.arrivals), views, session.scene_number};
 }
 
 }  // namespace
