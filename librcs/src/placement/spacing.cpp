@@ -148,11 +148,38 @@ void set_spacing(Record& r, float near, float steep, const RecordSettings& optio
     r.gradient_scale = std::min(1.0f, std::min(near, r.gradient_reach) / reach);
 }
 
+/// Bits of a coordinate, two zeros between each.
+std::uint32_t spread_bits(float part)
+{
+    auto bits = static_cast<std::uint32_t>(part > 0.0f ? std::min(1023.0f, 1024.0f * part) : 0.0f);
+    bits = (bits | bits << 16) & 0x030000ffu;
+    bits = (bits | bits << 8) & 0x0300f00fu;
+    bits = (bits | bits << 4) & 0x030c30c3u;
+    return (bits | bits << 2) & 0x09249249u;
+}
+
+/// Adds the records from `first` on to the order, neighbours in space next to each other: along a Z curve (Morton
+/// 1966).
+void add_by_place(std::span<const Record> records, std::size_t first, std::vector<std::uint32_t>& order)
+{
+    glm::vec3 low(std::numeric_limits<float>::infinity()), high = -low;
+    for (const Record& r : records.subspan(first)) low = glm::min(low, r.position), high = glm::max(high, r.position);
+    std::vector<std::uint64_t> codes;
+    for (std::size_t i = first; i < records.size(); ++i) {
+        const glm::vec3 part = (records[i].position - low) / (high - low);
+        const std::uint32_t code = spread_bits(part.x) | spread_bits(part.y) << 1 | spread_bits(part.z) << 2;
+        codes.push_back(std::uint64_t{code} << 32 | i);
+    }
+    std::sort(codes.begin(), codes.end());
+    for (const std::uint64_t code : codes) order.push_back(static_cast<std::uint32_t>(code));
+}
+
 }  // namespace
 
-// Records come in the order of pixels, so a quarter of them lies together; quarters are built side by side.
+// Quarters of many records are built side by side; every tree of few is one more to ask.
 constexpr std::size_t kTreesAtOnce = 4;
-constexpr std::size_t kMostTrees = 5 * kTreesAtOnce;
+constexpr std::size_t kManyRecords = 4096;
+constexpr std::size_t kMostTrees = 20;
 constexpr float kBarelyMore = 1.00001f;
 
 struct SpacingLimiter::Trees {
@@ -160,18 +187,21 @@ struct SpacingLimiter::Trees {
     std::vector<ClampTree> steep;     // ... and here if light is steep there
     std::vector<std::size_t> newest;  // per tree: one past the last record in it
 
-    void add(std::span<const Record> records, std::size_t first, const RecordSettings& options, ThreadPool& pool)
+    /// @param order  of all records: those from `first` on are next to each other in it, as they are in space
+    void add(std::span<const Record> records, std::size_t first, std::span<const std::uint32_t> order,
+             const RecordSettings& options, ThreadPool& pool)
     {
         const std::size_t known = list.size();
         const std::size_t count = records.size() - first;
-        list.resize(known + kTreesAtOnce);
+        const std::size_t more = count < kManyRecords ? 1 : kTreesAtOnce;
+        list.resize(known + more);
         steep.resize(list.size());
         newest.resize(list.size(), records.size());
-        pool.parallel_for(kTreesAtOnce, 1, [&](std::size_t t, std::size_t, int) {
-            const std::size_t begin = first + count * t / kTreesAtOnce;
-            const std::size_t end = first + count * (t + 1) / kTreesAtOnce;
+        pool.parallel_for(more, 1, [&](std::size_t t, std::size_t, int) {
+            const std::size_t begin = first + count * t / more, end = first + count * (t + 1) / more;
             std::vector<ClampTree::Point> all, steep_ones;
-            for (const Record& r : records.subspan(begin, end - begin)) {
+            for (const std::uint32_t i : order.subspan(begin, end - begin)) {
+                const Record& r = records[i];
                 const float reach = steep_reach(r, options);
                 const bool is_steep = reach < least_reach(r, options);
                 all.push_back(
@@ -190,19 +220,27 @@ SpacingLimiter::~SpacingLimiter() = default;
 void SpacingLimiter::limit(std::vector<Record>& records, std::size_t first, ThreadPool& pool)
 {
     Trees& trees = *trees_;
-    if (records.size() > near_.size()) trees.add(records, near_.size(), options_, pool);
+    if (records.size() > near_.size()) {
+        add_by_place(records, near_.size(), order_);
+        trees.add(records, near_.size(), order_, options_, pool);
+    }
     for (std::size_t i = near_.size(); i < records.size(); ++i) {
         near_.push_back(most_reach(records[i], options_));
         steep_.push_back(least_reach(records[i], options_));
     }
     seen_.resize(records.size(), 0);
     pool.parallel_for(records.size() - first, 256, [&](std::size_t begin, std::size_t end, int) {
-        for (std::size_t i = first + begin; i < first + end; ++i) {
+        for (std::size_t k = first + begin; k < first + end; ++k) {
+            const std::uint32_t i = order_[k];
             // It falls with the distance no faster than that grows, so the record before says how high it is at most;
             // a little more, for rounding, so that the search finds the value itself.
-            if (i > first + begin && near_[i - 1] < most_reach(records[i - 1], options_))
-                near_[i] = std::min(near_[i], kBarelyMore * (near_[i - 1] + glm::distance(records[i].position,
-                                                                                          records[i - 1].position)));
+            if (k > first + begin) {
+                const Record& before = records[order_[k - 1]];
+                const float its = near_[order_[k - 1]];
+                if (its < most_reach(before, options_))
+                    near_[i] =
+                        std::min(near_[i], kBarelyMore * (its + glm::distance(records[i].position, before.position)));
+            }
             // The minimum over all neighbours is the least of those over the records of each tree.
             for (std::size_t t = 0; t < trees.list.size(); ++t) {
                 if (trees.newest[t] <= seen_[i]) continue;
@@ -216,7 +254,9 @@ void SpacingLimiter::limit(std::vector<Record>& records, std::size_t first, Thre
     if (first == 0 && trees.list.size() > kMostTrees) {
         // All are up to date: few trees answer faster than many, once there are many.
         trees = {};
-        trees.add(records, 0, options_, pool);
+        order_.clear();
+        add_by_place(records, 0, order_);
+        trees.add(records, 0, order_, options_, pool);
     }
 }
 

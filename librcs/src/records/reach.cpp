@@ -10,17 +10,19 @@ constexpr std::uint64_t kAll = ~std::uint64_t{0};
 // Of the box around the scene: far more than a ray's points are off by rounding, and by their offset from surfaces.
 constexpr double kRim = 1e-4;
 
-/// Whether a ray meets a box, by slabs.
-bool meets(const Bounds& box, glm::dvec3 origin, glm::dvec3 direction, double length)
+struct Way {
+    glm::dvec3 origin, inverse;  ///< 1 / direction
+    double length;
+};
+
+/// Whether it meets a box, by slabs.
+inline bool meets(const Bounds& box, const Way& way)
 {
-    double begin = 0.0, end = length;
+    double begin = 0.0, end = way.length;
     for (int axis = 0; axis < 3; ++axis) {
-        if (direction[axis] == 0.0) {
-            if (!(origin[axis] >= box.min[axis] && origin[axis] <= box.max[axis])) return false;
-            continue;
-        }
-        const double inverse = 1.0 / direction[axis];
-        const double a = (box.min[axis] - origin[axis]) * inverse, b = (box.max[axis] - origin[axis]) * inverse;
+        const double a = (box.min[axis] - way.origin[axis]) * way.inverse[axis];
+        const double b = (box.max[axis] - way.origin[axis]) * way.inverse[axis];
+        // Of a slab along the ray both are infinite: of one sign beside it, of two within, not a number at its rim.
         begin = std::max(begin, std::min(a, b));
         end = std::min(end, std::max(a, b));
     }
@@ -47,6 +49,9 @@ std::uint64_t Reach::rays(const RecordWatch& watch) const
     if (scenes == 0) return 0;
     if (watch.ways.size() < count || count == 0 || scenes >= where_since_.size()) return kAll;
     const std::span<const Bounds> where = std::span(where_).first(where_since_[scenes]);
+    Bounds around;
+    for (const Bounds& box : where)
+        around.min = glm::min(around.min, box.min), around.max = glm::max(around.max, box.max);
     std::uint64_t reached = 0;
     for (std::size_t i = 0; i < watch.ways.size(); ++i) {
         const WatchedWay& way = watch.ways[i];
@@ -57,10 +62,9 @@ std::uint64_t Reach::rays(const RecordWatch& watch) const
             const WatchedWay& before = watch.ways[way.ray];
             origin += static_cast<double>(before.length) * glm::dvec3(before.direction);
         }
-        const auto is_met = [&](const Bounds& box) {
-            return meets(box, origin, glm::dvec3(way.direction), static_cast<double>(way.length));
-        };
-        if (std::any_of(where.begin(), where.end(), is_met)) reached |= bit;
+        const Way along{origin, 1.0 / glm::dvec3(way.direction), static_cast<double>(way.length)};
+        const auto is_met = [&](const Bounds& box) { return meets(box, along); };
+        if (meets(around, along) && std::any_of(where.begin(), where.end(), is_met)) reached |= bit;
     }
     return reached;
 }
