@@ -28,6 +28,7 @@ struct LobePath {
     float spread = 0.0f;            ///< width of the cone of directions that the path stands for, per length
     float length = 0.0f;            ///< up to this ray's origin [m]
     LitPart* lit = nullptr;         ///< of that ray; null: nothing is looked at
+    SoftLight* soft = nullptr;      ///< of that ray; null: it is as other light
     int met = 0;                    ///< surfaces since the visible point
     SurfacePoint from;              ///< where this ray starts, if met > 0
     float density = 0.0f;  ///< of its direction [1/sr]: shares what shines with the sampling of lamps at `from`; 0:
@@ -72,6 +73,8 @@ private:
     void add_emission(const LobePath& path, int lane, const HitSurface& hit, glm::vec3 throughput, float cone_width,
                       const Workspace& w) const;
     void add_sky(const LobePath& path, glm::vec3 throughput) const;
+    const DirectCells::Light* known_light(const LobePath& path, const SurfacePoint& hit, float length,
+                                          RandomStream& random) const;
     void go_on(const LobePath& path, const SurfacePoint& point, const HitLobes& lobes, glm::vec3 throughput,
                float length, RandomStream& random, Workspace& w) const;
 

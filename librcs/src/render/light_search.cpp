@@ -55,6 +55,7 @@ LobeSettings lobe_settings(const Frame& f, int round)
     settings.gathered = &f.gathered;
     settings.guide = f.guide();
     settings.looks_per_pixel = f.guide() ? f.looks_of_lobes : 0;
+    settings.direct = f.kept_guide.direct.get();
     return settings;
 }
 
