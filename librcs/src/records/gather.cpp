@@ -129,7 +129,7 @@ struct RecordGatherer::Impl {
           share(guide ? guide->share
                 : map ? kAimed
                       : 0.0f),
-          first(first_size(asked, map ? 0.0f : share, false)),  // R_k and gradients want all strata
+          first(first_size(asked, share, map)),
           more(gather_size(asked, share, 1, map)),
           seed(options.seed)
     {
