@@ -67,6 +67,9 @@ private:
     void begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) const;
     void trace_packet(const LobePath* paths, int count, Workspace& w) const;
     void shade(const LobePath& path, int lane, const HitSurface& hit, glm::vec3 throughput, Workspace& w) const;
+    void shade_plain(const LobePath& path, int lane, const HitSurface& hit, glm::vec3 throughput, RandomStream& random,
+                     Workspace& w) const;
+    static void add_over(const Ray& shadow_ray, glm::vec3 radiance, glm::vec3& sum, Workspace& w);
     std::size_t look(std::size_t begin, std::size_t end, RayRing& ring, Workspace& w) const;
     glm::vec3& sum_of_plain(const LobePath& path, int lane, const HitSurface& hit, const Workspace& w) const;
     bool is_of_gathered(const LobePath& path, int lane, const Workspace& w) const;
