@@ -74,6 +74,7 @@ void add_render(Json& json, const RunReport& report)
     json["refined_records"] = stats.records.refined;
     json["lit_points"] = stats.records.lit_points;
     json["direct_cells"] = stats.records.direct_cells;
+    json["aimed_rays"] = stats.records.aimed_rays;
     json["gathered_lamps"] = stats.records.gathered_lamps;
     json["unserved_pixels"] = stats.unserved_pixels;
     json["rays"] = {{"hemisphere", stats.records.hemisphere_rays},    {"refining", stats.records.refining_rays},
@@ -175,6 +176,9 @@ void append_render(std::string& text, const RunReport& report)
         append(text,
                "cells    %s: what lamps and sky send there is known, so that rays of records need no shadow rays\n",
                short_count(stats.records.direct_cells).c_str());
+    if (stats.records.aimed_rays > 0)
+        append(text, "aimed    %s of the rays of records, to where light had come from before\n",
+               short_count(stats.records.aimed_rays).c_str());
     const double pixels = per(static_cast<double>(stats.splats.samples), static_cast<double>(stats.splats.splats));
     if (stats.light_cache.cells > 0) {
         append(text, "bounces  %s cells, %s links from %s rays, their shadows %s\n",

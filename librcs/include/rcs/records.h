@@ -100,6 +100,7 @@ struct RecordStats {
     std::uint64_t shadow_rays = 0;      ///< from what those met to lamps
     std::uint64_t looks = 0;            ///< shadow rays of records to lit points
     std::uint64_t lit_points = 0;       ///< that records look at; 0: rays alone find their light
+    std::uint64_t aimed_rays = 0;       ///< of hemisphere_rays, those that went where light had come from
     std::uint64_t direct_cells = 0;    ///< where rays end, of which direct light is known; 0: their shadow rays find it
     std::uint64_t gathered_lamps = 0;  ///< surfaces whose own light records gather, in place of pixels' shadow rays
     std::uint64_t waves = 0;           ///< of holes that were filled
@@ -111,6 +112,7 @@ struct RecordStats {
 };
 
 /// Where gathers look for light besides where their rays lead: made by the renderer for a view (method.md).
+class ArrivalMap;
 class GatherGuide;
 /// Lamps whose light records gather, as they gather that of the sky (method.md).
 struct GatheredLamps;
@@ -127,16 +129,18 @@ struct LitScene {
     const GatheredLamps* gathered;  ///< null: none
     RayCaster* caster;              ///< of these rays; null: the processor traces them
     const DirectCells* direct;      ///< of lamps and sky; null: shadow rays find it
+    ArrivalMap* arrivals;           ///< tells gathers where to aim some of their rays; null: they go everywhere
 
-    /// @param r,c,g,lamps,device,d  of the members above
+    /// @param r,c,g,lamps,device,d,map  of the members above
     LitScene(const RayScene& r, const LightCache* c = nullptr, GatherGuide* g = nullptr,
-             const GatheredLamps* lamps = nullptr, RayCaster* device = nullptr, const DirectCells* d = nullptr)
-        : rays(r), cache(c), guide(g), gathered(lamps), caster(device), direct(d)
+             const GatheredLamps* lamps = nullptr, RayCaster* device = nullptr, const DirectCells* d = nullptr,
+             ArrivalMap* map = nullptr)
+        : rays(r), cache(c), guide(g), gathered(lamps), caster(device), direct(d), arrivals(map)
     {
     }
 
     /// The same to a judge of records: what all of them share of direct light may be off for all.
-    LitScene by_samples() const { return {rays, cache, guide, gathered, caster}; }
+    LitScene by_samples() const { return {rays, cache, guide, gathered, caster, nullptr, arrivals}; }
 };
 
 /// Gathers one record at each of the given visible points.

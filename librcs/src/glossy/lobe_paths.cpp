@@ -58,6 +58,8 @@ void LobePaths::begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) cons
             path.spread = 1.0f / std::sqrt(std::max(sample.density, 1e-4f) * static_cast<float>(ring.count()));
         if (ring.has_looks()) ring.lit(own[n]) = {};
         if (looks) path.lit = &ring.lit(own[n]);
+        if (ring.has_soft()) ring.soft(own[n]) = {};
+        if (ring.has_soft() && !looks) path.soft = &ring.soft(own[n]);
         path.key = mix64(key + 2 * n + 1);
         w.paths.push_back(path);
     }
@@ -96,6 +98,48 @@ void LobePaths::add_sky(const LobePath& path, glm::vec3 throughput) const
     path.first->radiance += throughput * (soft * sky.soft(direction) + peak * sky.peak(direction));
 }
 
+/// Of lamps and sky at a hit, where the lobe is wide enough to hide the edges of cells; null: shadow rays find it.
+const DirectCells::Light* LobePaths::known_light(const LobePath& path, const SurfacePoint& hit, float length,
+                                                 RandomStream& random) const
+{
+    const DirectCells* const cells = settings_.direct;
+    if (!cells || path.width * length < cells->grid.edge(cells->grid.level(hit.position))) return nullptr;
+    return cells->at(hit.position, hit.shading_normal, random);
+}
+
+void LobePaths::add_over(const Ray& shadow_ray, glm::vec3 radiance, glm::vec3& sum, Workspace& w)
+{
+    if (radiance == glm::vec3(0.0f)) return;
+    w.shadow.add(shadow_ray);
+    w.lights.push_back({&sum, radiance});
+}
+
+void LobePaths::shade_plain(const LobePath& path, int lane, const HitSurface& hit, glm::vec3 throughput,
+                            RandomStream& random, Workspace& w) const
+{
+    const glm::vec3 outgoing = -ray_direction(w.packet.ray, lane);
+    const float length = path.length + w.packet.ray.t_max[lane];
+    const HitRadiance::PlainHit plain{hit.point.material, hit.point.uv, hit.uv_per_length, path.spread * length};
+    const glm::vec3 albedo = light_.albedo(plain, glm::dot(hit.point.shading_normal, outgoing));
+    const auto reflectance = [&](glm::vec3 to_light) {
+        return light_.reflectance(plain, hit.point.shading_normal, outgoing, to_light);
+    };
+    glm::vec3& sum = sum_of_plain(path, lane, hit, w);
+    if (const DirectCells::Light* const known = known_light(path, hit.point, length, random)) {
+        if (known->to_light != glm::vec3(0.0f))
+            sum += throughput * std::numbers::inv_pi_v<float> * known->irradiance * reflectance(known->to_light);
+    } else {
+        SoftLight* const apart = path.met == 0 ? path.soft : nullptr;
+        if (apart) *apart = {glm::vec3(0.0f), albedo, hit.point.geometric_normal};
+        light_.each_light(hit.point, random, [&](const Ray& shadow_ray, glm::vec3 white, const auto&, bool soft) {
+            add_over(shadow_ray, throughput * white * reflectance(shadow_ray.direction),
+                     soft && apart ? apart->radiance : sum, w);
+        });
+    }
+    path.first->radiance +=
+        throughput * albedo * std::numbers::inv_pi_v<float> * light_.indirect_irradiance(hit.point, random, path.met);
+}
+
 void LobePaths::shade(const LobePath& path, int lane, const HitSurface& hit, glm::vec3 throughput, Workspace& w) const
 {
     const RayPacket& p = w.packet.ray;
@@ -108,26 +152,15 @@ void LobePaths::shade(const LobePath& path, int lane, const HitSurface& hit, glm
         add_emission(path, lane, hit, throughput, cone_width, w);
     if (path.met == settings_.bounces) return;
     RandomStream random(path.key);
-    const auto add_to = [&](glm::vec3& sum, const Ray& shadow_ray, glm::vec3 radiance) {
-        if (radiance == glm::vec3(0.0f)) return;
-        w.shadow.add(shadow_ray);
-        w.lights.push_back({&sum, throughput * radiance});
-    };
     const auto add = [&](const Ray& shadow_ray, glm::vec3 radiance) {
-        add_to(path.first->radiance, shadow_ray, radiance);
+        add_over(shadow_ray, throughput * radiance, path.first->radiance, w);
     };
     const auto add_cached = [&](glm::vec3 albedo, const SurfacePoint& point) {
         path.first->radiance +=
             throughput * albedo * std::numbers::inv_pi_v<float> * light_.indirect_irradiance(point, random, path.met);
     };
     if (light_.is_plain(w.packet.instance(lane))) {
-        const HitRadiance::PlainHit plain{hit.point.material, hit.point.uv, hit.uv_per_length, cone_width};
-        glm::vec3& sum = sum_of_plain(path, lane, hit, w);
-        light_.direct(hit.point, random, [&](const Ray& shadow_ray, glm::vec3 white) {
-            add_to(sum, shadow_ray,
-                   white * light_.reflectance(plain, hit.point.shading_normal, outgoing, shadow_ray.direction));
-        });
-        add_cached(light_.albedo(plain, glm::dot(hit.point.shading_normal, outgoing)), hit.point);
+        shade_plain(path, lane, hit, throughput, random, w);
         return;
     }
     const MaterialValues surface = light_.values(w.packet, lane, hit, cone_width);
@@ -135,7 +168,7 @@ void LobePaths::shade(const LobePath& path, int lane, const HitSurface& hit, glm
     const HitLobes lobes(bsdf, outgoing, path.width);
     SurfacePoint bent = hit.point;
     bent.shading_normal = bsdf.normal;
-    light_.each_light(bent, random, [&](const Ray& shadow_ray, glm::vec3 white, const auto& density) {
+    light_.each_light(bent, random, [&](const Ray& shadow_ray, glm::vec3 white, const auto& density, bool) {
         add(shadow_ray, std::numbers::pi_v<float> * lobes.evaluate(shadow_ray.direction, density()) * white);
     });
     add_cached(lobes.albedo(), hit.point);

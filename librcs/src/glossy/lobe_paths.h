@@ -28,6 +28,7 @@ struct LobePath {
     float spread = 0.0f;            ///< width of the cone of directions that the path stands for, per length
     float length = 0.0f;            ///< up to this ray's origin [m]
     LitPart* lit = nullptr;         ///< of that ray; null: nothing is looked at
+    SoftLight* soft = nullptr;      ///< of that ray; null: it is as other light
     int met = 0;                    ///< surfaces since the visible point
     SurfacePoint from;              ///< where this ray starts, if met > 0
     float density = 0.0f;  ///< of its direction [1/sr]: shares what shines with the sampling of lamps at `from`; 0:
@@ -66,12 +67,17 @@ private:
     void begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) const;
     void trace_packet(const LobePath* paths, int count, Workspace& w) const;
     void shade(const LobePath& path, int lane, const HitSurface& hit, glm::vec3 throughput, Workspace& w) const;
+    void shade_plain(const LobePath& path, int lane, const HitSurface& hit, glm::vec3 throughput, RandomStream& random,
+                     Workspace& w) const;
+    static void add_over(const Ray& shadow_ray, glm::vec3 radiance, glm::vec3& sum, Workspace& w);
     std::size_t look(std::size_t begin, std::size_t end, RayRing& ring, Workspace& w) const;
     glm::vec3& sum_of_plain(const LobePath& path, int lane, const HitSurface& hit, const Workspace& w) const;
     bool is_of_gathered(const LobePath& path, int lane, const Workspace& w) const;
     void add_emission(const LobePath& path, int lane, const HitSurface& hit, glm::vec3 throughput, float cone_width,
                       const Workspace& w) const;
     void add_sky(const LobePath& path, glm::vec3 throughput) const;
+    const DirectCells::Light* known_light(const LobePath& path, const SurfacePoint& hit, float length,
+                                          RandomStream& random) const;
     void go_on(const LobePath& path, const SurfacePoint& point, const HitLobes& lobes, glm::vec3 throughput,
                float length, RandomStream& random, Workspace& w) const;
 

@@ -28,6 +28,13 @@ struct LitPart {
     float bound = 0.0f;  ///< from where the ray or look starts [1/sr]
 };
 
+/// Soft light that a ray's first hit reflects, and how: narrow lobes of neighbours that hit near by share it.
+struct SoftLight {
+    glm::vec3 radiance{0.0f};
+    glm::vec3 albedo{0.0f};  ///< 0: there is none
+    glm::vec3 normal{0.0f};  ///< of the hit's face
+};
+
 /// The rays of the rows being worked on, in a ring: a band, and the rows around it that its pixels may share with. Each
 /// pixel has rays along its lobe, and looks at lit points (LobeLooks).
 class RayRing {
@@ -40,16 +47,18 @@ public:
         int width;    ///< of the picture [px]
         int columns;  ///< that are kept at a time; as many as the width, unless single pixels are looked at
         int rays, looks;
+        bool of_lamps = false;  ///< rays also find gathered lamps
+        bool soft = false;      ///< soft light is kept apart
     };
-    /// @param of_lamps  whether rays also find gathered lamps
-    RayRing(const Size& size, bool of_lamps)
+    explicit RayRing(const Size& size)
         : width_(static_cast<std::size_t>(size.width)),
           columns_(static_cast<std::size_t>(std::min(size.columns, size.width))),
           rays_(static_cast<std::size_t>(size.rays)),
           looks_(static_cast<std::size_t>(size.looks)),
           ring_(columns_ * kKeptRows * (rays_ + looks_)),
           lit_(looks_ > 0 ? ring_.size() : 0),
-          of_lamps_(of_lamps ? ring_.size() : 0)
+          of_lamps_(size.of_lamps ? ring_.size() : 0),
+          soft_(size.soft ? ring_.size() : 0)
     {
     }
     /// Columns that a pixel and its neighbours take.
@@ -68,6 +77,9 @@ public:
     /// Radiance of gathered lamps that a ray found beside its other; only where they are looked for.
     glm::vec3& of_lamps(const LobeRay& ray) { return of_lamps_[static_cast<std::size_t>(&ray - ring_.data())]; }
     glm::vec3 of_lamps(const LobeRay& ray) const { return of_lamps_[static_cast<std::size_t>(&ray - ring_.data())]; }
+    bool has_soft() const { return !soft_.empty(); }
+    SoftLight& soft(const LobeRay& ray) { return soft_[static_cast<std::size_t>(&ray - ring_.data())]; }
+    const SoftLight& soft(const LobeRay& ray) const { return soft_[static_cast<std::size_t>(&ray - ring_.data())]; }
 
 private:
     std::size_t place(std::size_t pixel) const
@@ -78,6 +90,7 @@ private:
     std::vector<LobeRay> ring_;
     std::vector<LitPart> lit_;
     std::vector<glm::vec3> of_lamps_;
+    std::vector<SoftLight> soft_;
 };
 
 /// Of all random numbers of a pixel's lobe. @param pixel  its number in the whole picture

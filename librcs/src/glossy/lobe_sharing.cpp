@@ -65,6 +65,48 @@ Arriving arriving(const LobeRay& ray, glm::vec3 position)
     return {way / std::sqrt(d2), ray.distance * ray.distance / d2};
 }
 
+/// Whether two rays hit one face, close together over how far they went.
+bool hit_together(const RayRing& ring, const LobeRay& a, const LobeRay& b)
+{
+    constexpr float kSameNormal = 0.9f, kSamePlane = 0.1f, kClose = 0.1f;
+    const SoftLight& at = ring.soft(a);
+    if (!(b.density > 0.0f) || !(glm::dot(at.normal, ring.soft(b).normal) > kSameNormal)) return false;
+    const glm::vec3 way = b.target - a.target;
+    const float length = glm::length(way);
+    return length < kClose * a.distance && std::abs(glm::dot(way, at.normal)) <= kSamePlane * length;
+}
+
+/// Soft light that a pixel's ray brings, as its own and its neighbours' rays of the same number received it where they
+/// hit together: each of a pixel's rays stays independent of the others.
+glm::vec3 shared_soft(const RayRing& ring, std::size_t pixel, const LobeRay& ray, std::span<const std::size_t> near)
+{
+    const SoftLight& own = ring.soft(ray);
+    if (near.empty() || own.albedo == glm::vec3(0.0f)) return own.radiance;
+    const auto received = [](const SoftLight& soft) {
+        glm::vec3 light(0.0f);
+        for (int c = 0; c < 3; ++c)
+            if (soft.albedo[c] > 0.0f) light[c] = soft.radiance[c] / soft.albedo[c];
+        return light;
+    };
+    const auto number = static_cast<std::size_t>(&ray - ring.of(pixel).data());
+    glm::vec3 sum = received(own), count = glm::vec3(glm::greaterThan(own.albedo, glm::vec3(0.0f)));
+    for (const std::size_t neighbour : near) {
+        const LobeRay& other = ring.of(neighbour)[number];
+        if (!hit_together(ring, ray, other)) continue;
+        sum += received(ring.soft(other));
+        count += glm::vec3(glm::greaterThan(ring.soft(other).albedo, glm::vec3(0.0f)));
+    }
+    return own.albedo * sum / glm::max(count, 1.0f);
+}
+
+/// Of pixels whose narrow lobes share soft light where they hit [px]: the fewer their rays, the farther.
+float reach_of_hits(const RayRing& ring)
+{
+    constexpr float kRays = 64.0f;
+    if (!ring.has_soft()) return 0.0f;
+    return std::min(static_cast<float>(RayRing::kMostReach), std::sqrt(kRays / static_cast<float>(ring.count())));
+}
+
 /// Whether traced lobes show what is behind, which neighbours do not.
 bool looks_through(const Bsdf& bsdf)
 {
@@ -86,7 +128,8 @@ public:
     {
     }
 
-    void add_rays(std::size_t of)
+    /// @param near  pixels whose rays of the same number share soft light with these
+    void add_rays(std::size_t of, std::span<const std::size_t> near = {})
     {
         for (const LobeRay& ray : ring_.of(of)) {
             if (!(ray.density > 0.0f)) continue;
@@ -96,6 +139,7 @@ public:
             glm::vec3 radiance = ray.radiance;
             if (ring_.has_looks())
                 radiance += (1.0f - part_of_looks(a, scattered, ring_.lit(ray))) * ring_.lit(ray).radiance;
+            if (ring_.has_soft()) radiance += shared_soft(ring_, of, ray, near);
             rays_.add(weight, radiance);
             if (ring_.finds_lamps()) of_lamps_.add(weight, ring_.of_lamps(ray));
         }
@@ -227,7 +271,10 @@ LobeLights LobeSharing::share(std::size_t pixel, const RayRing& ring) const
     const Bsdf bsdf = shading_.bsdf(g_, pixel);
     Receiver receiver(bsdf, outgoing_at(g_, view_.camera, pixel), g_.position(pixel), ring);
     const Reach reach = reach_of(pixel, bsdf, ring);
-    receiver.add_rays(pixel);
+    std::vector<std::size_t> near;
+    const float of_hits = reach_of_hits(ring);
+    if (reach.rays < of_hits) each_neighbour(pixel, of_hits, [&](std::size_t i) { near.push_back(i); });
+    receiver.add_rays(pixel, near);
     each_neighbour(pixel, reach.rays, [&](std::size_t i) { receiver.add_rays(i); });
     receiver.add_looks(pixel);
     each_neighbour(pixel, reach.looks, [&](std::size_t i) { receiver.add_looks(i); });

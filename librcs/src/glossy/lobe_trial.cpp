@@ -70,7 +70,7 @@ void learn_along_lobes(const RayScene& rays, const HitRadiance& light, const GBu
     std::vector<LobeLooks::Workspace> workers(static_cast<std::size_t>(pool.size()));
     pool.parallel_for(pixels.size(), 64, [&](std::size_t begin, std::size_t end, int thread) {
         LobeLooks::Workspace& w = workers[static_cast<std::size_t>(thread)];
-        RayRing ring({1, 1, 0, kLooksToLearn}, false);
+        RayRing ring({1, 1, 0, kLooksToLearn});
         ShadowBatch shadow;
         std::vector<PendingLight> lights;
         const std::size_t before = w.looks.size();
@@ -93,8 +93,8 @@ int worthwhile_looks(const RayScene& rays, const HitRadiance& light, const GBuff
     pool.parallel_for(count, count / 4 + 1, [&](std::size_t begin, std::size_t end, int) {
         LobePaths::Workspace w;
         std::vector<std::size_t> neighbours;
-        RayRing alone({gbuffer.width, RayRing::kColumnsOfOne, options.rays_per_pixel, 0}, false);
-        RayRing beside({gbuffer.width, RayRing::kColumnsOfOne, options.rays_per_pixel, kLooks}, false);
+        RayRing alone({gbuffer.width, RayRing::kColumnsOfOne, options.rays_per_pixel, 0});
+        RayRing beside({gbuffer.width, RayRing::kColumnsOfOne, options.rays_per_pixel, kLooks});
         const auto gather = [&](std::size_t pixel, std::uint64_t sample, RayRing& ring) {
             LobeSettings own = options;
             own.seed = stream_key(options.seed, Stream::glossy, ~sample);

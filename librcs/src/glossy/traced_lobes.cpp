@@ -32,7 +32,7 @@ public:
     {
         std::vector<TracedAgain> again(squares_.squares());
         pool.parallel_for(again.size(), 64, [&](std::size_t begin, std::size_t end, int thread) {
-            RayRing ring({g_.width, 1, settings_[0].rays_per_pixel, settings_[0].looks_per_pixel}, of_lamps);
+            RayRing ring({g_.width, 1, settings_[0].rays_per_pixel, settings_[0].looks_per_pixel, of_lamps});
             for (std::size_t k = begin; k < end; ++k) {
                 const std::uint32_t pixel = squares_.pixel(k);
                 if (pixel == CheckedPixels::kNone || !g_.covered(pixel) || !shading_.is_traced(pixel)) continue;
@@ -68,7 +68,7 @@ TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GB
     const LobePaths paths(rays, light, gbuffer, view, shading, options, looks ? &*looks : nullptr);
     const LobeSharing sharing(gbuffer, view, shading, options.seed);
     const bool of_lamps = options.gathered && options.gathered->any() && options.gathered->along_lobes;
-    RayRing ring({gbuffer.width, gbuffer.width, options.rays_per_pixel, options.looks_per_pixel}, of_lamps);
+    RayRing ring({gbuffer.width, gbuffer.width, options.rays_per_pixel, options.looks_per_pixel, of_lamps, true});
     std::vector<LobePaths::Workspace> workspaces(static_cast<std::size_t>(pool.size()));
     TracedLight traced{std::vector<glm::vec3>(gbuffer.size(), glm::vec3(0.0f)),
                        std::vector<float>(gbuffer.size(), 0.0f)};

@@ -6,6 +6,7 @@
 
 #include <glm/glm.hpp>
 
+#include "cells/direct_cells.h"
 #include "gbuffer/shading.h"
 #include "hit_light/hit_radiance.h"
 #include "lamps/gathered_lamps.h"
@@ -38,6 +39,7 @@ struct LobeSettings {
     const GatheredLamps* gathered = nullptr;              ///< null: none
     const GatherGuide* guide = nullptr;                   ///< to lit points that are looked at; null: none
     int looks_per_pixel = 0;                              ///< at those, beside the rays; needs a guide if > 0
+    const DirectCells* direct = nullptr;                  ///< what is known of the light where rays end; null: nothing
 };
 
 /// Indirect light that narrow lobes reflect at every visible point: a few rays a pixel along the lobe (LobePaths),

@@ -112,17 +112,19 @@ MaterialValues HitRadiance::values(const Hit& hit, const SurfacePoint& point, gl
     return material_at(rays_, hit, point, outgoing, {{width, 0.0f}, {0.0f, width}, !has_textures_});
 }
 
-void HitRadiance::leave_to_finder(const SurfacePoint& point, RandomStream& random, HitLights::Sample& lamp) const
+bool HitRadiance::leave_to_finder(const SurfacePoint& point, RandomStream& random, HitLights::Sample& lamp) const
 {
     constexpr float kLeastPart = 0.25f;  // smaller ones are brought by fewer rays
     const std::size_t punctual = lights_.lights().punctual.size();
     const std::vector<EmissiveTriangle>& triangles = lights_.lights().triangles;
-    if (lamp.irradiance == glm::vec3(0.0f) || lamp.lamp < punctual || lamp.lamp - punctual >= triangles.size()) return;
+    if (lamp.irradiance == glm::vec3(0.0f) || lamp.lamp < punctual || lamp.lamp - punctual >= triangles.size())
+        return false;
     const EmissiveTriangle& triangle = triangles[lamp.lamp - punctual];
-    if (!gathered_->has(triangle.instance)) return;
+    if (!gathered_->has(triangle.instance)) return false;
     float part = gathered_->finder->part_left(point, lamp, triangle);
     if (part < kLeastPart) part = random.next() * kLeastPart < part ? kLeastPart : 0.0f;
     lamp.irradiance *= part;
+    return true;
 }
 
 bool HitRadiance::may_find_light(glm::vec3 origin, glm::vec3 unit_direction) const

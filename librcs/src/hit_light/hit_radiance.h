@@ -53,7 +53,7 @@ public:
     template <typename Add>
     void direct(const SurfacePoint& point, RandomStream& random, const Add& add) const;
     /// The same; add() is also given a function that says how often that is done per steradian about there, 0 if no ray
-    /// could find the light.
+    /// could find the light, and whether the light is soft, from sky or lamps so large that it changes slowly.
     template <typename Add>
     void each_light(const SurfacePoint& point, RandomStream& random, const Add& add) const;
 
@@ -125,8 +125,9 @@ public:
                 const Add& add) const;
 
 private:
-    /// What of a sample's light the finder of gathered lamps does not bring; often nothing.
-    void leave_to_finder(const SurfacePoint& point, RandomStream& random, HitLights::Sample& lamp) const;
+    /// What of a sample's light the finder of gathered lamps does not bring; often nothing. @return whether it is
+    /// theirs
+    bool leave_to_finder(const SurfacePoint& point, RandomStream& random, HitLights::Sample& lamp) const;
     MaterialValues values(const Hit& hit, const SurfacePoint& point, glm::vec3 outgoing, float width) const;
 
     const RayScene& rays_;
@@ -151,18 +152,20 @@ inline glm::vec3 total_albedo(const Bsdf& bsdf, glm::vec3 outgoing)
 template <typename Add>
 void HitRadiance::each_light(const SurfacePoint& point, RandomStream& random, const Add& add) const
 {
-    const auto add_lamp = [&](const HitLights::Sample& lamp) {
+    const auto add_lamp = [&](const HitLights::Sample& lamp, bool soft) {
         if (lamp.irradiance == glm::vec3(0.0f)) return;
         tally(Count::hit_lamp_rays);
-        add(lamp.shadow_ray, std::numbers::inv_pi_v<float> * lamp.irradiance,
-            [&] { return lights_.density(point, lamp.lamp, lamp.to_light); });
+        add(
+            lamp.shadow_ray, std::numbers::inv_pi_v<float> * lamp.irradiance,
+            [&] { return lights_.density(point, lamp.lamp, lamp.to_light); }, soft);
     };
     HitLights::Sample lamp = lights_.sample(point, random);
+    bool gathered = false;
     if (gathered_) {
-        leave_to_finder(point, random, lamp);
-        add_lamp(gathered_->finder->sample(point, random));
+        gathered = leave_to_finder(point, random, lamp);
+        add_lamp(gathered_->finder->sample(point, random), true);
     }
-    add_lamp(lamp);
+    add_lamp(lamp, gathered);
     if (has_sky_) {
         // Where the sky is black its samples must not move those that follow: a picture does not change by it.
         RandomStream of_black = random;
@@ -171,8 +174,9 @@ void HitRadiance::each_light(const SurfacePoint& point, RandomStream& random, co
         const glm::vec3 direction = cosine_direction(point.shading_normal, {sin2, turn});
         if (glm::dot(direction, point.geometric_normal) > 0.0f) {
             tally(Count::hit_sky_rays);
-            add(ray_from(point, direction), environment_.soft_blurred(direction),
-                [&] { return density_of_sky(point, direction); });
+            add(
+                ray_from(point, direction), environment_.soft_blurred(direction),
+                [&] { return density_of_sky(point, direction); }, true);
         }
     }
 }
@@ -180,7 +184,7 @@ void HitRadiance::each_light(const SurfacePoint& point, RandomStream& random, co
 template <typename Add>
 void HitRadiance::direct(const SurfacePoint& point, RandomStream& random, const Add& add) const
 {
-    each_light(point, random, [&](const Ray& ray, glm::vec3 white, const auto&) { add(ray, white); });
+    each_light(point, random, [&](const Ray& ray, glm::vec3 white, const auto&, bool) { add(ray, white); });
 }
 
 template <typename Add>

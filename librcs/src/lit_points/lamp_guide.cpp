@@ -9,7 +9,7 @@ namespace rcs {
 namespace {
 
 // Points on the lamps, per pixel of the picture, and at least.
-constexpr double kPointsPerPixel = 0.03, kLeastPoints = 16384.0;
+constexpr double kPointsPerPixel = 0.3, kLeastPoints = 131072.0;
 // Looks of each place at first and afterwards: what the first found guides the others.
 constexpr int kLooks = 16, kRounds = 2;
 constexpr std::size_t kPlacesAtATime = 256;

@@ -19,10 +19,10 @@ LearnedVisibility::LearnedVisibility(const CellGrid& grid, std::size_t clusters)
 {
 }
 
-LookCells LearnedVisibility::cells(glm::vec3 position, glm::vec3 normal) const
+LookCells look_cells(const CellGrid& grid, glm::vec3 position, glm::vec3 normal)
 {
     LookCells result;
-    std::uint64_t cell = leaf_at(grid_, position, normal);
+    std::uint64_t cell = leaf_at(grid, position, normal);
     int up = 0;
     for (std::size_t level = 0; level < result.size(); ++level) {
         for (; up < kUp[level] && CellGrid::level_of(cell) + 1 < CellGrid::kLevels; ++up) cell = CellGrid::parent(cell);

@@ -23,13 +23,15 @@ struct Look {
     bool free;
 };
 
+LookCells look_cells(const CellGrid& grid, glm::vec3 position, glm::vec3 normal);
+
 /// Which clusters are seen from where, as earlier looks from about there found.
 class LearnedVisibility {
 public:
     LearnedVisibility() = default;
     LearnedVisibility(const CellGrid& grid, std::size_t clusters);
 
-    LookCells cells(glm::vec3 position, glm::vec3 normal) const;
+    LookCells cells(glm::vec3 position, glm::vec3 normal) const { return look_cells(grid_, position, normal); }
     /// What was never seen may be seen after all.
     static constexpr float kLeastChance = 0.03f;
     /// The chance that a look is free, more or less. @param least  > 0   @param chances  room for one per cluster

@@ -182,8 +182,8 @@ void place_records(const LitScene& scene, const GBuffer& gbuffer, const View& vi
             throw Error(ErrorCode::cancelled, "cancelled while gathering records");
     });
     placement.fill();
-    if (options.steepest < 1.0f) placement.sharpen();  // else an estimate steers, and has said where they are closer
-    done = 0.5f;                                       // refining takes about as long
+    if (options.steepest < 1.0f) placement.sharpen();
+    done = 0.5f;  // refining takes about as long
     const float widest = options.error_tolerance * options.max_reach;
     placement.refine(extra_gathers(placement.records(), placement.noise(), placement.rays(), options.noise_target,
                                    widest, options.refinement * options.rays));

@@ -4,6 +4,7 @@
 #include <limits>
 #include <numbers>
 
+#include "records/aimed_rays.h"
 #include "records/gatherer.h"
 #include "util/multiversion.h"
 #include "util/random.h"
@@ -46,6 +47,16 @@ PacketCells fill_packet(const Birth& birth, GatherWorkspace& w, int first, int c
     return cells;
 }
 
+/// @param first, end  of the cells whose rays are shot
+void add_packets(const Birth& birth, int first, int end, GatherWorkspace& w)
+{
+    for (; first < end; first += kLanes) {
+        PacketCells& cells = w.cells.emplace_back(fill_packet(birth, w, first, end));
+        if (first < kMostWanted) cells.active &= static_cast<std::uint32_t>(w.wanted >> first);
+        w.hemisphere_rays += static_cast<std::uint64_t>(std::popcount(cells.active));
+    }
+}
+
 /// What the record's cells lie in.
 Basis frame_of(const Birth& birth)
 {
@@ -64,11 +75,7 @@ void Gatherer::aim_cells(const Birth& birth, const HemisphereGrid& grid, GatherW
     w.least_hit_alpha = least_hit_alpha(grid.cells);
     hemisphere_directions(grid, shift, w.x.data(), w.y.data(), w.z.data());
     w.cells.clear();
-    for (int first = 0; first < grid.cells; first += kLanes) {
-        PacketCells& cells = w.cells.emplace_back(fill_packet(birth, w, first, grid.cells));
-        if (first < kMostWanted) cells.active &= static_cast<std::uint32_t>(w.wanted >> first);
-        w.hemisphere_rays += static_cast<std::uint64_t>(std::popcount(cells.active));
-    }
+    add_packets(birth, 0, grid.cells, w);
 }
 
 void Gatherer::trace_cells(GatherWorkspace& w) const
@@ -82,6 +89,13 @@ void Gatherer::trace_cells(GatherWorkspace& w) const
 void Gatherer::aim(const Birth& birth, const GatherSize& size, GatherWorkspace& w) const
 {
     aim_cells(birth, size.grid, w);
+    w.aimed.scale.clear();
+    if (map_ && size.aimed > 0) {
+        aim_by_map(*map_, birth, size, w);
+        const std::uint64_t before = w.hemisphere_rays;
+        add_packets(birth, size.first_aimed(), size.cells(), w);
+        w.aimed.rays += w.hemisphere_rays - before;
+    }
     w.look_rays.clear();
     if (guide_) aim_looks(birth, size.looks, w);
 }

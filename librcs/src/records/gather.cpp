@@ -82,6 +82,9 @@ void add_gather(Record& record, const Record& more)
 
 namespace {
 
+// Part of a gather's rays that a map aims: from a quarter to seven tenths do about as well.
+constexpr float kAimed = 0.5f;
+
 // The first gather at a place also says how far the record reaches, and how its light changes: that takes so many
 // strata, or most of the rays, whatever part of them would be looks.
 constexpr int kLeastFirstStrata = 48;
@@ -89,23 +92,25 @@ constexpr int kLeastFirstStrata = 48;
 int looks_of(int rays, float share) { return static_cast<int>(std::lround(share * static_cast<float>(rays))); }
 
 /// @param times  so many gathers at once
-GatherSize gather_size(int rays, float share, int times)
+GatherSize gather_size(int rays, float share, int times, bool aims)
 {
     const int looks = looks_of(rays, share);
     const std::int64_t strata = std::int64_t{times} * make_hemisphere_grid(rays - looks).cells;
-    return {make_hemisphere_grid(static_cast<int>(std::min<std::int64_t>(strata, kMostHemisphereRays))), times * looks};
+    return {make_hemisphere_grid(static_cast<int>(std::min<std::int64_t>(strata, kMostHemisphereRays))),
+            aims ? 0 : times * looks, aims ? times * looks : 0};
 }
 
-GatherSize first_size(int rays, float share)
+GatherSize first_size(int rays, float share, bool aims)
 {
     const int looks = std::min(looks_of(rays, share), rays - std::min(kLeastFirstStrata, 3 * rays / 4));
-    return {make_hemisphere_grid(rays - looks), looks};
+    return {make_hemisphere_grid(rays - looks), aims ? 0 : looks, aims ? looks : 0};
 }
 
 }  // namespace
 
 struct RecordGatherer::Impl {
     GatherGuide* guide;  // may be null
+    ArrivalMap* map;     // may be null
     RayCaster* caster;   // may be null
     Gatherer gatherer;
     int asked;    // rays of a gather
@@ -115,14 +120,17 @@ struct RecordGatherer::Impl {
 
     Impl(const LitScene& scene, const RecordSettings& options)
         : guide(scene.guide && scene.guide->share > 0.0f ? scene.guide : nullptr),
+          map(scene.arrivals),
           caster(scene.caster),
-          gatherer(
-              {scene.rays, options.bounces > 1 ? scene.cache : nullptr, guide, scene.gathered, nullptr, scene.direct},
-              options),
+          gatherer({scene.rays, options.bounces > 1 ? scene.cache : nullptr, guide, scene.gathered, nullptr,
+                    scene.direct, scene.arrivals},
+                   options),
           asked(options.rays),
-          share(guide ? guide->share : 0.0f),
-          first(first_size(asked, share)),
-          more(gather_size(asked, share, 1)),
+          share(guide ? guide->share
+                : map ? kAimed
+                      : 0.0f),
+          first(first_size(asked, share, map)),
+          more(gather_size(asked, share, 1, map)),
           seed(options.seed)
     {
     }
@@ -137,6 +145,7 @@ struct RecordGatherer::Impl {
     void learn(const GatherYield& yield) const
     {
         if (guide) guide->learn(yield.seen);
+        if (map) map->learn(yield.gathers, yield.arrived);
     }
 };
 
@@ -157,7 +166,7 @@ std::vector<Record> RecordGatherer::gather(const GBuffer& gbuffer, const std::ve
 {
     std::vector<Record> records(pixels.size());
     const GatherYield yield = impl_->each(
-        pixels.size(), impl_->first.grid.cells,
+        pixels.size(), impl_->first.cells(),
         [&](std::size_t i) { return GatherTask{birth_at(gbuffer, pixels[i], impl_->seed), &impl_->first}; }, pool,
         [&](std::size_t i, Record&& record, const GatherWorkspace&) { records[i] = std::move(record); });
     impl_->learn(yield);
@@ -175,11 +184,11 @@ void RecordGatherer::gather_more(const GBuffer& gbuffer, std::span<const std::ui
     for (std::size_t i = 0; i < pixels.size(); ++i) {
         if (extra[i] <= 0) continue;
         wanted.push_back(i);
-        if (!sizes.contains(extra[i])) sizes[extra[i]] = gather_size(impl_->asked, impl_->share, extra[i]);
+        if (!sizes.contains(extra[i])) sizes[extra[i]] = gather_size(impl_->asked, impl_->share, extra[i], impl_->map);
     }
     if (wanted.empty()) return;
     int most_cells = 0;
-    for (const auto& [times, size] : sizes) most_cells = std::max(most_cells, size.grid.cells);
+    for (const auto& [times, size] : sizes) most_cells = std::max(most_cells, size.cells());
     RecordStats more;
     for (std::size_t done = 0; done < wanted.size(); done += kBatch) {
         report(static_cast<float>(done) / static_cast<float>(wanted.size()));
@@ -200,6 +209,7 @@ void RecordGatherer::gather_more(const GBuffer& gbuffer, std::span<const std::ui
         yield.count(more);
     }
     stats.hemisphere_rays += more.hemisphere_rays;
+    stats.aimed_rays += more.aimed_rays;
     stats.shadow_rays += more.shadow_rays;
     stats.looks += more.looks;
     stats.refining_rays += more.hemisphere_rays + more.looks;
@@ -221,11 +231,12 @@ void RecordGatherer::renew(std::span<Record> records, std::span<const std::uint3
         if (more == 0) continue;
         with_more.push_back(i);
         if (sizes.contains(more)) continue;
-        most_cells = std::max(most_cells, (sizes[more] = gather_size(impl_->asked, impl_->share, more)).grid.cells);
+        most_cells =
+            std::max(most_cells, (sizes[more] = gather_size(impl_->asked, impl_->share, more, impl_->map)).cells());
     }
     std::vector<Record> renewed(which.size());
     const GatherYield first = impl_->each(
-        which.size(), impl_->first.grid.cells,
+        which.size(), impl_->first.cells(),
         [&](std::size_t i) { return GatherTask{birth_of(records[which[i]], impl_->seed), &impl_->first}; }, pool,
         [&](std::size_t i, Record&& record, const GatherWorkspace&) { renewed[i] = std::move(record); });
     const GatherYield more = impl_->each(
@@ -259,11 +270,11 @@ void RecordGatherer::renew(std::span<Record> records, std::span<const std::uint3
 std::vector<Sounding> RecordGatherer::sound(const GBuffer& gbuffer, std::span<const std::uint32_t> pixels, int rays,
                                             std::uint64_t sample, ThreadPool& pool) const
 {
-    const GatherSize size = first_size(rays, impl_->share);
+    const GatherSize size = first_size(rays, impl_->share, impl_->map);
     const std::uint64_t seed = stream_key(impl_->seed, Stream::probes, sample);
     std::vector<Sounding> found(pixels.size());
     impl_->each(
-        pixels.size(), size.grid.cells,
+        pixels.size(), size.cells(),
         [&](std::size_t i) { return GatherTask{birth_at(gbuffer, pixels[i], seed), &size}; }, pool,
         [&](std::size_t i, const Record& r, const GatherWorkspace&) {
             found[i] = {static_cast<double>(luminance(r.irradiance)), r.rays};

@@ -11,10 +11,18 @@ constexpr std::size_t kRecordsAtATime = 4;
 void take_yield(GatherWorkspace& w, GatherYield& yield)
 {
     yield.hemisphere_rays += std::exchange(w.hemisphere_rays, 0);
+    yield.aimed_rays += std::exchange(w.aimed.rays, 0);
     yield.shadow_rays += std::exchange(w.shadow_rays, 0);
     yield.looks += std::exchange(w.looks_shot, 0);
     yield.seen.insert(yield.seen.end(), w.looks.begin(), w.looks.end());
     w.looks.clear();
+    for (Arrivals a : w.aimed.gathers) {
+        a.first += static_cast<std::uint32_t>(yield.arrived.size());
+        yield.gathers.push_back(a);
+    }
+    yield.arrived.insert(yield.arrived.end(), w.aimed.arrived.begin(), w.aimed.arrived.end());
+    w.aimed.gathers.clear();
+    w.aimed.arrived.clear();
 }
 
 /// Gathers that are made together, each in memory of its own.
@@ -81,6 +89,7 @@ private:
 void GatherYield::count(RecordStats& stats) const
 {
     stats.hemisphere_rays += hemisphere_rays;
+    stats.aimed_rays += aimed_rays;
     stats.shadow_rays += shadow_rays;
     stats.looks += looks;
 }

@@ -20,8 +20,11 @@ struct GatherTask {
 
 /// What many gathers took, and what their looks found.
 struct GatherYield {
-    std::uint64_t hemisphere_rays = 0, shadow_rays = 0, looks = 0;
-    std::vector<Look> seen;  ///< in the order of the tasks if a caster is used, else in any
+    std::uint64_t hemisphere_rays = 0, aimed_rays = 0, shadow_rays = 0, looks = 0;
+    // In the order of the tasks if a caster is used, else in any:
+    std::vector<Look> seen;
+    std::vector<Arrivals> gathers;  ///< their rays are in `arrived`
+    std::vector<ArrivedRay> arrived;
 
     /// Adds the rays to the statistics.
     void count(RecordStats& stats) const;

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "facts/scene_effects.h"
+#include "records/aimed_rays.h"
 #include "util/color.h"
 #include "util/multiversion.h"
 #include "util/random.h"
@@ -107,6 +108,7 @@ Gatherer::Gatherer(const LitScene& scene, const RecordSettings& options)
       radiance_(scene.rays, scene.cache, effects_or_scene(options.effects, scene.rays), scene.gathered),
       guide_(scene.guide && scene.guide->has_light() ? scene.guide : nullptr),
       gathered_(scene.gathered && scene.gathered->any() ? scene.gathered : nullptr),
+      map_(scene.arrivals),
       direct_(scene.direct),
       has_bounce_(options.bounces > 0),
       keeps_radiance_(options.radiance)
@@ -280,14 +282,15 @@ void Gatherer::shade(const Birth& birth, GatherWorkspace& w) const
 }
 
 /// Beside the light of all other surfaces, which the integrals have, that of gathered lamps.
-void Gatherer::add_lamps(const HemisphereGrid& grid, HemisphereIntegrals& integrals, GatherWorkspace& w,
+void Gatherer::add_lamps(const GatherSize& size, HemisphereIntegrals& integrals, GatherWorkspace& w,
                          Record& record) const
 {
     record.gathered_lamps = gathered_ ? gathered_->id : 0;
     if (w.lamp_hits.empty()) return;
     const glm::vec3 of_others = integrals.irradiance;
     for (const LampHit& hit : w.lamp_hits) add(w.samples, hit.cell, hit.radiance);
-    integrals = integrate(grid, w.samples);
+    integrals = integrate(size.grid, w.samples);
+    if (!w.aimed.scale.empty()) integrals.irradiance = mixed_irradiance(size, w);
     record.of_lamps = glm::max(integrals.irradiance - of_others, 0.0f);
 }
 
@@ -305,17 +308,20 @@ Record Gatherer::finish(const Birth& birth, const GatherSize& size, GatherWorksp
 {
     const HemisphereGrid& grid = size.grid;
     add_shadowed(w);
-    if (rays_.has_transparency()) tint(grid.cells, w);
+    if (rays_.has_transparency()) tint(size.cells(), w);
     HemisphereIntegrals integrals = integrate(grid, w.samples);
+    if (!w.aimed.scale.empty()) integrals.irradiance = mixed_irradiance(size, w);
     Record record;
     record.position = birth.position;
     record.normal = birth.normal;
     w.error_of_looks = w.error_of_points = 0.0f;
     w.arrived.clear();
     if (guide_) finish_looks(birth, w, record);
-    if (keeps_radiance_) record.radiance = radiance(grid.cells, w);  // before that of lamps, which it leaves out
-    if (keeps_radiance_ && gathered_) record.radiance_of_lamps = radiance_of_lamps(grid.cells, w);
-    add_lamps(grid, integrals, w, record);
+    if (keeps_radiance_) record.radiance = radiance(size, w);  // before that of lamps, which it leaves out
+    if (keeps_radiance_ && gathered_) record.radiance_of_lamps = radiance_of_lamps(size, w);
+    add_lamps(size, integrals, w, record);
+    if (map_) note_arrivals(*map_, birth, w);
+    if (!w.aimed.scale.empty()) integrals.standard_error = error_of_mixed(size, w);
     record.irradiance += integrals.irradiance;
     for (std::size_t i = 0; i < 3; ++i) {
         record.rotation_gradient[i] += to_scene(w.frame, integrals.rotation_gradient[i]);
@@ -360,7 +366,7 @@ Record Gatherer::difference(const Birth& birth, const HemisphereGrid& grid, std:
         change.translation_gradient[i] = to_scene(w.frame, integrals.translation_gradient[i]);
     }
     w.arrived.clear();
-    if (keeps_radiance_) change.radiance = radiance(grid.cells, w);
+    if (keeps_radiance_) change.radiance = radiance({grid}, w);
     change.noise = integrals.standard_error;
     return change;
 }

@@ -10,6 +10,7 @@
 #include "cells/direct_cells.h"
 #include "hit_light/hit_radiance.h"
 #include "lamps/gathered_lamps.h"
+#include "lit_points/arrival_map.h"
 #include "lit_points/gather_guide.h"
 #include "radiance/radiance_sums.h"
 #include "rays/hit_surface.h"
@@ -69,8 +70,26 @@ struct PacketCells {
 struct GatherSize {
     HemisphereGrid grid;
     int looks = 0;  ///< at lit points
+    int aimed = 0;  ///< rays aimed by where light arrives from
 
-    int rays() const { return grid.cells + looks; }
+    int rays() const { return grid.cells + looks + aimed; }
+    /// Number of the first aimed ray's cell: they have packets of their own.
+    int first_aimed() const { return (grid.cells + RayPacket::kWidth - 1) / RayPacket::kWidth * RayPacket::kWidth; }
+    int cells() const { return aimed > 0 ? first_aimed() + aimed : grid.cells; }
+};
+
+/// Of a gather that aims some of its rays.
+struct AimedRays {
+    std::vector<float> chances;  ///< running, by bin of the ArrivalMap
+    std::vector<float>
+        scale;  ///< by cell: what its ray counts for over one of a hemisphere alone; empty: none is aimed
+    HemisphereSamples scaled;         ///< colours of the hemisphere's cells, so scaled
+    std::vector<ArrivedRay> arrived;  ///< of all gathers so far, for learning
+    std::vector<Arrivals> gathers;
+    std::uint64_t rays = 0;
+
+    explicit AimedRays(int most_cells) : scaled(most_cells) {}
+    float scale_of(std::size_t cell) const { return scale.empty() ? 1.0f : scale[cell]; }
 };
 
 /// Working memory for a record at a time: a thread's, or that of one of a wave.
@@ -86,6 +105,7 @@ struct GatherWorkspace {
     HemisphereSamples samples;
     RadianceSums radiance;
     std::vector<float> scratch;
+    AimedRays aimed;
     std::vector<GatherGuide::Choice> choices;
     std::vector<glm::vec3> arrived;  ///< irradiance of each choice
     std::vector<Look> looks;         ///< of all records gathered so far, for learning
@@ -102,7 +122,7 @@ struct GatherWorkspace {
     std::uint64_t looks_shot = 0;  ///< at lit points
 
     /// @param most_cells  of the largest grid to come
-    explicit GatherWorkspace(int most_cells) : samples(most_cells)
+    explicit GatherWorkspace(int most_cells) : samples(most_cells), aimed(most_cells)
     {
         const std::size_t packets_needed =
             static_cast<std::size_t>((most_cells + RayPacket::kWidth - 1) / RayPacket::kWidth);
@@ -142,8 +162,7 @@ private:
     void note_sky(const HitPacket& packet, const PacketCells& cells, HemisphereSamples& s) const;
     void note_lamp(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell,
                    GatherWorkspace& w) const;
-    void add_lamps(const HemisphereGrid& grid, HemisphereIntegrals& integrals, GatherWorkspace& w,
-                   Record& record) const;
+    void add_lamps(const GatherSize& size, HemisphereIntegrals& integrals, GatherWorkspace& w, Record& record) const;
     void shade_hit(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell, std::uint64_t key,
                    GatherWorkspace& w) const;
     bool add_known(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell, float part,
@@ -152,8 +171,8 @@ private:
     void aim_looks(const Birth& birth, int looks, GatherWorkspace& w) const;
     void finish_looks(const Birth& birth, GatherWorkspace& w, Record& record) const;
     void add_looks(float scale, GatherWorkspace& w) const;
-    std::vector<float> radiance(int cells, GatherWorkspace& w) const;
-    std::vector<float> radiance_of_lamps(int cells, GatherWorkspace& w) const;
+    std::vector<float> radiance(const GatherSize& size, GatherWorkspace& w) const;
+    std::vector<float> radiance_of_lamps(const GatherSize& size, GatherWorkspace& w) const;
     /// Light over shadow rays, once they are traced.
     void add_shadowed(GatherWorkspace& w) const;
 
@@ -161,6 +180,7 @@ private:
     HitRadiance radiance_;
     const GatherGuide* guide_;
     const GatheredLamps* gathered_;  // null: none
+    const ArrivalMap* map_;          // null: rays go everywhere
     const DirectCells* direct_;      // null: shadow rays find all light
     bool has_bounce_;
     bool keeps_radiance_;

@@ -36,7 +36,7 @@ constexpr double kLeastOfLight = 0.4;
 // Of those that light the cells: fewer than the shadow rays that records are spared.
 constexpr double kSamplesPerPixel = 32.0;
 // Error that all records may share by that, which has no edges and no clouds: so much, or that part of a gather's own.
-constexpr double kMostErrorOfCells = 0.03, kMostPartOfCells = 0.1;
+constexpr double kMostErrorOfCells = 0.045, kMostPartOfCells = 0.1;
 // A smaller gain is not worth the points.
 constexpr double kLeastGain = 1.25, kGainOfMore = 0.9;
 // A larger one asks for nothing else.
@@ -205,6 +205,55 @@ CellTrial try_cells(const Probes& probes, const View& view, const RecordSettings
     return trial;
 }
 
+/// What all rays of a gather at each probe brought. @param light  becomes what they receive, that of gathered lamps too
+GatherYield gather_once(const Probes& probes, const Gatherer& gatherer, const GatherSize& size, std::uint64_t sample,
+                        std::vector<double>& light)
+{
+    light.resize(probes.pixels.size());
+    return gather_each(
+        gatherer, probes.caster, probes.pixels.size(), size.cells(),
+        [&](std::size_t k) {
+            return GatherTask{birth_at(probes.gbuffer, probes.pixels[k], probes.seed, sample), &size};
+        },
+        probes.pool,
+        [&](std::size_t k, const Record& record, const GatherWorkspace&) {
+            light[k] = static_cast<double>(luminance(record.irradiance));
+        });
+}
+
+float mean_light(std::span<const ArrivedRay> rays)
+{
+    double sum = 0.0;
+    for (const ArrivedRay& ray : rays) sum += static_cast<double>(ray.light);
+    return static_cast<float>(sum / static_cast<double>(std::max<std::size_t>(1, rays.size())));
+}
+
+/// Learns where light comes from at the probes, and whether rays that are aimed by that little leave no more noise:
+/// records will know more. @return null: they do
+std::unique_ptr<ArrivalMap> try_map(const Probes& probes, const View& view, const RecordSettings& settings,
+                                    const LitScene& plain, const DirectCells* cells)
+{
+    const GatherSize all{make_hemisphere_grid(settings.rays), 0};
+    const GatherSize half{make_hemisphere_grid(settings.rays / 2), 0, settings.rays - settings.rays / 2};
+    const CellGrid grid = make_cell_grid(bounds_of(plain.rays.scene()), view);
+    auto map = std::make_unique<ArrivalMap>(grid, 1.0f);
+    const LitScene lit{plain.rays, plain.cache, nullptr, plain.gathered, nullptr, cells, map.get()};
+    const Gatherer gatherer(lit, settings);
+    Pairs pairs;
+    pairs.errors.resize(probes.pixels.size());
+    const GatherYield first = gather_once(probes, gatherer, all, 6, pairs.first);
+    const GatherYield second = gather_once(probes, gatherer, all, 7, pairs.second);
+    const double unaimed = errors_of(pairs).all;
+    const float unit = mean_light(first.arrived);
+    if (!(unit > 0.0f)) return nullptr;
+    *map = ArrivalMap(grid, unit);
+    for (const GatherYield* yield : {&first, &second}) map->learn(yield->gathers, yield->arrived);
+    gather_once(probes, gatherer, half, 8, pairs.first);
+    gather_once(probes, gatherer, half, 9, pairs.second);
+    if (errors_of(pairs).all > unaimed) map.reset();
+    return map;
+}
+
 Trial try_looks(const Probes& probes, const View& view, const RecordSettings& settings, const HitRadiance& radiance,
                 const LitScene& plain, const Errors& errors)
 {
@@ -261,6 +310,7 @@ LightSearch search_light(const LitScene& scene, const GBuffer& gbuffer, const Vi
         found.direct = std::move(cells.cells);
     else
         found.guide = std::move(looks.guide);
+    if (steady && !found.guide) found.arrivals = try_map(probes, view, settings, plain, found.direct.get());
     return found;
 }
 

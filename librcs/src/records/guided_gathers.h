@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "cells/direct_cells.h"
+#include "lit_points/arrival_map.h"
 #include "lit_points/gather_guide.h"
 #include "rcs/records.h"
 
@@ -10,8 +11,9 @@ namespace rcs {
 
 /// What gathers know of where the light is.
 struct LightSearch {
-    std::unique_ptr<GatherGuide> guide;   ///< to lit points; null: rays find all light as well
-    std::unique_ptr<DirectCells> direct;  ///< where rays end; null: shadow rays tell as much
+    std::unique_ptr<GatherGuide> guide;    ///< to lit points; null: rays find all light as well
+    std::unique_ptr<DirectCells> direct;   ///< where rays end; null: shadow rays tell as much
+    std::unique_ptr<ArrivalMap> arrivals;  ///< where rays are aimed; null: they go everywhere
 };
 
 /// Prepares gathers that know where the light is. Measures at visible points whether it pays to light the surfaces that

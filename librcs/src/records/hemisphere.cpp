@@ -200,7 +200,7 @@ ColorGradients color_gradients(const HemisphereGrid& g, const WallSpeeds& walls,
 /// Variance of the mean of stratified cells, from differences between neighbours: what differs between cells
 /// is at least what differs inside one.
 RCS_MULTIVERSION
-float standard_error(const HemisphereGrid& g, const HemisphereSamples& s)
+float error_of_cells(const HemisphereGrid& g, const HemisphereSamples& s)
 {
     const int n = g.azimuths;
     thread_local std::vector<float> luminances;
@@ -221,6 +221,8 @@ float standard_error(const HemisphereGrid& g, const HemisphereSamples& s)
 }
 
 }  // namespace
+
+float standard_error(const HemisphereGrid& g, const HemisphereSamples& s) { return error_of_cells(g, s); }
 
 HemisphereIntegrals integrate(const HemisphereGrid& g, const HemisphereSamples& s)
 {

@@ -69,4 +69,7 @@ struct HemisphereIntegrals {
 };
 HemisphereIntegrals integrate(const HemisphereGrid& grid, const HemisphereSamples& samples);
 
+/// Of E's luminance [W m^-2], as integrate() has it.
+float standard_error(const HemisphereGrid& grid, const HemisphereSamples& samples);
+
 }  // namespace rcs

@@ -83,7 +83,8 @@ struct Frame {
                 kept_guide.guide.get(),
                 &gathered,
                 session.state().graphics.caster.get(),
-                kept_guide.direct.get()};
+                kept_guide.direct.get(),
+                kept_guide.arrivals.get()};
     }
     KnownSamples* known() { return shared ? &shared->known : nullptr; }
 };

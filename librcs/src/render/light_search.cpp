@@ -18,7 +18,7 @@ KeptGuide find_light(const Frame& f, int views)
     LightSearch found =
         search_light({f.rays, f.light_cache, nullptr, &f.gathered, session.graphics.caster.get()}, f.gbuffer, f.view(),
                      f.course.records, !session.watches() && !f.moments, f.session.pool());
-    return {std::move(found.guide), std::move(found.direct), views, session.scene_number};
+    return {std::move(found.guide), std::move(found.direct), std::move(found.arrivals), views, session.scene_number};
 }
 
 }  // namespace
@@ -55,6 +55,7 @@ LobeSettings lobe_settings(const Frame& f, int round)
     settings.gathered = &f.gathered;
     settings.guide = f.guide();
     settings.looks_per_pixel = f.guide() ? f.looks_of_lobes : 0;
+    settings.direct = f.kept_guide.direct.get();
     return settings;
 }
 

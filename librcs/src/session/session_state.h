@@ -11,6 +11,7 @@
 #include "cells/direct_cells.h"
 #include "device/gather_choice.h"
 #include "device/ray_caster.h"
+#include "lit_points/arrival_map.h"
 #include "lit_points/gather_guide.h"
 #include "rcs/camera.h"
 #include "rcs/error.h"
@@ -31,12 +32,13 @@ struct LightCacheUse {
 
 /// Where records look for light, as it was found for one view: as good for those nearby.
 struct KeptGuide {
-    std::unique_ptr<GatherGuide> guide;   ///< null: looks did no good
-    std::unique_ptr<DirectCells> direct;  ///< null: to know the light where rays end did none
-    int views = 0;                        ///< that it has served
-    std::uint32_t scene_number = 0;       ///< that it holds light of
+    std::unique_ptr<GatherGuide> guide;    ///< null: looks did no good
+    std::unique_ptr<DirectCells> direct;   ///< null: to know the light where rays end did none
+    std::unique_ptr<ArrivalMap> arrivals;  ///< null: to aim rays did none
+    int views = 0;                         ///< that it has served
+    std::uint32_t scene_number = 0;        ///< that it holds light of
 
-    bool knows() const { return guide || direct; }
+    bool knows() const { return guide || direct || arrivals; }
 };
 
 /// What probes found of a view's error: it holds for the next ones as long as their records are the same.

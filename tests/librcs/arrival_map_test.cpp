@@ -1,0 +1,173 @@
+#include "lit_points/arrival_map.h"
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "facts/scene_effects.h"
+#include "gbuffer/shading.h"
+#include "gbuffer/views.h"
+#include "records/aimed_rays.h"
+#include "records/guided_gathers.h"
+#include "support/effect_scenes.h"
+#include "support/session.h"
+#include "util/color.h"
+
+namespace rcs {
+namespace {
+
+constexpr int kSize = 48, kApart = 7;  // of the view, and of pixels that gather [px]
+
+/// A scene as its first camera sees it.
+struct Place {
+    Scene scene;
+    ThreadPool pool{2};
+    RayScene rays;
+    View view;
+    EffectSet effects;
+    Shading shading;
+    GBuffer points;
+
+    explicit Place(Scene s)
+        : scene(std::move(s)),
+          rays(build_ray_scene(scene, pool)),
+          view(make_views(scene.cameras[0], kSize, kSize, 1)[0]),
+          effects(scene_effects(rays)),
+          points(render_gbuffer(test::shared_gl(), rays, view, 1.0f, pool, effects, shading))
+    {
+    }
+    Place(const Place&) = delete;
+
+    ArrivalMap map() const { return {make_cell_grid(bounds_of(scene), view), 1.0f}; }
+};
+
+struct Sums {
+    double light = 0.0, harmonic = 0.0;
+};
+
+/// Over points, each with other rays. @param map  aims half of them and learns, if not null
+Sums gather_all(const Place& place, ArrivalMap* map, int rays, std::uint64_t seed)
+{
+    const int aimed = map ? rays / 2 : 0;
+    const GatherSize size{make_hemisphere_grid(rays - aimed), 0, aimed};
+    RecordSettings settings;
+    settings.radiance = true;
+    const Gatherer gatherer({place.rays, nullptr, nullptr, nullptr, nullptr, nullptr, map}, settings);
+    GatherWorkspace w(size.cells());
+    Sums sums;
+    for (std::uint32_t i = 0; i < place.points.size(); i += kApart) {
+        if (!place.points.covered(i)) continue;
+        const Record r = gatherer.gather(birth_at(place.points, i, seed), size, w);
+        sums.light += static_cast<double>(luminance(r.irradiance));
+        sums.harmonic += static_cast<double>(r.radiance[0]);
+    }
+    if (map) map->learn(w.aimed.gathers, w.aimed.arrived);
+    return sums;
+}
+
+struct Spread {
+    Sums mean;
+    double variance = 0.0;
+};
+
+Spread repeat(const Place& place, ArrivalMap* map, int rays, int times)
+{
+    Spread s;
+    double squares = 0.0;
+    for (int k = 0; k < times; ++k) {
+        const Sums sums = gather_all(place, map, rays, static_cast<std::uint64_t>(k + 1));
+        s.mean.light += sums.light / times;
+        s.mean.harmonic += sums.harmonic / times;
+        squares += sums.light * sums.light / times;
+    }
+    s.variance = (squares - s.mean.light * s.mean.light) / (times - 1);  // of the mean
+    return s;
+}
+
+class AimedRays : public testing::TestWithParam<Scene (*)()> {};
+
+TEST_P(AimedRays, FindTheLightThatRaysFind)
+{
+    const Place place(GetParam()());
+    const Spread truth = repeat(place, nullptr, 4096, 8);
+    ASSERT_GT(truth.mean.light, 0.0);
+    ArrivalMap map = place.map();
+    const Spread aimed = repeat(place, &map, 128, 96);
+    const double error = std::sqrt(truth.variance + aimed.variance);
+    EXPECT_LT(error, 0.005 * truth.mean.light);
+    EXPECT_NEAR(aimed.mean.light, truth.mean.light, 4.0 * error);
+    EXPECT_NEAR(aimed.mean.harmonic / truth.mean.harmonic, aimed.mean.light / truth.mean.light, 0.01);
+}
+
+Scene windows() { return test::window_room(1.0f); }
+Scene lit_room() { return test::lit_room(); }
+INSTANTIATE_TEST_SUITE_P(Rooms, AimedRays, testing::Values(windows, lit_room));
+
+TEST(ArrivalMap, SharesAreOfADensity)
+{
+    const CellGrid grid{};
+    ArrivalMap map(grid, 1.0f);
+    const std::vector<ArrivedRay> rays{{ArrivalMap::bin_of({0, 0, 1}), 5.0f}, {ArrivalMap::bin_of({1, 0, 0}), 2.0f}};
+    const std::vector<Arrivals> gathers{{map.cells({}, {0, 0, 1}), 0, 2}};
+    map.learn(gathers, rays);
+    std::vector<float> sums(ArrivalMap::kBins);
+    map.weigh(gathers[0].cells, {0, 0, 1}, sums);
+    ASSERT_GT(sums.back(), 0.0f);
+    double integral = 0.0;
+    std::size_t bin = 0;
+    constexpr int kSteps = 20000;
+    for (int k = 0; k < kSteps; ++k) {
+        const float at = (static_cast<float>(k) + 0.5f) / kSteps * sums.back();
+        const float u = static_cast<float>(k % 101) / 101.0f;
+        const ArrivalMap::Choice c = ArrivalMap::choose(sums, at, {u, static_cast<float>(k % 89) / 89.0f}, bin);
+        EXPECT_NEAR(glm::length(c.direction), 1.0f, 1e-5f);
+        EXPECT_NEAR(ArrivalMap::density(sums, c.direction), c.density, 1e-3f * c.density);
+        integral += 1.0 / static_cast<double>(c.density) / kSteps;
+    }
+    // The mean of 1 / density is the solid angle of where it is not 0: the upper half, and bins at the horizon.
+    EXPECT_NEAR(integral, 2.0 * 3.14159265, 0.35);
+}
+
+/// Sums are of whole numbers: whichever gather is learned first.
+TEST(ArrivalMap, KnowsTheSameInAnyOrder)
+{
+    const CellGrid grid{};
+    ArrivalMap one(grid, 0.3f), two(grid, 0.3f);
+    std::vector<ArrivedRay> rays, turned;
+    for (int k = 0; k < 500; ++k)
+        rays.push_back({static_cast<std::uint16_t>(k * 7 % 40), 1.0f / static_cast<float>(k + 1)});
+    turned.assign(rays.rbegin(), rays.rend());
+    const std::vector<Arrivals> gathers{{one.cells({}, {0, 0, 1}), 0, 500}};
+    one.learn(gathers, rays);
+    two.learn(gathers, turned);
+    std::vector<float> a(ArrivalMap::kBins), b(a);
+    one.weigh(gathers[0].cells, {0, 0, -1}, a);
+    two.weigh(gathers[0].cells, {0, 0, -1}, b);
+    EXPECT_EQ(a, b);
+}
+
+TEST(ArrivalMap, AimsOnlyWhereNothingMoves)
+{
+    const auto aims = [](bool steady) {
+        Place place(windows());
+        const LightSearch found = search_light(place.rays, place.points, place.view, {}, steady, place.pool);
+        return found.arrivals != nullptr;
+    };
+    EXPECT_TRUE(aims(true));
+    EXPECT_FALSE(aims(false)) << "renewed records have the same rays";
+}
+
+TEST(ArrivalMap, PicturesDoNotDependOnTheThreads)
+{
+    const RenderOptions options = test::options_of_size(192, 108, 1);
+    const Scene scene = load_scene("demo:blinds");
+    const RenderResult one = test::render_first(scene, options, 1), three = test::render_first(scene, options, 3);
+    ASSERT_GT(one.stats.records.aimed_rays, 0u);
+    for (const auto& [name, layer] : one.image.layers)
+        EXPECT_TRUE(layer.pixels == three.image.layers.at(name).pixels) << name;
+}
+
+}  // namespace
+}  // namespace rcs
