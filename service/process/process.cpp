@@ -27,6 +27,7 @@ void keep_freed_memory()
     constexpr int kTrimThreshold = 512 << 20;
     ::mallopt(M_MMAP_THRESHOLD, kMmapThreshold);
     ::mallopt(M_TRIM_THRESHOLD, kTrimThreshold);
+    ::mallopt(M_MMAP_MAX, 0);  // a plane of a 4K picture is larger than that
 #endif
 }
 

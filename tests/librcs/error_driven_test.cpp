@@ -64,6 +64,18 @@ TEST(TargetError, CountsReflectionsThatAreTraced)
     EXPECT_GT(tight.traced.rays, loose.traced.rays);
 }
 
+/// An error is one of what is seen, however many pixels that has.
+TEST(TargetError, TakesFewMoreRecordsForALargerPicture)
+{
+    Stage stage("demo:atrium");
+    const auto records = [&](int side) {
+        RenderOptions options = small(TargetError{0.1});
+        options.width = options.height = side;
+        return stage.render(options).stats.records.records;
+    };
+    EXPECT_LT(records(2000), 1.8 * static_cast<double>(records(1000)));
+}
+
 TEST(TargetError, GivesTheSameBitsForAnyNumberOfThreads)
 {
     const auto beauty = [](int threads) {

@@ -44,13 +44,18 @@ SplatBuffer heard(int width, int height, const std::vector<Voice>& voices, float
     return sums;
 }
 
-constexpr SplatStats kOneSplat{1, 36 * 36};
+/// Of sums that are one splat's.
+ErrorMap map_of(const SplatBuffer& sums)
+{
+    ThreadPool pool(2);
+    return error_map(sums, {1, 36 * 36}, 3.0f, pool);
+}
 
 TEST(ErrorMap, OfNoiseAloneIsThatOfTheWeightedMean)
 {
     // Sigma^2 = (0.25 * 4 + 1 * 1) / 1.5^2 around a mean of 10, all records alike.
     for (const float unit : {1.0f, 1e-15f, 1e15f}) {
-        const ErrorMap map = error_map(heard(4, 3, {{0.5f, 10.0f, 4.0f}, {1.0f, 10.0f, 1.0f}}, unit), kOneSplat, 3.0f);
+        const ErrorMap map = map_of(heard(4, 3, {{0.5f, 10.0f, 4.0f}, {1.0f, 10.0f, 1.0f}}, unit));
         EXPECT_NEAR(map.noise[5], std::sqrt(2.0f) / 1.5f / 10.0f, 1e-6f);
         EXPECT_EQ(map.spread[5], 0.0f) << "less than the noise would make";
         EXPECT_EQ(map.total(5), map.noise[5]);
@@ -60,7 +65,7 @@ TEST(ErrorMap, OfNoiseAloneIsThatOfTheWeightedMean)
 TEST(ErrorMap, SpreadIsInProportionToTheDisagreement)
 {
     const auto spread = [](float by) {
-        return error_map(heard(4, 3, {{1.0f, 10.0f - by, 0.0f}, {1.0f, 10.0f + by, 0.0f}}), kOneSplat, 3.0f).spread[7];
+        return map_of(heard(4, 3, {{1.0f, 10.0f - by, 0.0f}, {1.0f, 10.0f + by, 0.0f}})).spread[7];
     };
     EXPECT_GT(spread(1.0f), 0.05f);
     EXPECT_LT(spread(1.0f), 0.1f) << "the mean is nearer to the truth than each of them";
@@ -77,7 +82,7 @@ TEST(ErrorMap, NoiseIsNotTakenForSpread)
     for (int trial = 0; trial < 50; ++trial) {
         std::vector<Voice> voices;
         for (int k = 0; k < 40; ++k) voices.push_back({1.0f, 10.0f + noise(engine), 0.25f});
-        const ErrorMap map = error_map(heard(1, 1, voices), kOneSplat, 3.0f);
+        const ErrorMap map = map_of(heard(1, 1, voices));
         spread += static_cast<double>(map.spread[0]) / 50.0;
         of_noise += static_cast<double>(map.noise[0]) / 50.0;
     }
@@ -90,7 +95,7 @@ TEST(ErrorMap, AveragesSpreadOverAWindowOfTheDistanceBetweenRecords)
     SplatBuffer sums = heard(41, 41, {{1.0f, 10.0f, 0.0f}, {1.0f, 10.0f, 0.0f}});
     const std::size_t middle = 20 * 41 + 20;
     sums.squares[middle] += 2.0f;
-    const ErrorMap map = error_map(sums, kOneSplat, 3.0f);  // 36 px wide, overlap 3: 6 px from record to record
+    const ErrorMap map = map_of(sums);  // 36 px wide, overlap 3: 6 px from record to record
     EXPECT_GT(map.spread[middle], 0.0f);
     EXPECT_EQ(map.spread[middle], map.spread[middle + 6 * 41 - 6]) << "the window's corner";
     EXPECT_EQ(map.spread[middle + 7], 0.0f);
@@ -99,7 +104,7 @@ TEST(ErrorMap, AveragesSpreadOverAWindowOfTheDistanceBetweenRecords)
 TEST(ErrorMap, IsZeroWhereNoRecordOrNoLightIs)
 {
     for (const std::vector<Voice>& voices : {std::vector<Voice>{}, std::vector<Voice>{{1.0f, 0.0f, 0.0f}}}) {
-        const ErrorMap map = error_map(heard(3, 3, voices), kOneSplat, 3.0f);
+        const ErrorMap map = map_of(heard(3, 3, voices));
         EXPECT_EQ(map.total(4), 0.0f);
     }
 }

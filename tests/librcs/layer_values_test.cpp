@@ -1,6 +1,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <map>
 #include <memory>
 #include <string>
@@ -135,8 +136,12 @@ TEST(LayerValues, CryptomatteCoversWhatAlphaDoes)
             RenderOptions options = options_for({kObjectLayer, kMaterialLayer}, aa);
             options.splat = method;
             const LayeredImage image = render_of(scene, options);
+            const LayeredImage by_three = test::render_first(scene, options, 3).image;
             for (const char* name : {kObjectLayer, kMaterialLayer}) {
                 const Image& layer = image.layers.at(name);
+                EXPECT_EQ(std::memcmp(layer.pixels.data(), by_three.layers.at(name).pixels.data(),
+                                      layer.pixels.size() * sizeof(float)),
+                          0);
                 ASSERT_EQ(layer.channels, 2 * kCryptomatteRanks);
                 for (int y = 0; y < kSize; ++y) {
                     for (int x = 0; x < kSize; ++x) {

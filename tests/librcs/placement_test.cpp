@@ -213,7 +213,7 @@ double spread_of(const std::vector<Record>& records, const GBuffer& gbuffer, con
     SplatStats stats;
     const SplatBuffer sums =
         splat_tiles(records, make_tiled_surfaces(gbuffer, pool), view, {error_tolerance, 3.0f}, pool, stats);
-    const ErrorMap map = error_map(sums, stats, 3.0f);
+    const ErrorMap map = error_map(sums, stats, 3.0f, pool);
     double sum = 0.0;
     for (const float spread : map.spread) sum += static_cast<double>(spread) / static_cast<double>(gbuffer.size());
     return sum;

@@ -65,12 +65,12 @@ struct Placed {
         SplatStats stats;
         const SplatSettings splat{settings.error_tolerance, 3.0f, true};
         const SplatBuffer sums = splat_tiles(records, gbuffer, view, splat, pool, stats);
-        ErrorMap map = error_map(sums, stats, 3.0f);
+        ErrorMap map = error_map(sums, stats, 3.0f, pool);
         Probes probes({rays}, gbuffer, settings, pool);
         probes.spend(1e5, sums, map);
         const ErrorScale found = probes.compare(sums, map);
         scale(map, found, pool);
-        return {found, mean_errors(sums, map, found).total};
+        return {found, mean_errors(sums, map, found, pool).total};
     }
 };
 

@@ -5,6 +5,9 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
+#include <vector>
+
+#include <glm/glm.hpp>
 
 #include "rcs/metrics.h"
 #include "util/color.h"
@@ -16,6 +19,24 @@ namespace {
 // extrapolations is somewhat more than the error of their mean.
 constexpr float kErrorOfSpread = 0.7f;
 
+constexpr std::size_t kPixels = 4096;  // at a time
+
+/// Looks at all of `count` items in any order, and adds what it finds in theirs: sums do not depend on the threads.
+/// @param look  of an item   @param add  what it returned
+template <typename Look, typename Add>
+void add_in_order(std::size_t count, ThreadPool& pool, const Look& look, const Add& add)
+{
+    constexpr std::size_t kBlock = 1u << 18;
+    std::vector<decltype(look(std::size_t{}))> found(std::min(count, kBlock));
+    for (std::size_t first = 0; first < count; first += kBlock) {
+        const std::size_t items = std::min(kBlock, count - first);
+        pool.parallel_for(items, kPixels, [&](std::size_t begin, std::size_t end, int) {
+            for (std::size_t i = begin; i < end; ++i) found[i] = look(first + i);
+        });
+        for (std::size_t i = 0; i < items; ++i) add(found[i]);
+    }
+}
+
 /// Sums over windows of an image, by a summed-area table in double precision.
 class WindowSums {
 public:
@@ -24,15 +45,19 @@ public:
     }
 
     template <typename Value>
-    void fill(const Value& value)
+    void fill(ThreadPool& pool, const Value& value)
     {
-        for (std::size_t y = 0; y < size(height_); ++y) {
-            double row = 0.0;
-            for (std::size_t x = 0; x < size(width_); ++x) {
-                row += static_cast<double>(value(y * size(width_) + x));
-                at(x + 1, y + 1) = at(x + 1, y) + row;
+        pool.parallel_for(size(height_), kRows, [&](std::size_t begin, std::size_t end, int) {
+            for (std::size_t y = begin; y < end; ++y) {
+                double row = 0.0;
+                for (std::size_t x = 0; x < size(width_); ++x)
+                    at(x + 1, y + 1) = row += static_cast<double>(value(y * size(width_) + x));
             }
-        }
+        });
+        pool.parallel_for(size(width_), kColumns, [&](std::size_t begin, std::size_t end, int) {
+            for (std::size_t y = 1; y < size(height_); ++y)
+                for (std::size_t x = begin; x < end; ++x) at(x + 1, y + 1) += at(x + 1, y);
+        });
     }
     double around(int x, int y, int reach) const
     {
@@ -49,6 +74,8 @@ public:
     }
 
 private:
+    static constexpr std::size_t kRows = 16, kColumns = 64;  // at a time
+
     static std::size_t size(int n) { return static_cast<std::size_t>(n); }
     double& at(std::size_t x, std::size_t y) { return table_[y * (size(width_) + 1) + x]; }
     double at(std::size_t x, std::size_t y) const { return table_[y * (size(width_) + 1) + x]; }
@@ -120,40 +147,47 @@ private:
 
 }  // namespace
 
-float ErrorMap::total(std::size_t pixel) const { return std::min(1.0f, std::hypot(noise[pixel], spread[pixel])); }
+float ErrorMap::total(std::size_t pixel, float part) const
+{
+    return std::min(1.0f, std::hypot(part * noise[pixel], part * spread[pixel]));
+}
 
-ErrorMap error_map(const SplatBuffer& sums, const SplatStats& stats, float overlap)
+ErrorMap error_map(const SplatBuffer& sums, const SplatStats& stats, float overlap, ThreadPool& pool)
 {
     const std::size_t pixels = sums.weight.size();
     std::vector<Disagreement> all(pixels);
-    for (std::size_t i = 0; i < pixels; ++i) all[i] = disagreement(sums, i);
+    pool.parallel_for(pixels, kPixels, [&](std::size_t begin, std::size_t end, int) {
+        for (std::size_t i = begin; i < end; ++i) all[i] = disagreement(sums, i);
+    });
     // Relative variances: a dark pixel says as much as a light one of how well the expansion works there.
     const auto relative = [&](std::size_t i) {
         const Disagreement& d = all[i];
         return d.mean > 0.0f ? std::clamp(d.excess / (d.mean * d.mean), -1.0f, 1.0f) : 0.0f;
     };
     WindowSums excess(sums.width, sums.height), lit(sums.width, sums.height);
-    excess.fill(relative);
-    lit.fill([&](std::size_t i) { return all[i].mean > 0.0f ? 1.0f : 0.0f; });
+    excess.fill(pool, relative);
+    lit.fill(pool, [&](std::size_t i) { return all[i].mean > 0.0f ? 1.0f : 0.0f; });
     // A splat is about two radii wide, `overlap` times the distance between records each.
     const double splats = static_cast<double>(std::max<std::uint64_t>(1, stats.splats));
     const double distance = 0.5 * std::sqrt(static_cast<double>(stats.samples) / splats) / static_cast<double>(overlap);
     const int reach = static_cast<int>(std::lround(distance));
     ErrorMap errors{std::vector<float>(pixels, 0.0f), std::vector<float>(pixels, 0.0f)};
-    for (std::size_t i = 0; i < pixels; ++i) {
-        if (!(all[i].mean > 0.0f)) continue;
-        const int x = static_cast<int>(i % static_cast<std::size_t>(sums.width));
-        const int y = static_cast<int>(i / static_cast<std::size_t>(sums.width));
-        const double around = std::max(0.0, excess.around(x, y, reach) / lit.around(x, y, reach));
-        errors.noise[i] = std::sqrt(all[i].variance) / all[i].mean;
-        errors.spread[i] = kErrorOfSpread * static_cast<float>(std::sqrt(around));
-    }
+    pool.parallel_for(pixels, kPixels, [&](std::size_t begin, std::size_t end, int) {
+        for (std::size_t i = begin; i < end; ++i) {
+            if (!(all[i].mean > 0.0f)) continue;
+            const int x = static_cast<int>(i % static_cast<std::size_t>(sums.width));
+            const int y = static_cast<int>(i / static_cast<std::size_t>(sums.width));
+            const double around = std::max(0.0, excess.around(x, y, reach) / lit.around(x, y, reach));
+            errors.noise[i] = std::sqrt(all[i].variance) / all[i].mean;
+            errors.spread[i] = kErrorOfSpread * static_cast<float>(std::sqrt(around));
+        }
+    });
     return errors;
 }
 
 void scale(ErrorMap& map, const ErrorScale& scale, ThreadPool& pool)
 {
-    pool.parallel_for(map.noise.size(), 4096, [&](std::size_t begin, std::size_t end, int) {
+    pool.parallel_for(map.noise.size(), kPixels, [&](std::size_t begin, std::size_t end, int) {
         for (std::size_t i = begin; i < end; ++i) {
             const auto factor = static_cast<float>(scale.of_map(kMeanAbsolute * static_cast<double>(map.total(i))));
             map.noise[i] *= factor;
@@ -176,23 +210,27 @@ double mean_light(const SplatBuffer& sums)
     return mean;
 }
 
-MeanErrors mean_errors(const SplatBuffer& sums, const ErrorMap& errors, const ErrorScale& scale)
+MeanErrors mean_errors(const SplatBuffer& sums, const ErrorMap& errors, const ErrorScale& scale, ThreadPool& pool)
 {
     const std::size_t pixels = sums.weight.size();
     const double mean = mean_light(sums);
     MeanErrors result;
     result.mean = mean;
     if (!(mean > 0.0)) return result;
-    for (std::size_t i = 0; i < pixels; ++i) {
+    const auto look = [&](std::size_t i) {
         const double light = light_at(sums, i);
         const double part = light / (light + kRelativeErrorFloor * mean);
         const double total = kMeanAbsolute * part * static_cast<double>(errors.total(i));
-        if (!(total > 0.0)) continue;
+        if (!(total > 0.0)) return glm::dvec3(0.0);
         const double judged = scale.judged(total).mean / static_cast<double>(pixels);
-        result.noise += judged * static_cast<double>(errors.noise[i] / errors.total(i));
-        result.spread += judged * static_cast<double>(errors.spread[i] / errors.total(i));
-        result.total += judged;
-    }
+        return glm::dvec3(judged * static_cast<double>(errors.noise[i] / errors.total(i)),
+                          judged * static_cast<double>(errors.spread[i] / errors.total(i)), judged);
+    };
+    add_in_order(pixels, pool, look, [&](glm::dvec3 one) {
+        result.noise += one.x;
+        result.spread += one.y;
+        result.total += one.z;
+    });
     return result;
 }
 
@@ -215,27 +253,29 @@ struct JudgedLayer {
     std::vector<double> light, indirect, direct;
 };
 
-std::vector<double> luminances(const LayeredImage& image, const char* name)
+std::vector<double> luminances(const LayeredImage& image, const char* name, ThreadPool& pool)
 {
     const auto found = image.layers.find(name);
     if (found == image.layers.end()) return {};
     const auto channels = static_cast<std::size_t>(found->second.channels);
     std::vector<double> values(found->second.pixels.size() / channels);
-    for (std::size_t i = 0; i < values.size(); ++i) {
-        const float* const p = found->second.pixels.data() + channels * i;
-        values[i] = static_cast<double>(channels == 1 ? *p : luminance({p[0], p[1], p[2]}));
-    }
+    pool.parallel_for(values.size(), kPixels, [&](std::size_t begin, std::size_t end, int) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const float* const p = found->second.pixels.data() + channels * i;
+            values[i] = static_cast<double>(channels == 1 ? *p : luminance({p[0], p[1], p[2]}));
+        }
+    });
     return values;
 }
 
-JudgedLayer judged_layer(const LayeredImage& image, const char* name, bool directly)
+JudgedLayer judged_layer(const LayeredImage& image, const char* name, bool directly, ThreadPool& pool)
 {
     JudgedLayer layer;
-    layer.light = luminances(image, name);
+    layer.light = luminances(image, name, pool);
     if (layer.light.empty()) return layer;
     layer.width = image.layers.at(name).width, layer.height = image.layers.at(name).height;
-    layer.indirect = luminances(image, "indirect_error");
-    if (directly) layer.direct = luminances(image, "direct_error");
+    layer.indirect = luminances(image, "indirect_error", pool);
+    if (directly) layer.direct = luminances(image, "direct_error", pool);
     layer.indirect.resize(layer.light.size());
     layer.direct.resize(layer.light.size());
     return layer;
@@ -244,15 +284,15 @@ JudgedLayer judged_layer(const LayeredImage& image, const char* name, bool direc
 /// The mean relative error of all pixels near one, and how much they are noise, in [0, 1].
 class NoiseAround {
 public:
-    NoiseAround(const JudgedLayer& layer, double dark)
+    NoiseAround(const JudgedLayer& layer, double dark, ThreadPool& pool)
         : width_(layer.width),
           lights_(width_, layer.height),
           squares_(width_, layer.height),
           direct_(width_, layer.height)
     {
-        lights_.fill([&](std::size_t i) { return layer.light[i] + dark; });
-        squares_.fill([&](std::size_t i) { return layer.indirect[i] * layer.indirect[i]; });
-        direct_.fill([&](std::size_t i) { return layer.direct[i]; });
+        lights_.fill(pool, [&](std::size_t i) { return layer.light[i] + dark; });
+        squares_.fill(pool, [&](std::size_t i) { return layer.indirect[i] * layer.indirect[i]; });
+        direct_.fill(pool, [&](std::size_t i) { return layer.direct[i]; });
     }
     struct Noise {
         double error, part;
@@ -273,25 +313,29 @@ private:
     WindowSums lights_, squares_, direct_;
 };
 
-ErrorEstimate estimate_error(const JudgedLayer& layer, const ErrorScale& scale)
+ErrorEstimate estimate_error(const JudgedLayer& layer, const ErrorScale& scale, ThreadPool& pool)
 {
     const std::size_t pixels = layer.light.size();
     double mean = 0.0;
     for (const double light : layer.light) mean += light / static_cast<double>(pixels);
     if (!(mean > 0.0)) return {};
     const double dark = kRelativeErrorFloor * mean;
-    const NoiseAround around(layer, dark);
-    ErrorHistogram histogram;
-    double sum = 0.0;
-    for (std::size_t i = 0; i < pixels; ++i) {
+    const NoiseAround around(layer, dark, pool);
+    const auto look = [&](std::size_t i) {
         const NoiseAround::Noise noise = around.at(i);
         // Direct light that is dark by chance is darker than the truth, which errors are relative to.
         const double truth = length(layer.light[i] + dark, layer.direct[i]);
         const double own = kMeanAbsolute * length(layer.indirect[i], layer.direct[i]) / truth;
         const ErrorScale::Judged judged = scale.judged(own);
-        histogram.add(std::lerp(judged.typical, noise.error, noise.part) / kMeanAbsolute);
-        sum += std::lerp(judged.mean, noise.error, noise.part);
-    }
+        return ErrorScale::Judged{std::lerp(judged.mean, noise.error, noise.part),
+                                  std::lerp(judged.typical, noise.error, noise.part)};
+    };
+    ErrorHistogram histogram;
+    double sum = 0.0;
+    add_in_order(pixels, pool, look, [&](const ErrorScale::Judged& one) {
+        histogram.add(one.typical / kMeanAbsolute);
+        sum += one.mean;
+    });
     return {sum / static_cast<double>(pixels), histogram.percentile(0.5), histogram.percentile(0.95)};
 }
 
@@ -305,12 +349,17 @@ ErrorEstimates estimate_errors(const LayeredImage& image)
 
 ErrorEstimates estimate_errors(const LayeredImage& image, const ErrorScale& scale, ThreadPool& pool)
 {
-    ErrorEstimate found[2];
-    pool.parallel_for(2, 1, [&](std::size_t begin, std::size_t end, int) {
-        for (std::size_t k = begin; k < end; ++k)
-            found[k] = estimate_error(judged_layer(image, k == 0 ? "beauty" : "indirect", k == 0), scale);
-    });
-    return {found[0], found[1]};
+    return {estimate_picture_error(image, scale, pool), estimate_indirect_error(image, scale, pool)};
+}
+
+ErrorEstimate estimate_picture_error(const LayeredImage& image, const ErrorScale& scale, ThreadPool& pool)
+{
+    return estimate_error(judged_layer(image, "beauty", true, pool), scale, pool);
+}
+
+ErrorEstimate estimate_indirect_error(const LayeredImage& image, const ErrorScale& scale, ThreadPool& pool)
+{
+    return estimate_error(judged_layer(image, "indirect", false, pool), scale, pool);
 }
 
 }  // namespace rcs

@@ -15,16 +15,20 @@ struct ErrorMap {
     std::vector<float> spread;  ///< from the first-order expansion: what the records' extrapolations differ by beyond
                                 ///< their noise. Of this, a pixel by itself sees a rough sample: it is averaged over a
                                 ///< window about as large as the distance between records.
-    float total(std::size_t pixel) const;
+    /// @param part  that is left of both
+    float total(std::size_t pixel, float part = 1.0f) const;
 };
 /// @param stats  of this splat alone: how large a record is on the image
-ErrorMap error_map(const SplatBuffer& sums, const SplatStats& stats, float overlap);
+ErrorMap error_map(const SplatBuffer& sums, const SplatStats& stats, float overlap, ThreadPool& pool);
 
 /// As probes have found the errors to be.
 void scale(ErrorMap& map, const ErrorScale& scale, ThreadPool& pool);
 
 /// The same with what probes found. @param scale  of judging, not of the map
 ErrorEstimates estimate_errors(const LayeredImage& image, const ErrorScale& scale, ThreadPool& pool);
+/// Of the picture alone, and of its indirect light alone.
+ErrorEstimate estimate_picture_error(const LayeredImage& image, const ErrorScale& scale, ThreadPool& pool);
+ErrorEstimate estimate_indirect_error(const LayeredImage& image, const ErrorScale& scale, ThreadPool& pool);
 
 /// The mean absolute value of a normal variable, over its standard deviation: sqrt(2 / pi).
 inline constexpr double kMeanAbsolute = 0.7978845608028654;
@@ -40,6 +44,6 @@ struct MeanErrors {
 };
 /// That mean alone.
 double mean_light(const SplatBuffer& sums);
-MeanErrors mean_errors(const SplatBuffer& sums, const ErrorMap& errors, const ErrorScale& scale = {});
+MeanErrors mean_errors(const SplatBuffer& sums, const ErrorMap& errors, const ErrorScale& scale, ThreadPool& pool);
 
 }  // namespace rcs

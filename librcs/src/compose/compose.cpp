@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <numbers>
+#include <numeric>
 
 #include "compose/sampled_light.h"
 #include "radiance/lobes.h"
@@ -31,7 +33,7 @@ glm::vec3 mean_irradiance(const SplatBuffer& sums, std::size_t i)
 }
 
 /// What records say at a visible point.
-void add_recorded(const SamplePass& pass, const Shading& shading, const PassLight& light, glm::vec3 reflectance,
+void add_recorded(const SamplePass& pass, const Shading& shading, const ShownLight& light, glm::vec3 reflectance,
                   Sample& s)
 {
     const std::size_t i = s.pixel;
@@ -48,18 +50,20 @@ void add_recorded(const SamplePass& pass, const Shading& shading, const PassLigh
                                                    outgoing_at(pass.gbuffer, pass.view.camera, i));
         s.direct += reflected;
         if (!light.indirect_error.noise.empty())
-            s.direct_error = std::hypot(s.direct_error, light.indirect_error.total(i) * luminance(reflected));
+            s.direct_error =
+                std::hypot(s.direct_error, light.indirect_error.total(i, light.left.records) * luminance(reflected));
     }
     s.recorded = reflectance * s.irradiance;
     if (shading.has_lobes())
         s.recorded +=
             s.share * glossy_radiance(pass.gbuffer, shading, sums, i, outgoing_at(pass.gbuffer, pass.view.camera, i));
-    if (!light.indirect_error.noise.empty()) s.recorded_error = light.indirect_error.total(i) * luminance(s.recorded);
+    if (!light.indirect_error.noise.empty())
+        s.recorded_error = light.indirect_error.total(i, light.left.records) * luminance(s.recorded);
     s.records = sums.count[i];
 }
 
 /// @param passes  part of the light that passes what lies in front   @param s  of its pixel, else empty
-void look_at(const SamplePass& pass, const Shading& shading, const PassLight& light, glm::vec3 passes, Sample& s)
+void look_at(const SamplePass& pass, const Shading& shading, const ShownLight& light, glm::vec3 passes, Sample& s)
 {
     const std::size_t i = s.pixel;
     s.covered = pass.gbuffer.covered(i);
@@ -72,19 +76,30 @@ void look_at(const SamplePass& pass, const Shading& shading, const PassLight& li
         if (!light.direct.glossy.empty()) s.direct += s.share * light.direct.glossy[i];
         // The same shadow rays bring both.
         if (!light.direct.irradiance_error.empty())
-            s.direct_error += luminance(reflectance) * light.direct.irradiance_error[i];
-        if (!light.direct.glossy_error.empty()) s.direct_error += luminance(s.share) * light.direct.glossy_error[i];
+            s.direct_error += luminance(reflectance) * (light.left.direct * light.direct.irradiance_error[i]);
+        if (!light.direct.glossy_error.empty())
+            s.direct_error += luminance(s.share) * (light.left.direct * light.direct.glossy_error[i]);
     }
     if (!light.traced.radiance.empty()) {
         s.traced = s.share * light.traced.radiance[i];
-        s.traced_error = luminance(s.share) * light.traced.error[i];
+        s.traced_error = luminance(s.share) * (light.left.lobes * light.traced.error[i]);
         if (!light.traced.of_lamps.empty()) {
             s.direct += s.share * light.traced.of_lamps[i];
-            s.direct_error = std::hypot(s.direct_error, luminance(s.share) * light.traced.of_lamps_error[i]);
+            s.direct_error =
+                std::hypot(s.direct_error, luminance(s.share) * (light.left.lobes * light.traced.of_lamps_error[i]));
         }
     }
     if (light.indirect.width != 0) add_recorded(pass, shading, light, reflectance, s);
 }
+
+/// Of a thread.
+struct Workspace {
+    std::vector<Sample> samples;
+    std::vector<SampledLight> sampled;
+    std::size_t unserved = 0;
+
+    Workspace() { samples.reserve(kSamplesAtATime); }
+};
 
 /// Where a layer is summed up.
 Image& sums_of(const LayerSum& layer, const GBuffer& g, LayeredImage& sums)
@@ -96,35 +111,41 @@ Image& sums_of(const LayerSum& layer, const GBuffer& g, LayeredImage& sums)
 
 }  // namespace
 
-std::size_t accumulate_pass(const GBuffer& g, const View& view, const Shading& shading, const PassLight& light,
-                            const std::vector<glm::vec3>& weight, const KnownSamples* known, LayeredImage& sums)
+std::size_t accumulate_pass(const GBuffer& g, const View& view, const Shading& shading, const ShownLight& light,
+                            const std::vector<glm::vec3>& weight, const KnownSamples* known, LayeredImage& sums,
+                            ThreadPool& pool)
 {
-    const SamplePass pass{*light.layers, g, view, weight.empty()};
+    const SamplePass pass{light.layers, g, view, weight.empty()};
     std::vector<std::pair<const LayerSum*, Image*>> layers;
-    for (const PictureLayers::Made& layer : light.layers->made) {
+    for (const PictureLayers::Made& layer : light.layers.made) {
         Image& image = sums_of(*layer.sum, g, sums);
         if (layer.filled) layers.emplace_back(layer.sum, &image);
     }
-    std::vector<Sample> samples;
-    samples.reserve(kSamplesAtATime);
-    std::vector<SampledLight> sampled(light.layers->for_filter ? kSamplesAtATime : 0);
-    std::size_t unserved = 0;
-    for (std::size_t begin = 0; begin < g.size(); begin += kSamplesAtATime) {
-        samples.clear();
-        for (std::size_t i = begin; i < std::min(begin + kSamplesAtATime, g.size()); ++i) {
+    std::mutex growing;
+    std::vector<Workspace> workers(static_cast<std::size_t>(pool.size()));
+    pool.parallel_for(g.size(), kSamplesAtATime, [&](std::size_t begin, std::size_t end, int thread) {
+        Workspace& w = workers[static_cast<std::size_t>(thread)];
+        w.samples.clear();
+        w.sampled.resize(light.layers.for_filter ? kSamplesAtATime : 0);
+        for (std::size_t i = begin; i < end; ++i) {
             if (known && known->met[i] != 0) continue;
-            Sample& s = samples.emplace_back();
+            Sample& s = w.samples.emplace_back();
             s.pixel = i;
             look_at(pass, shading, light, pass.first ? glm::vec3(1.0f) : weight[i], s);
-            if (!sampled.empty()) {
-                sampled[i - begin] = look_at_sampled(pass, shading, light, s);
-                s.sampled = &sampled[i - begin];
+            if (!w.sampled.empty()) {
+                w.sampled[i - begin] = look_at_sampled(pass, shading, light, s);
+                s.sampled = &w.sampled[i - begin];
             }
-            if (s.covered && light.indirect.width != 0 && !s.served) ++unserved;
+            if (s.covered && light.indirect.width != 0 && !s.served) ++w.unserved;
         }
-        for (const auto& [layer, image] : layers) layer->add(pass, samples, *image);
-    }
-    return unserved;
+        for (const auto& [layer, image] : layers) {
+            std::unique_lock<std::mutex> alone(growing, std::defer_lock);
+            if (layer->grows) alone.lock();
+            layer->add(pass, w.samples, *image);
+        }
+    });
+    return std::accumulate(workers.begin(), workers.end(), std::size_t{0},
+                           [](std::size_t sum, const Workspace& w) { return sum + w.unserved; });
 }
 
 void finish_passes(int passes, LayeredImage& sums)

@@ -12,6 +12,7 @@
 #include "rcs/gbuffer.h"
 #include "rcs/image.h"
 #include "rcs/splat.h"
+#include "rcs/thread_pool.h"
 
 namespace rcs {
 
@@ -25,13 +26,34 @@ struct PassLight {
     TracedLight traced;       ///< indirect light of lobes that are ray traced
 };
 
+/// Parts that are left of the standard errors of each kind of light.
+struct ErrorParts {
+    float lobes = 1.0f, direct = 1.0f, records = 1.0f;
+};
+
+/// What of a pass's light is shown: a PassLight's, or some of it from elsewhere.
+struct ShownLight {
+    const PictureLayers& layers;
+    const DirectLightResult& direct;
+    const SplatBuffer& indirect;
+    const SplatBuffer& of_lamps;
+    const ErrorMap& indirect_error;
+    const TracedLight& traced;
+    ErrorParts left = {};
+};
+inline ShownLight shown(const PassLight& light)
+{
+    return {*light.layers, light.direct, light.indirect, light.of_lamps, light.indirect_error, light.traced};
+}
+
 /// Adds one pass to the sums of a picture: every pass counts the same.
 /// @param weight  per pixel, how much of its light passes the surfaces in front; empty: there are none, and the
 ///        surfaces are those whose albedo, normal and depth the picture keeps
 /// @param known  pixels left to SharedSamples; may be null
 /// @return visible pixels that no record reaches
-std::size_t accumulate_pass(const GBuffer& gbuffer, const View& view, const Shading& shading, const PassLight& light,
-                            const std::vector<glm::vec3>& weight, const KnownSamples* known, LayeredImage& sums);
+std::size_t accumulate_pass(const GBuffer& gbuffer, const View& view, const Shading& shading, const ShownLight& light,
+                            const std::vector<glm::vec3>& weight, const KnownSamples* known, LayeredImage& sums,
+                            ThreadPool& pool);
 
 /// Divides the sums by the number of passes and adds up beauty.
 void finish_passes(int passes, LayeredImage& sums);

@@ -234,8 +234,8 @@ constexpr LayerSum kSums[] = {
     {"position", 4, each<add_position>, finish_mean_of_counted, repeat_values},
     {"motion", kMotionParts, each<add_motion>, finish_motion, repeat_values},
     {kSampledLayer, static_cast<int>(SampledChannels::kAll), each<add_sampled>, finish_sampled, repeat_values},
-    {kObjectLayer, 2, add_object, rank_coverage, repeat_coverage},
-    {kMaterialLayer, 2, add_material, rank_coverage, repeat_coverage},
+    {kObjectLayer, 2, add_object, rank_coverage, repeat_coverage, true},
+    {kMaterialLayer, 2, add_material, rank_coverage, repeat_coverage, true},
 };
 
 }  // namespace
@@ -267,6 +267,17 @@ PictureLayers picture_layers(const EffectPlan& plan, const Scene& scene, const s
         if (name == kMaterialLayer) layers.materials = material_ids(scene);
     }
     return layers;
+}
+
+PictureLayers error_layers(const PictureLayers& all)
+{
+    constexpr std::string_view kJudged[] = {"beauty",       "emission", "direct",
+                                            "direct_error", "indirect", "indirect_error"};
+    PictureLayers few{all.scene};
+    for (const PictureLayers::Made& layer : all.made)
+        if (std::find(std::begin(kJudged), std::end(kJudged), layer.sum->name) != std::end(kJudged))
+            few.made.push_back(layer);
+    return few;
 }
 
 }  // namespace rcs

@@ -52,6 +52,7 @@ struct LayerSum {
     void (*finish)(int passes, Image& sums);  ///< makes the layer of them
     /// Adds the sums of the first pass once more where `met` is not 0.
     void (*repeat)(const Image& first, const std::vector<std::uint8_t>& met, Image& sums);
+    bool grows = false;  ///< the sums: samples are added by a thread at a time, else pixels are apart
 };
 /// Of a layer that render() makes.
 const LayerSum& layer_sum(std::string_view name);
@@ -79,5 +80,7 @@ struct PictureLayers {
 /// @throws Error bad_argument: that layer is kept, and there is nothing it could be told by
 PictureLayers picture_layers(const EffectPlan& plan, const Scene& scene, const std::optional<MotionFrom>& motion,
                              bool for_filter);
+/// Those that errors are judged by (estimate_errors()).
+PictureLayers error_layers(const PictureLayers& all);
 
 }  // namespace rcs

@@ -59,7 +59,7 @@ void look_at_traced(const TracedLight& traced, const Shading& shading, const GBu
 
 }  // namespace
 
-SampledLight look_at_sampled(const SamplePass& pass, const Shading& shading, const PassLight& light, const Sample& s)
+SampledLight look_at_sampled(const SamplePass& pass, const Shading& shading, const ShownLight& light, const Sample& s)
 {
     SampledLight sampled;
     if (!s.covered) return sampled;

@@ -39,6 +39,6 @@ struct SampledChannels {
 };
 
 /// @param pass, s  where, and the sample so far: of its direct light, what is not the records'
-SampledLight look_at_sampled(const SamplePass& pass, const Shading& shading, const PassLight& light, const Sample& s);
+SampledLight look_at_sampled(const SamplePass& pass, const Shading& shading, const ShownLight& light, const Sample& s);
 
 }  // namespace rcs

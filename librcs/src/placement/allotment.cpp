@@ -24,12 +24,48 @@ double least(double low, double high, const Enough& enough)
     return high;
 }
 
-double area_of(std::span<const RecordShare> shares)
+float rays_for(const RecordShare& s, double wanted, float most)
 {
-    double area = 0.0;
-    for (const RecordShare& s : shares) area += static_cast<double>(s.count * s.area);
-    return area;
+    return std::max(s.rays, std::min(most, static_cast<float>(wanted)));
 }
+
+double power_of(const RecordShare& s) { return std::pow(static_cast<double>(s.area * s.single), kPowerOfRays); }
+
+/// Shares, and what of them is the same at any level.
+class Levels {
+public:
+    Levels(std::span<const RecordShare> shares, float most) : shares_(shares), most_(most)
+    {
+        same_.reserve(shares.size());
+        for (const RecordShare& s : shares) {
+            area_ += static_cast<double>(s.count * s.area);
+            same_.push_back({power_of(s), std::hypot(noise_of(s), s.spread)});
+        }
+    }
+    Allotment at(double level) const
+    {
+        Allotment result{level, 0.0, 0.0};
+        if (!(area_ > 0.0)) return result;
+        for (std::size_t k = 0; k < shares_.size(); ++k) {
+            const RecordShare& s = shares_[k];
+            const float rays = rays_for(s, level * same_[k].power, most_);
+            const float error = rays == s.rays ? same_[k].error : std::hypot(noise_with(s, rays), s.spread);
+            result.error += kMeanAbsolute * static_cast<double>(s.count * s.area * error) / area_;
+            result.rays += static_cast<double>(s.count * (rays - s.rays));
+        }
+        return result;
+    }
+
+private:
+    struct Same {
+        double power;  // that a level is a factor of
+        float error;   // with no more rays
+    };
+    std::span<const RecordShare> shares_;
+    float most_;
+    double area_ = 0.0;
+    std::vector<Same> same_;
+};
 
 /// Below this level no share gets rays, above it all have as many as they may.
 constexpr double kLeastLevel = 1e-3, kMostLevel = 1e12;
@@ -41,41 +77,25 @@ float spread_at(const RecordShare& s, float density)
     return s.spread * std::pow(density, static_cast<float>(-kSpreadFall));
 }
 
-float rays_at(const RecordShare& s, double level, float most)
-{
-    const double wanted = level * std::pow(static_cast<double>(s.area * s.single), kPowerOfRays);
-    return std::max(s.rays, std::min(most, static_cast<float>(wanted)));
-}
+float rays_at(const RecordShare& s, double level, float most) { return rays_for(s, level * power_of(s), most); }
 
 Allotment allot(std::span<const RecordShare> shares, double level, float most)
 {
-    Allotment result{level, 0.0, 0.0};
-    const double area = area_of(shares);
-    if (!(area > 0.0)) return result;
-    for (const RecordShare& s : shares) {
-        const float rays = rays_at(s, level, most);
-        const float noise = noise_with(s, rays);
-        result.error += kMeanAbsolute * static_cast<double>(s.count * s.area * std::hypot(noise, s.spread)) / area;
-        result.rays += static_cast<double>(s.count * (rays - s.rays));
-    }
-    return result;
+    return Levels(shares, most).at(level);
 }
 
 Allotment allot_for_error(std::span<const RecordShare> shares, double error, float most)
 {
+    const Levels levels(shares, most);
     // What no rays reach is not tried for at any price.
-    const double reachable = std::max(error, kNearFloor * allot(shares, kMostLevel, most).error);
-    return allot(
-        shares,
-        least(kLeastLevel, kMostLevel, [&](double level) { return allot(shares, level, most).error <= reachable; }),
-        most);
+    const double reachable = std::max(error, kNearFloor * levels.at(kMostLevel).error);
+    return levels.at(least(kLeastLevel, kMostLevel, [&](double level) { return levels.at(level).error <= reachable; }));
 }
 
 Allotment allot_for_rays(std::span<const RecordShare> shares, double rays, float most)
 {
-    return allot(shares,
-                 least(kLeastLevel, kMostLevel, [&](double level) { return allot(shares, level, most).rays >= rays; }),
-                 most);
+    const Levels levels(shares, most);
+    return levels.at(least(kLeastLevel, kMostLevel, [&](double level) { return levels.at(level).rays >= rays; }));
 }
 
 std::vector<float> densities(std::span<const RecordShare> shares, double part, float most)

@@ -30,6 +30,15 @@ constexpr double kCloserTakes = 3.0;  // times as long in all: records at half t
 constexpr double kLeastForecast = 0.005;
 constexpr double kLeastGoal = 1e-3;  // of a budget that could do more than anyone would see
 
+/// In a larger picture the same reach in pixels is less of what is seen, and closer than an error asks for: an
+/// overture's records have at least that part of its side.
+constexpr float kOvertureReach = 0.015f;
+
+float side_of(const TiledSurfaces& picture)
+{
+    return std::sqrt(static_cast<float>(picture.width) * static_cast<float>(picture.height));
+}
+
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 /// What one step may aim at and take.
@@ -117,11 +126,11 @@ void Steering::look()
     const Clock::time_point start = Clock::now();
     SplatStats stats;
     sums_ = splat_tiles(records_, placement_.surfaces(), view_, {tolerance_, overlap_}, pool_, stats);
-    map_ = error_map(sums_, stats, overlap_);
+    map_ = error_map(sums_, stats, overlap_, pool_);
     probes_.spend(Probes::worth(taken_over_ + static_cast<double>(gathered())), sums_, map_);
     scale_ = probes_.compare(sums_, map_);
     scale(map_, scale_, pool_);
-    errors_ = mean_errors(sums_, map_, scale_);
+    errors_ = mean_errors(sums_, map_, scale_, pool_);
     shares_ = share_out();
     look_seconds_ = seconds_since(start);
     least_look_ = std::min(least_look_, look_seconds_);
@@ -176,6 +185,9 @@ void Steering::overture(double most_seconds, double target)
     const Clock::time_point start = Clock::now();
     const std::uint64_t before = gathered();
     float& reach = placement_.options().min_reach;
+    const float larger = std::max(1.0f, kOvertureReach * side_of(placement_.surfaces()) / reach);
+    reach *= larger;
+    placement_.options().max_reach *= larger;
     const float closest = reach;
     // Where they must lie closer the error shows: at 5 % that is cheaper than to have them so wherever light is steep.
     placement_.options().steepest = 1.0f;

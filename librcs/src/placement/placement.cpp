@@ -150,7 +150,7 @@ void Placement::sharpen()
         if (static_cast<double>(pixels_.size()) < kFewAreNew * static_cast<double>(records_.size())) return;
         SplatStats stats;
         const SplatBuffer sums = splat_tiles(records_, surfaces_, view_, as_splat, pool_, stats);
-        const ErrorMap map = error_map(sums, stats, kUsualOverlap);
+        const ErrorMap map = error_map(sums, stats, kUsualOverlap, pool_);
         bool any = false;
         for (std::size_t k = 0; k < pixels_.size(); ++k) {
             const float allowed = std::max(most, kOfNoise * map.noise[pixels_[k]]);

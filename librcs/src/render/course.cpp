@@ -67,32 +67,28 @@ double error_within(const SecondsTo& seconds_to, double seconds)
     return high;
 }
 
-/// How much of the errors of each kind of light is left.
-struct LeftErrors {
-    float lobes = 1.0f, direct = 1.0f, records = 1.0f;
-};
+/// The first view's picture, lit like this, as its errors are judged.
+class JudgedPicture {
+public:
+    JudgedPicture(const Frame& frame, ShownLight light, const ErrorParts& left, const ErrorScale& scale)
+        : pool_(frame.session.pool()), scale_(scale)
+    {
+        const PictureLayers layers = error_layers(light.layers);
+        accumulate_pass(
+            frame.gbuffer, frame.view(), frame.shading,
+            {layers, light.direct, light.indirect, light.of_lamps, light.indirect_error, light.traced, left}, {},
+            nullptr, picture_, pool_);
+        finish_passes(1, picture_);
+    }
+    /// Mean relative errors.
+    double image() const { return estimate_picture_error(picture_, scale_, pool_).mean_relative; }
+    double indirect() const { return estimate_indirect_error(picture_, scale_, pool_).mean_relative; }
 
-/// Mean relative errors of the first view's picture, lit like this.
-struct PictureErrors {
-    double image = 0.0, indirect = 0.0;
+private:
+    ThreadPool& pool_;
+    const ErrorScale& scale_;
+    LayeredImage picture_;
 };
-PictureErrors picture_errors(const Frame& frame, PassLight light, const LeftErrors& left, const ErrorScale& scale)
-{
-    const auto leave = [](std::vector<float>& errors, float part) {
-        for (float& error : errors) error *= part;
-    };
-    leave(light.traced.error, left.lobes);
-    leave(light.traced.of_lamps_error, left.lobes);
-    leave(light.direct.irradiance_error, left.direct);
-    leave(light.direct.glossy_error, left.direct);
-    leave(light.indirect_error.noise, left.records);
-    leave(light.indirect_error.spread, left.records);
-    LayeredImage picture;
-    accumulate_pass(frame.gbuffer, frame.view(), frame.shading, light, {}, nullptr, picture);
-    finish_passes(1, picture);
-    const ErrorEstimates errors = estimate_errors(picture, scale, frame.session.pool());
-    return {errors.image.mean_relative, errors.indirect.mean_relative};
-}
 
 /// Rounds that bring the error of one down to what records leave room for.
 double rounds_to(double error, double room)
@@ -141,22 +137,22 @@ Prospect look_ahead(Frame& frame, const RecordForecast& records)
     p.rest = rest_of(course.passes);
     course.pass_seconds = rest_of(2) - rest_of(1);
 
-    PassLight light = frame.light;
-    light.indirect = records.sums;
-    light.indirect_error = records.errors;
+    const PassLight& others = frame.light;
+    const ShownLight light{*others.layers, others.direct, records.sums, others.of_lamps, records.errors, others.traced};
+    const ErrorScale unscaled;
     // Every pass samples lobes and lamps by itself.
     const double by_passes = 1.0 / std::sqrt(static_cast<double>(course.passes));
-    if (!light.traced.radiance.empty())
-        p.of_lobes = by_passes * picture_errors(frame, light, {.direct = 0.0f, .records = 0.0f}, {}).indirect;
+    if (!others.traced.radiance.empty())
+        p.of_lobes = by_passes * JudgedPicture(frame, light, {.direct = 0.0f, .records = 0.0f}, unscaled).indirect();
     if (aims_at_picture(frame.asked))
-        p.of_direct = by_passes * picture_errors(frame, light, {.lobes = 0.0f, .records = 0.0f}, {}).image;
-    const PictureErrors by_records =
-        picture_errors(frame, std::move(light), {.lobes = 0.0f, .direct = 0.0f}, records.scale);
-    p.of_records = std::max(1e-6, by_records.indirect);
+        p.of_direct = by_passes * JudgedPicture(frame, light, {.lobes = 0.0f, .records = 0.0f}, unscaled).image();
+    const JudgedPicture by_records(frame, light, {.lobes = 0.0f, .direct = 0.0f}, records.scale);
+    p.of_records = std::max(1e-6, by_records.indirect());
     // Records leave room for the lobes: they stop short of the goal, and are not all of the light.
-    const double told = std::max(1e-6, mean_errors(records.sums, records.errors, records.scale).total);
+    const double told =
+        std::max(1e-6, mean_errors(records.sums, records.errors, records.scale, frame.session.pool()).total);
     p.left_by_records = 1.0 - kShareOfGoal * p.of_records / told;
-    if (aims_at_picture(frame.asked)) p.records_by = std::min(1.0, told / std::max(1e-6, by_records.image));
+    if (aims_at_picture(frame.asked)) p.records_by = std::min(1.0, told / std::max(1e-6, by_records.image()));
     p.round_seconds = seconds_of(stats, "glossy") * course.passes;
     p.direct_seconds = seconds_of(stats, "direct") * course.passes;
     return p;
@@ -289,17 +285,20 @@ Rounds next_round(const Frame& frame, const Rounds& done)
     if (!frame.is_first_view() || target == 0.0) return done;
     // Every pass samples by itself.
     const float by_passes = 1.0f / std::sqrt(static_cast<float>(frame.course.passes));
-    const auto errors = [&](const LeftErrors& left) {
-        return picture_errors(frame, frame.light, left, frame.error_scale);
+    const auto with = [&](const ErrorParts& left) {
+        return JudgedPicture(frame, shown(frame.light), left, frame.error_scale);
     };
-    const PictureErrors now = errors({by_passes, by_passes});
-    const auto without_lobes = [&] { return errors({.lobes = 0.0f, .direct = by_passes}); };
+    const auto without_lobes = [&] { return with({.lobes = 0.0f, .direct = by_passes}); };
+    const JudgedPicture now = with({by_passes, by_passes});
     const bool more_lobes = has_lobes && done.lobes < kMostRounds, more_direct = has_lamps && done.direct < kMostRounds;
-    if (now.indirect > target && more_lobes && without_lobes().indirect < kWorthARound * now.indirect) return lobes;
-    if (!aims_at_picture(frame.asked) || now.image <= target) return done;
-    const double by_lobes = more_lobes ? without_lobes().image : now.image;
-    const double by_direct = more_direct ? errors({.lobes = by_passes, .direct = 0.0f}).image : now.image;
-    if (std::min(by_lobes, by_direct) >= kWorthARound * now.image) return done;
+    const double indirect = now.indirect();
+    if (indirect > target && more_lobes && without_lobes().indirect() < kWorthARound * indirect) return lobes;
+    if (!aims_at_picture(frame.asked)) return done;
+    const double image = now.image();
+    if (image <= target) return done;
+    const double by_lobes = more_lobes ? without_lobes().image() : image;
+    const double by_direct = more_direct ? with({.lobes = by_passes, .direct = 0.0f}).image() : image;
+    if (std::min(by_lobes, by_direct) >= kWorthARound * image) return done;
     return by_lobes < by_direct ? lobes : direct;
 }
 

@@ -81,8 +81,9 @@ void light_by_records(Frame& f, double seconds)
     f.light.of_lamps = std::move(light.of_lamps);
     ErrorMap& errors = f.light.indirect_error;
     if (f.settings.splat.error_sums) {
-        errors =
-            timed(f, "estimate", [&] { return error_map(f.light.indirect, light.stats, f.settings.splat.overlap); });
+        errors = timed(f, "estimate", [&] {
+            return error_map(f.light.indirect, light.stats, f.settings.splat.overlap, f.session.pool());
+        });
         scale(errors, f.error_scale, f.session.pool());
     }
     const std::vector<std::uint32_t> holes = fill_from_around(f.gbuffer, f.light.indirect);

@@ -303,8 +303,9 @@ void splat_records(Frame& f)
     f.light.indirect = std::move(light.all);
     f.light.of_lamps = std::move(light.of_lamps);
     if (!f.settings.splat.error_sums) return;
-    f.light.indirect_error =
-        timed(f, "estimate", [&] { return error_map(f.light.indirect, light.stats, f.settings.splat.overlap); });
+    f.light.indirect_error = timed(f, "estimate", [&] {
+        return error_map(f.light.indirect, light.stats, f.settings.splat.overlap, f.session.pool());
+    });
     ++f.stats().counts.error_passes;
     if (f.is_first_view()) f.error_scale = probe(f);
     scale(f.light.indirect_error, f.error_scale, f.session.pool());
@@ -339,8 +340,8 @@ void add_to_picture(Frame& f)
 {
     timed(f, "compose", [&] {
         LayeredImage& sums = f.result.image;
-        f.stats().unserved_pixels +=
-            accumulate_pass(f.gbuffer, f.view(), f.shading, f.light, f.weight, f.known(), sums);
+        f.stats().unserved_pixels += accumulate_pass(f.gbuffer, f.view(), f.shading, shown(f.light), f.weight,
+                                                     f.known(), sums, f.session.pool());
         if (f.shared)
             f.stats().counts.shared_samples += add_shared(*f.shared, sums);
         else if (f.is_first_view() && f.settings.shares_samples && !f.moments)
@@ -376,16 +377,13 @@ void tell_step(Frame& f, const RecordLook& look)
 {
     if (!f.hooks.after_step || !f.shading.through.empty()) return;
     f.hooks.after_step([&] {
-        PassLight light = f.light;
-        light.indirect = look.sums;
-        light.indirect_error = look.errors;
-        if (f.settings.records.radiance || f.gathered.any()) {  // then steering sees a part of it alone
-            RecordedLight all = splat_light(f, f.records);
-            light.indirect = std::move(all.all);
-            light.of_lamps = std::move(all.of_lamps);
-        }
+        RecordedLight all;
+        if (f.settings.records.radiance || f.gathered.any())
+            all = splat_light(f, f.records);  // steering sees a part of it
+        const ShownLight light{*f.light.layers, f.light.direct, all.all.width != 0 ? all.all : look.sums,
+                               all.of_lamps,    look.errors,    f.light.traced};
         PictureSoFar picture;
-        accumulate_pass(f.gbuffer, f.view(), f.shading, light, f.weight, nullptr, picture.image);
+        accumulate_pass(f.gbuffer, f.view(), f.shading, light, f.weight, nullptr, picture.image, f.session.pool());
         finish_passes(1, picture.image);
         picture.image.layers.erase(kSampledLayer);
         cut_to_crop(f, picture.image);
