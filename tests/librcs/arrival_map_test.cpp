@@ -6,13 +6,10 @@
 
 #include <gtest/gtest.h>
 
-#include "facts/scene_effects.h"
-#include "gbuffer/shading.h"
-#include "gbuffer/views.h"
 #include "records/aimed_rays.h"
 #include "records/guided_gathers.h"
 #include "support/effect_scenes.h"
-#include "support/session.h"
+#include "support/seen_place.h"
 #include "util/color.h"
 
 namespace rcs {
@@ -20,25 +17,8 @@ namespace {
 
 constexpr int kSize = 48, kApart = 7;  // of the view, and of pixels that gather [px]
 
-/// A scene as its first camera sees it.
-struct Place {
-    Scene scene;
-    ThreadPool pool{2};
-    RayScene rays;
-    View view;
-    EffectSet effects;
-    Shading shading;
-    GBuffer points;
-
-    explicit Place(Scene s)
-        : scene(std::move(s)),
-          rays(build_ray_scene(scene, pool)),
-          view(make_views(scene.cameras[0], kSize, kSize, 1)[0]),
-          effects(scene_effects(rays)),
-          points(render_gbuffer(test::shared_gl(), rays, view, 1.0f, pool, effects, shading))
-    {
-    }
-    Place(const Place&) = delete;
+struct Place : test::SeenPlace {
+    explicit Place(Scene s) : SeenPlace(std::move(s), kSize) {}
 
     ArrivalMap map() const { return {make_cell_grid(bounds_of(scene), view), 1.0f}; }
 };
@@ -157,16 +137,6 @@ TEST(ArrivalMap, AimsOnlyWhereNothingMoves)
     };
     EXPECT_TRUE(aims(true));
     EXPECT_FALSE(aims(false)) << "renewed records have the same rays";
-}
-
-TEST(ArrivalMap, PicturesDoNotDependOnTheThreads)
-{
-    const RenderOptions options = test::options_of_size(192, 108, 1);
-    const Scene scene = load_scene("demo:blinds");
-    const RenderResult one = test::render_first(scene, options, 1), three = test::render_first(scene, options, 3);
-    ASSERT_GT(one.stats.records.aimed_rays, 0u);
-    for (const auto& [name, layer] : one.image.layers)
-        EXPECT_TRUE(layer.pixels == three.image.layers.at(name).pixels) << name;
 }
 
 }  // namespace

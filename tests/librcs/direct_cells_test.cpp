@@ -7,13 +7,10 @@
 
 #include <gtest/gtest.h>
 
-#include "facts/scene_effects.h"
-#include "gbuffer/shading.h"
-#include "gbuffer/views.h"
 #include "records/gatherer.h"
 #include "records/guided_gathers.h"
 #include "support/effect_scenes.h"
-#include "support/session.h"
+#include "support/seen_place.h"
 #include "util/color.h"
 
 namespace rcs {
@@ -21,27 +18,10 @@ namespace {
 
 constexpr int kSize = 64, kApart = 13;  // of the view, and of pixels that gather [px]
 
-/// A scene as its first camera sees it.
-struct Place {
-    Scene scene;
-    ThreadPool pool{2};
-    RayScene rays;
-    View view;
-    EffectSet effects;
-    Shading shading;
-    GBuffer points;
+struct Place : test::SeenPlace {
     HitRadiance light;
 
-    explicit Place(Scene s, int size = kSize)
-        : scene(std::move(s)),
-          rays(build_ray_scene(scene, pool)),
-          view(make_views(scene.cameras[0], size, size, 1)[0]),
-          effects(scene_effects(rays)),
-          points(render_gbuffer(test::shared_gl(), rays, view, 1.0f, pool, effects, shading)),
-          light(rays, nullptr, effects)
-    {
-    }
-    Place(const Place&) = delete;
+    explicit Place(Scene s, int size = kSize) : SeenPlace(std::move(s), size), light(rays, nullptr, effects) {}
 
     DirectCells cells(std::uint64_t seed) { return light_cells(rays, light, points, view, 1e6, seed, pool); }
 };
@@ -173,6 +153,7 @@ TEST(DirectCells, PicturesDoNotDependOnTheThreads)
     const Scene scene = load_scene("demo:blinds");
     const RenderResult one = test::render_first(scene, options, 1), three = test::render_first(scene, options, 3);
     ASSERT_GT(one.stats.records.direct_cells, 0u);
+    ASSERT_GT(one.stats.records.aimed_rays, 0u);
     for (const auto& [name, layer] : one.image.layers)
         EXPECT_TRUE(layer.pixels == three.image.layers.at(name).pixels) << name;
 }

@@ -6,15 +6,12 @@
 
 #include <gtest/gtest.h>
 
-#include "facts/scene_effects.h"
-#include "gbuffer/shading.h"
-#include "gbuffer/views.h"
 #include "glossy/traced_lobes.h"
 #include "light_cache/direct_cells.h"
 #include "lit_points/lamp_guide.h"
 #include "records/lamps_to_gather.h"
 #include "support/effect_scenes.h"
-#include "support/session.h"
+#include "support/seen_place.h"
 #include "util/color.h"
 
 namespace rcs {
@@ -31,29 +28,17 @@ Scene room_in_metal(float roughness)
     return scene;
 }
 
-struct Place {
-    Scene scene;
-    ThreadPool pool{2};
-    RayScene rays;
-    View view;
-    EffectSet effects;
-    Shading shading;
-    GBuffer points;
+struct Place : test::SeenPlace {
     GatheredLamps gathered;
     LampGuide guide;
 
     explicit Place(Scene s)
-        : scene(std::move(s)),
-          rays(build_ray_scene(scene, pool)),
-          view(make_views(scene.cameras[0], kSize, kSize, 1)[0]),
-          effects(scene_effects(rays)),
-          points(render_gbuffer(test::shared_gl(), rays, view, 1.0f, pool, effects, shading)),
+        : SeenPlace(std::move(s), kSize),
           gathered(lamps_to_gather({rays}, points, {}, pool)),
           guide(rays, effects, gathered, points, view, 1, pool)
     {
         gathered.finder = &guide;
     }
-    Place(const Place&) = delete;
 
     HitRadiance light() const { return {rays, nullptr, effects, &gathered}; }
     DirectCells cells() { return light_cells(rays, light(), points, view, 4e6, 1, pool); }

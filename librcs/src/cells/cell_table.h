@@ -42,6 +42,15 @@ public:
         }
     }
 
+    /// The number of a key; one that is not in the table yet gets `next`.
+    std::uint32_t find_or_insert(std::uint64_t key, std::uint32_t next)
+    {
+        const std::uint32_t number = find(key);
+        if (number != kNone) return number;
+        insert(key, next);
+        return next;
+    }
+
     std::size_t bytes() const { return slots_.size() * sizeof(Slot); }
 
 private:

@@ -99,11 +99,14 @@ void LobePaths::add_sky(const LobePath& path, glm::vec3 throughput) const
 }
 
 /// Of lamps and sky at a hit, where the lobe is wide enough to hide the edges of cells; null: shadow rays find it.
-const DirectCells::Light* LobePaths::known_light(const LobePath& path, const SurfacePoint& hit, float length,
+/// @param distance  from where the ray starts
+const DirectCells::Light* LobePaths::known_light(const LobePath& path, const SurfacePoint& hit, float distance,
                                                  RandomStream& random) const
 {
     const DirectCells* const cells = settings_.direct;
-    if (!cells || path.width * length < cells->grid.edge(cells->grid.level(hit.position))) return nullptr;
+    if (!cells || !cells->serves(hit.position, distance)) return nullptr;
+    const float width = path.width * (path.length + distance);
+    if (width < cells->grid.edge(cells->grid.level(hit.position))) return nullptr;
     return cells->at(hit.position, hit.shading_normal, random);
 }
 
@@ -125,7 +128,7 @@ void LobePaths::shade_plain(const LobePath& path, int lane, const HitSurface& hi
         return light_.reflectance(plain, hit.point.shading_normal, outgoing, to_light);
     };
     glm::vec3& sum = sum_of_plain(path, lane, hit, w);
-    if (const DirectCells::Light* const known = known_light(path, hit.point, length, random)) {
+    if (const DirectCells::Light* const known = known_light(path, hit.point, w.packet.ray.t_max[lane], random)) {
         if (known->to_light != glm::vec3(0.0f))
             sum += throughput * std::numbers::inv_pi_v<float> * known->irradiance * reflectance(known->to_light);
     } else {

@@ -76,7 +76,7 @@ private:
     void add_emission(const LobePath& path, int lane, const HitSurface& hit, glm::vec3 throughput, float cone_width,
                       const Workspace& w) const;
     void add_sky(const LobePath& path, glm::vec3 throughput) const;
-    const DirectCells::Light* known_light(const LobePath& path, const SurfacePoint& hit, float length,
+    const DirectCells::Light* known_light(const LobePath& path, const SurfacePoint& hit, float distance,
                                           RandomStream& random) const;
     void go_on(const LobePath& path, const SurfacePoint& point, const HitLobes& lobes, glm::vec3 throughput,
                float length, RandomStream& random, Workspace& w) const;

@@ -68,7 +68,8 @@ TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GB
     const LobePaths paths(rays, light, gbuffer, view, shading, options, looks ? &*looks : nullptr);
     const LobeSharing sharing(gbuffer, view, shading, options.seed);
     const bool of_lamps = options.gathered && options.gathered->any() && options.gathered->along_lobes;
-    RayRing ring({gbuffer.width, gbuffer.width, options.rays_per_pixel, options.looks_per_pixel, of_lamps, true});
+    RayRing ring(
+        {gbuffer.width, gbuffer.width, options.rays_per_pixel, options.looks_per_pixel, of_lamps, light.has_soft()});
     std::vector<LobePaths::Workspace> workspaces(static_cast<std::size_t>(pool.size()));
     TracedLight traced{std::vector<glm::vec3>(gbuffer.size(), glm::vec3(0.0f)),
                        std::vector<float>(gbuffer.size(), 0.0f)};

@@ -38,6 +38,8 @@ public:
                 const GatheredLamps* gathered = nullptr);
 
     bool has_cache() const { return cache_ != nullptr; }
+    /// Whether each_light() has any that is soft.
+    bool has_soft() const { return gathered_ || (has_sky_ && !environment_.is_black()); }
     glm::vec3 sky_radiance() const { return sky_; }
     const Environment& environment() const { return environment_; }
 

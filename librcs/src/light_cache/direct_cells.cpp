@@ -128,12 +128,8 @@ std::vector<int> times_wanted(const CellFinder& finder, std::span<const CellSum>
     std::vector<CellSum> neighbourhoods;
     for (std::size_t c = 0; c < keys.size(); ++c) {
         const std::uint64_t key = around(keys[c]);
-        std::uint32_t number = table.find(key);
-        if (number == CellTable::kNone) {
-            number = static_cast<std::uint32_t>(neighbourhoods.size());
-            table.insert(key, number);
-            neighbourhoods.emplace_back();
-        }
+        const std::uint32_t number = table.find_or_insert(key, static_cast<std::uint32_t>(neighbourhoods.size()));
+        if (number == neighbourhoods.size()) neighbourhoods.emplace_back();
         neighbourhoods[number].add(sums[c]);
     }
     std::vector<double> wanted;

@@ -12,7 +12,9 @@ namespace {
 constexpr std::size_t kCount = ArrivalMap::kBins;
 constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kSolidAngle = 4.0f * kPi / static_cast<float>(ArrivalMap::kBins);
+// A bin leans on that of the coarser cell as if it had so many rays from there.
 constexpr float kRaysOfCoarser = 2.0f;
+// Of a square of light over the map's unit: the most that is told apart, and the steps of whole numbers to 1.
 constexpr float kMostLight = 1e4f, kSteps = 1024.0f;
 
 struct Directions {
@@ -58,12 +60,8 @@ std::uint16_t ArrivalMap::bin_of(glm::vec3 direction)
 
 std::uint32_t ArrivalMap::row(std::uint64_t cell)
 {
-    std::uint32_t number = table_.find(cell);
-    if (number == CellTable::kNone) {
-        number = static_cast<std::uint32_t>(counts_.size() / kCount);
-        table_.insert(cell, number);
-        counts_.resize(counts_.size() + kCount);
-    }
+    const std::uint32_t number = table_.find_or_insert(cell, static_cast<std::uint32_t>(counts_.size() / kCount));
+    counts_.resize(std::max(counts_.size(), (std::size_t{number} + 1) * kCount));
     return number;
 }
 

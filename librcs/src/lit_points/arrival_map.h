@@ -27,7 +27,7 @@ struct Arrivals {
 };
 
 /// From which directions light arrives where, as the rays of earlier gathers from about there found: gathers aim some
-/// of their rays by it (after V. Herholz, T. Mueller: path guiding). The sphere of directions is cut into bins of equal
+/// of their rays by it (after Mueller, Gross and Novak 2017). The sphere of directions is cut into bins of equal
 /// solid angle, in scene space.
 class ArrivalMap {
 public:

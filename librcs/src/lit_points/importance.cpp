@@ -23,12 +23,8 @@ void Importance::note(glm::vec3 position, glm::vec3 normal, const Add& add)
 {
     std::uint64_t key = leaf(position, normal);
     for (int level = 0; level < kLevels; ++level) {
-        std::uint32_t number = table_.find(key);
-        if (number == CellTable::kNone) {
-            number = static_cast<std::uint32_t>(cells_.size());
-            table_.insert(key, number);
-            cells_.push_back({.key = key});
-        }
+        const std::uint32_t number = table_.find_or_insert(key, static_cast<std::uint32_t>(cells_.size()));
+        if (number == cells_.size()) cells_.push_back({.key = key});
         add(cells_[number]);
         key = coarser(key);
     }

@@ -78,12 +78,9 @@ void LampGuide::weigh_cells(std::span<const SurfaceSample> places)
         std::vector<Mean> means;
         for (const SurfaceSample& p : places) {
             const LookCells cells = guide_.cells(p.position, p.normal);
-            std::uint32_t number = cells_[level].table.find(cells[level]);
-            if (number == CellTable::kNone) {
-                number = static_cast<std::uint32_t>(means.size());
-                cells_[level].table.insert(cells[level], number);
-                means.emplace_back().cells = cells;
-            }
+            const std::uint32_t number =
+                cells_[level].table.find_or_insert(cells[level], static_cast<std::uint32_t>(means.size()));
+            if (number == means.size()) means.emplace_back().cells = cells;
             means[number].position += glm::dvec3(p.position);
             means[number].normal += glm::dvec3(p.normal);
             means[number].count += 1.0;

@@ -33,12 +33,8 @@ LookCells look_cells(const CellGrid& grid, glm::vec3 position, glm::vec3 normal)
 
 std::uint32_t LearnedVisibility::row(std::uint64_t cell)
 {
-    std::uint32_t number = table_.find(cell);
-    if (number == CellTable::kNone) {
-        number = static_cast<std::uint32_t>(counts_.size() / clusters_);
-        table_.insert(cell, number);
-        counts_.resize(counts_.size() + clusters_);
-    }
+    const std::uint32_t number = table_.find_or_insert(cell, static_cast<std::uint32_t>(counts_.size() / clusters_));
+    counts_.resize(std::max(counts_.size(), (std::size_t{number} + 1) * clusters_));
     return number;
 }
 

@@ -31,7 +31,8 @@ constexpr double kLeastForecast = 0.005;
 constexpr double kLeastGoal = 1e-3;  // of a budget that could do more than anyone would see
 
 /// In a larger picture the same reach in pixels is less of what is seen, and closer than an error asks for: an
-/// overture's records have at least that part of its side.
+/// overture's records have at least that part of its side, what 15 px are of 1000. (Sponza at 3840 x 2160 and 10 %: .82
+/// of the processor time; with twice that part 1.5 times as much, since steps to closer records cost more.)
 constexpr float kOvertureReach = 0.015f;
 
 float side_of(const TiledSurfaces& picture)
