@@ -76,6 +76,7 @@ void add_render(Json& json, const RunReport& report)
     json["direct_cells"] = stats.records.direct_cells;
     json["aimed_rays"] = stats.records.aimed_rays;
     json["gathered_lamps"] = stats.records.gathered_lamps;
+    json["lamp_checks"] = stats.lamp_checks;
     json["unserved_pixels"] = stats.unserved_pixels;
     json["rays"] = {{"hemisphere", stats.records.hemisphere_rays},    {"refining", stats.records.refining_rays},
                     {"hemisphere_shadow", stats.records.shadow_rays}, {"look", stats.records.looks},
@@ -176,6 +177,9 @@ void append_render(std::string& text, const RunReport& report)
         append(text,
                "cells    %s: what lamps and sky send there is known, so that rays of records need no shadow rays\n",
                short_count(stats.records.direct_cells).c_str());
+    if (stats.lamp_checks > 0)
+        append(text, "checks   %s pixels asked huge lamps themselves: records about them disagreed\n",
+               short_count(stats.lamp_checks).c_str());
     if (stats.records.aimed_rays > 0)
         append(text, "aimed    %s of the rays of records, to where light had come from before\n",
                short_count(stats.records.aimed_rays).c_str());

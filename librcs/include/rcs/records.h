@@ -139,8 +139,9 @@ struct LitScene {
     {
     }
 
-    /// The same to a judge of records: what all of them share of direct light may be off for all.
-    LitScene by_samples() const { return {rays, cache, guide, gathered, caster, nullptr, arrivals}; }
+    /// The same to a judge of records: what all of them share of direct light may be off for all, and where rays are
+    /// aimed depends on the records before.
+    LitScene by_samples() const { return {rays, cache, guide, gathered, caster, nullptr}; }
 };
 
 /// Gathers one record at each of the given visible points.

@@ -92,10 +92,11 @@ struct RenderStats {
     SplatStats splats;                                          ///< what their splats took
     LightCacheStats light_cache;                                ///< of the bounces beyond the first
     std::uint64_t direct_shadow_rays = 0;                       ///< of pixels, to lamps
-    GlossyStats traced;                                         ///< narrow lobes, ray traced per pixel
-    ErrorEstimates errors;                                      ///< of the picture and of its indirect light
-    DenoiseStats denoised;                                      ///< if that was asked for
-    std::uint64_t probe_rays = 0;                               ///< of gathers that judged the estimate
+    std::uint64_t lamp_checks = 0;             ///< pixels that asked gathered lamps themselves, since records disagreed
+    GlossyStats traced;                        ///< narrow lobes, ray traced per pixel
+    ErrorEstimates errors;                     ///< of the picture and of its indirect light
+    DenoiseStats denoised;                     ///< if that was asked for
+    std::uint64_t probe_rays = 0;              ///< of gathers that judged the estimate
     std::uint64_t unserved_pixels = 0;         ///< visible pixels that no record reaches: 0 unless something is wrong
     std::string splat_method;                  ///< "quads", "tiles" or "gpu-tiles"
     std::string gather_method;                 ///< "cpu" or "gpu": what traced the rays of records to their end

@@ -59,6 +59,10 @@ public:
     template <typename Add>
     void each_light(const SurfacePoint& point, RandomStream& random, const Add& add) const;
 
+    /// The same of gathered lamps alone, which are found by who is given with them: irradiance.
+    template <typename Add>
+    void each_gathered(const SurfacePoint& point, RandomStream& random, const Add& add) const;
+
     /// Irradiance from light that has been reflected before; 0 without a cache. [W m^-2]
     /// @param fewer  bounces to leave out of those that the cache has
     glm::vec3 indirect_irradiance(const SurfacePoint& point, RandomStream& random, int fewer = 0) const
@@ -181,6 +185,16 @@ void HitRadiance::each_light(const SurfacePoint& point, RandomStream& random, co
                 [&] { return density_of_sky(point, direction); }, true);
         }
     }
+}
+
+template <typename Add>
+void HitRadiance::each_gathered(const SurfacePoint& point, RandomStream& random, const Add& add) const
+{
+    if (!gathered_) return;
+    HitLights::Sample any = lights_.sample(point, random);
+    const HitLights::Sample found = gathered_->finder->sample(point, random);
+    if (leave_to_finder(point, random, any) && any.irradiance != glm::vec3(0.0f)) add(any.shadow_ray, any.irradiance);
+    if (found.irradiance != glm::vec3(0.0f)) add(found.shadow_ray, found.irradiance);
 }
 
 template <typename Add>

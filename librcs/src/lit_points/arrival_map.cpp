@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "util/multiversion.h"
+#include "util/turns.h"
 
 namespace rcs {
 namespace {
@@ -22,14 +24,14 @@ struct Directions {
 };
 
 /// Bins go to and fro, so that neighbours in number are neighbours in direction.
-int turn_of(int ring, int place) { return ring % 2 == 0 ? place : ArrivalMap::kTurns - 1 - place; }
+RCS_ALWAYS_INLINE int turn_of(int ring, int place) { return ring % 2 == 0 ? place : ArrivalMap::kTurns - 1 - place; }
 
 glm::vec3 direction_at(float ring, float turn)
 {
     const float z = std::clamp(2.0f * ring / ArrivalMap::kRings - 1.0f, -1.0f, 1.0f);
     const float radius = std::sqrt(std::max(0.0f, 1.0f - z * z));
-    const float phi = 2.0f * kPi * turn / ArrivalMap::kTurns;
-    return {radius * std::cos(phi), radius * std::sin(phi), z};
+    const float turns = turn / ArrivalMap::kTurns;
+    return {radius * sine_of_turns(turns + 0.25f), radius * sine_of_turns(turns), z};
 }
 
 Directions middles()
@@ -46,75 +48,112 @@ Directions middles()
 }
 const Directions kMiddles = middles();
 
+/// @param means  of the coarser cell, become those of this one
+RCS_MULTIVERSION
+void refine(const float* squares, const float* rays, float* means)
+{
+    for (std::size_t i = 0; i < kCount; ++i)
+        means[i] = (squares[i] + kRaysOfCoarser * means[i]) / (rays[i] + kRaysOfCoarser);
+}
+
+/// @param means  become the bins' chances
+RCS_MULTIVERSION
+void weigh_by_cosine(const float* x, const float* y, const float* z, glm::vec3 normal, float* means)
+{
+    // Of a bin that the horizon crosses, the middle may lie below it.
+    constexpr float kBelow = -0.5f / ArrivalMap::kRings;
+    for (std::size_t i = 0; i < kCount; ++i) {
+        const float cosine = x[i] * normal.x + y[i] * normal.y + z[i] * normal.z;
+        const float counted = cosine > -kBelow ? cosine : -kBelow;
+        means[i] = cosine > kBelow ? std::sqrt(means[i]) * counted : 0.0f;
+    }
+}
+
+RCS_MULTIVERSION
+void find_bins(const Basis& axes, const float* x, const float* y, const float* z, std::size_t count,
+               std::uint16_t* bins)
+{
+    constexpr int kRings = ArrivalMap::kRings, kTurns = ArrivalMap::kTurns;
+    for (std::size_t i = 0; i < count; ++i) {
+        const float dx = x[i] * axes.x.x + y[i] * axes.y.x + z[i] * axes.z.x;
+        const float dy = x[i] * axes.x.y + y[i] * axes.y.y + z[i] * axes.z.y;
+        const float dz = x[i] * axes.x.z + y[i] * axes.y.z + z[i] * axes.z.z;
+        const int ring = std::clamp(static_cast<int>((dz + 1.0f) * (0.5f * kRings)), 0, kRings - 1);
+        const int turn = std::min(static_cast<int>(turns_of(dx, dy) * kTurns), kTurns - 1);
+        bins[i] = static_cast<std::uint16_t>(ring * kTurns + turn_of(ring, turn));
+    }
+}
+
 }  // namespace
 
-ArrivalMap::ArrivalMap(const CellGrid& grid, float unit) : grid_(grid), unit_(unit), counts_(kCount) {}
+ArrivalMap::ArrivalMap(const CellGrid& grid, float unit) : grid_(grid), unit_(unit) { add_row(); }
 
-std::uint16_t ArrivalMap::bin_of(glm::vec3 direction)
+void ArrivalMap::bins_of(const Basis& axes, const float* x, const float* y, const float* z,
+                         std::span<std::uint16_t> bins)
 {
-    const int ring = std::clamp(static_cast<int>((direction.z + 1.0f) * (0.5f * kRings)), 0, kRings - 1);
-    const float turns = std::atan2(direction.y, direction.x) / (2.0f * kPi);
-    const int turn = std::clamp(static_cast<int>((turns < 0.0f ? turns + 1.0f : turns) * kTurns), 0, kTurns - 1);
-    return static_cast<std::uint16_t>(ring * kTurns + turn_of(ring, turn));
+    find_bins(axes, x, y, z, bins.size(), bins.data());
+}
+
+void ArrivalMap::add_row()
+{
+    exact_squares_.resize(exact_squares_.size() + kCount);
+    squares_.resize(exact_squares_.size());
+    rays_.resize(exact_squares_.size());
 }
 
 std::uint32_t ArrivalMap::row(std::uint64_t cell)
 {
-    const std::uint32_t number = table_.find_or_insert(cell, static_cast<std::uint32_t>(counts_.size() / kCount));
-    counts_.resize(std::max(counts_.size(), (std::size_t{number} + 1) * kCount));
+    const auto next = static_cast<std::uint32_t>(rays_.size() / kCount);
+    const std::uint32_t number = table_.find_or_insert(cell, next);
+    if (number == next) add_row();
     return number;
 }
 
 void ArrivalMap::weigh(const LookCells& cells, glm::vec3 normal, std::span<float> sums) const
 {
-    const auto refine = [&](std::size_t number) {
-        const Counts* const counts = counts_.data() + number * kCount;
-        for (std::size_t i = 0; i < kCount; ++i)
-            sums[i] = (static_cast<float>(counts[i].squares) + kRaysOfCoarser * sums[i]) /
-                      (static_cast<float>(counts[i].rays) + kRaysOfCoarser);
+    const auto refine_by = [&](std::size_t row) {
+        refine(squares_.data() + row * kCount, rays_.data() + row * kCount, sums.data());
     };
     std::fill(sums.begin(), sums.end(), kSteps);
-    refine(0);
+    refine_by(0);
     for (std::size_t level = cells.size(); level-- > 0;)
-        if (const std::uint32_t number = table_.find(cells[level]); number != CellTable::kNone) refine(number);
-    // Of a bin that the horizon crosses, the middle may lie below it.
-    const float least = -0.5f / kRings;
-    float sum = 0.0f;
-    for (std::size_t i = 0; i < kCount; ++i) {
-        const float cosine = kMiddles.x[i] * normal.x + kMiddles.y[i] * normal.y + kMiddles.z[i] * normal.z;
-        sums[i] = sum += cosine > least ? std::sqrt(sums[i]) * std::max(cosine, -least) : 0.0f;
-    }
+        if (const std::uint32_t row = table_.find(cells[level]); row != CellTable::kNone) refine_by(row);
+    weigh_by_cosine(kMiddles.x.data(), kMiddles.y.data(), kMiddles.z.data(), normal, sums.data());
+    std::partial_sum(sums.begin(), sums.end(), sums.begin());
 }
 
 ArrivalMap::Choice ArrivalMap::choose(std::span<const float> sums, float at, glm::vec2 u, std::size_t& bin)
 {
     while (bin + 1 < kCount && sums[bin] <= at) ++bin;
     const int ring = static_cast<int>(bin) / kTurns, turn = turn_of(ring, static_cast<int>(bin) % kTurns);
-    const float chance = sums[bin] - (bin > 0 ? sums[bin - 1] : 0.0f);
     return {direction_at(static_cast<float>(ring) + u.x, static_cast<float>(turn) + u.y),
-            chance / (sums[kCount - 1] * kSolidAngle)};
+            static_cast<std::uint16_t>(bin)};
 }
 
-float ArrivalMap::density(std::span<const float> sums, glm::vec3 direction)
+float ArrivalMap::density(std::span<const float> sums, std::size_t bin)
 {
-    const std::size_t bin = bin_of(direction);
     return (sums[bin] - (bin > 0 ? sums[bin - 1] : 0.0f)) / (sums[kCount - 1] * kSolidAngle);
 }
 
-void ArrivalMap::learn(std::span<const Arrivals> gathers, std::span<const ArrivedRay> arrivals)
+void ArrivalMap::count(std::size_t at, float light)
 {
-    for (const Arrivals& gather : gathers) {
-        const std::size_t rows[] = {0, row(gather.cells[0]), row(gather.cells[1])};
-        for (const ArrivedRay& a : arrivals.subspan(gather.first, gather.count)) {
-            const float light = std::min(a.light / unit_, kMostLight);
-            const auto square = static_cast<std::uint64_t>(kSteps * light * light);
-            for (const std::size_t r : rows) {
-                Counts& counts = counts_[r * kCount + a.bin];
-                ++counts.rays;
-                counts.squares += square;
-            }
-        }
-    }
+    const float relative = std::min(light / unit_, kMostLight);
+    squares_[at] = static_cast<float>(exact_squares_[at] += static_cast<std::uint64_t>(kSteps * relative * relative));
+    rays_[at] += 1.0f;
+}
+
+void ArrivalMap::learn(std::span<const Arrivals> gathers, std::span<const ArrivedRay> arrivals, ThreadPool& pool)
+{
+    using Rows = std::array<std::size_t, 3>;  // everywhere, the finer cell, the coarser one: none is in two of these
+    std::vector<Rows> rows;
+    rows.reserve(gathers.size());
+    for (const Arrivals& gather : gathers) rows.push_back({0, row(gather.cells[0]), row(gather.cells[1])});
+    pool.parallel_for(std::tuple_size_v<Rows>, 1, [&](std::size_t begin, std::size_t end, int) {
+        for (std::size_t k = begin; k < end; ++k)
+            for (std::size_t g = 0; g < gathers.size(); ++g)
+                for (const ArrivedRay& ray : arrivals.subspan(gathers[g].first, gathers[g].count))
+                    count(rows[g][k] * kCount + ray.bin, ray.light);
+    });
 }
 
 }  // namespace rcs

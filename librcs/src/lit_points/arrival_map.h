@@ -11,12 +11,15 @@
 #include "cells/cell_grid.h"
 #include "cells/cell_table.h"
 #include "lit_points/learned_visibility.h"
+#include "util/basis.h"
 
 namespace rcs {
 
+class ThreadPool;
+
 /// What one ray brought from a direction.
 struct ArrivedRay {
-    std::uint16_t bin;  ///< of ArrivalMap::bin_of()
+    std::uint16_t bin;  ///< of ArrivalMap::bins_of()
     float light;        ///< luminance of radiance [W m^-2 sr^-1]
 };
 
@@ -38,33 +41,36 @@ public:
     ArrivalMap(const CellGrid& grid, float unit);
 
     LookCells cells(glm::vec3 position, glm::vec3 normal) const { return look_cells(grid_, position, normal); }
-    static std::uint16_t bin_of(glm::vec3 direction);
+    /// Of the unit directions x a.x + y a.y + z a.z, that is.
+    static void bins_of(const Basis& axes, const float* x, const float* y, const float* z,
+                        std::span<std::uint16_t> bins);
 
     /// Running sums of the bins' chances for a gather: root mean square of what their rays brought, times the cosine.
     void weigh(const LookCells& cells, glm::vec3 normal, std::span<float> sums) const;
 
     struct Choice {
         glm::vec3 direction;
-        float density;  ///< [1/sr]
+        std::uint16_t bin;
     };
     /// @param at  in [0, the last sum)   @param bin  where to begin, at most that one's
     static Choice choose(std::span<const float> sums, float at, glm::vec2 u, std::size_t& bin);
-    static float density(std::span<const float> sums, glm::vec3 direction);
+    /// [1/sr]
+    static float density(std::span<const float> sums, std::size_t bin);
 
     /// Not while others ask. What is known does not depend on the order.
-    void learn(std::span<const Arrivals> gathers, std::span<const ArrivedRay> arrivals);
+    void learn(std::span<const Arrivals> gathers, std::span<const ArrivedRay> arrivals, ThreadPool& pool);
 
 private:
-    struct Counts {
-        std::uint64_t squares = 0;
-        std::uint32_t rays = 0;
-    };
     std::uint32_t row(std::uint64_t cell);
+    void add_row();
+    void count(std::size_t at, float light);
 
     CellGrid grid_;
     float unit_ = 1.0f;
     CellTable table_;
-    std::vector<Counts> counts_;  // by row, one per bin; row 0 is everywhere
+    // By row, one per bin; row 0 is everywhere.
+    std::vector<std::uint64_t> exact_squares_;  // a sum that does not depend on the order
+    std::vector<float> squares_, rays_;         // whole numbers up to 2^24 rays, enough for any chance
 };
 
 }  // namespace rcs

@@ -90,6 +90,7 @@ void Gatherer::aim(const Birth& birth, const GatherSize& size, GatherWorkspace& 
 {
     aim_cells(birth, size.grid, w);
     w.aimed.scale.clear();
+    if (map_) note_bins(size, w);
     if (map_ && size.aimed > 0) {
         aim_by_map(*map_, birth, size, w);
         const std::uint64_t before = w.hemisphere_rays;

@@ -142,10 +142,10 @@ struct RecordGatherer::Impl {
     }
 
     /// What looks found, for those to come: only when all are done, whatever thread did which.
-    void learn(const GatherYield& yield) const
+    void learn(const GatherYield& yield, ThreadPool& pool) const
     {
         if (guide) guide->learn(yield.seen);
-        if (map) map->learn(yield.gathers, yield.arrived);
+        if (map) map->learn(yield.gathers, yield.arrived, pool);
     }
 };
 
@@ -169,7 +169,7 @@ std::vector<Record> RecordGatherer::gather(const GBuffer& gbuffer, const std::ve
         pixels.size(), impl_->first.cells(),
         [&](std::size_t i) { return GatherTask{birth_at(gbuffer, pixels[i], impl_->seed), &impl_->first}; }, pool,
         [&](std::size_t i, Record&& record, const GatherWorkspace&) { records[i] = std::move(record); });
-    impl_->learn(yield);
+    impl_->learn(yield, pool);
     yield.count(stats);
     stats.records += records.size();
     return records;
@@ -205,7 +205,7 @@ void RecordGatherer::gather_more(const GBuffer& gbuffer, std::span<const std::ui
             [&](std::size_t i, const Record& record, const GatherWorkspace&) {
                 add_gather(records[wanted[done + i]], record);
             });
-        impl_->learn(yield);
+        impl_->learn(yield, pool);
         yield.count(more);
     }
     stats.hemisphere_rays += more.hemisphere_rays;
@@ -262,7 +262,7 @@ void RecordGatherer::renew(std::span<Record> records, std::span<const std::uint3
         old = std::move(r);
     }
     for (const GatherYield* yield : {&first, &more}) {
-        impl_->learn(*yield);
+        impl_->learn(*yield, pool);
         yield->count(stats);
     }
 }

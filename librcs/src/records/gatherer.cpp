@@ -92,6 +92,11 @@ glm::vec3 to_scene(const Basis& frame, glm::vec3 local)
     return local.x * frame.x + local.y * frame.y + local.z * frame.z;
 }
 
+HemisphereIntegrals integrals_of(const GatherSize& size, GatherWorkspace& w)
+{
+    return w.aimed.scale.empty() ? integrate(size.grid, w.samples) : integrate_mixed(size, w);
+}
+
 /// How far the record's first-order expansion stays sensible: where it would reach zero or twice its value.
 float gradient_reach(const Record& r)
 {
@@ -289,8 +294,7 @@ void Gatherer::add_lamps(const GatherSize& size, HemisphereIntegrals& integrals,
     if (w.lamp_hits.empty()) return;
     const glm::vec3 of_others = integrals.irradiance;
     for (const LampHit& hit : w.lamp_hits) add(w.samples, hit.cell, hit.radiance);
-    integrals = integrate(size.grid, w.samples);
-    if (!w.aimed.scale.empty()) integrals.irradiance = mixed_irradiance(size, w);
+    integrals = integrals_of(size, w);
     record.of_lamps = glm::max(integrals.irradiance - of_others, 0.0f);
 }
 
@@ -306,11 +310,9 @@ Record Gatherer::gather(const Birth& birth, const GatherSize& size, GatherWorksp
 
 Record Gatherer::finish(const Birth& birth, const GatherSize& size, GatherWorkspace& w) const
 {
-    const HemisphereGrid& grid = size.grid;
     add_shadowed(w);
     if (rays_.has_transparency()) tint(size.cells(), w);
-    HemisphereIntegrals integrals = integrate(grid, w.samples);
-    if (!w.aimed.scale.empty()) integrals.irradiance = mixed_irradiance(size, w);
+    HemisphereIntegrals integrals = integrals_of(size, w);
     Record record;
     record.position = birth.position;
     record.normal = birth.normal;
@@ -321,7 +323,6 @@ Record Gatherer::finish(const Birth& birth, const GatherSize& size, GatherWorksp
     if (keeps_radiance_ && gathered_) record.radiance_of_lamps = radiance_of_lamps(size, w);
     add_lamps(size, integrals, w, record);
     if (map_) note_arrivals(*map_, birth, w);
-    if (!w.aimed.scale.empty()) integrals.standard_error = error_of_mixed(size, w);
     record.irradiance += integrals.irradiance;
     for (std::size_t i = 0; i < 3; ++i) {
         record.rotation_gradient[i] += to_scene(w.frame, integrals.rotation_gradient[i]);

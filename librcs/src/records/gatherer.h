@@ -80,15 +80,16 @@ struct GatherSize {
 
 /// Of a gather that aims some of its rays.
 struct AimedRays {
-    std::vector<float> chances;  ///< running, by bin of the ArrivalMap
+    std::vector<float> chances;       ///< running, by bin of the ArrivalMap
+    std::vector<std::uint16_t> bins;  ///< of it, by cell
     std::vector<float>
         scale;  ///< by cell: what its ray counts for over one of a hemisphere alone; empty: none is aimed
-    HemisphereSamples scaled;         ///< colours of the hemisphere's cells, so scaled
+    HemisphereSamples colors;         ///< of the hemisphere's cells, as sums take them
     std::vector<ArrivedRay> arrived;  ///< of all gathers so far, for learning
     std::vector<Arrivals> gathers;
     std::uint64_t rays = 0;
 
-    explicit AimedRays(int most_cells) : scaled(most_cells) {}
+    explicit AimedRays(int most_cells) : colors(most_cells) {}
     float scale_of(std::size_t cell) const { return scale.empty() ? 1.0f : scale[cell]; }
 };
 

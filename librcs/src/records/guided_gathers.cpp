@@ -247,7 +247,7 @@ std::unique_ptr<ArrivalMap> try_map(const Probes& probes, const View& view, cons
     const float unit = mean_light(first.arrived);
     if (!(unit > 0.0f)) return nullptr;
     *map = ArrivalMap(grid, unit);
-    for (const GatherYield* yield : {&first, &second}) map->learn(yield->gathers, yield->arrived);
+    for (const GatherYield* yield : {&first, &second}) map->learn(yield->gathers, yield->arrived, probes.pool);
     gather_once(probes, gatherer, half, 8, pairs.first);
     gather_once(probes, gatherer, half, 9, pairs.second);
     if (errors_of(pairs).all > unaimed) map.reset();

@@ -8,6 +8,7 @@
 #include "util/color.h"
 #include "util/fraction.h"
 #include "util/multiversion.h"
+#include "util/turns.h"
 
 namespace rcs {
 namespace {
@@ -23,27 +24,6 @@ constexpr double kLatticePhi = 0.5698402909980532;
 constexpr float kGrazingCosine = 0.1736f;
 
 constexpr int kMostAzimuths = 512;  // of kMostHemisphereRays: 454
-
-RCS_ALWAYS_INLINE float fraction(float x) { return x - std::floor(x); }
-
-/// sin(2 pi t) for t in [-0.25, 0.25]: Taylor series to t^11, error below 6e-8.
-RCS_ALWAYS_INLINE float sine_of_quarter_turns(float t)
-{
-    const float x = t * (2.0f * kPi);
-    const float x2 = x * x;
-    return x * (1.0f + x2 * (-1.0f / 6.0f +
-                             x2 * (1.0f / 120.0f +
-                                   x2 * (-1.0f / 5040.0f + x2 * (1.0f / 362880.0f - x2 * (1.0f / 39916800.0f))))));
-}
-
-/// sin(2 pi t) for t in [-0.5, 1.5): fold to the nearest zero crossing, turn the sign every half turn.
-RCS_ALWAYS_INLINE float sine_of_turns(float t)
-{
-    const float half_turns = std::floor(2.0f * t + 0.5f);
-    const float folded = t - 0.5f * half_turns;
-    const float sign = 1.0f - 2.0f * std::abs(half_turns - 2.0f * std::floor(0.5f * half_turns));
-    return sign * sine_of_quarter_turns(folded);
-}
 
 }  // namespace
 
@@ -224,7 +204,7 @@ float error_of_cells(const HemisphereGrid& g, const HemisphereSamples& s)
 
 float standard_error(const HemisphereGrid& g, const HemisphereSamples& s) { return error_of_cells(g, s); }
 
-HemisphereIntegrals integrate(const HemisphereGrid& g, const HemisphereSamples& s)
+HemisphereIntegrals integrate(const HemisphereGrid& g, const HemisphereSamples& s, const HemisphereSamples& means)
 {
     HemisphereIntegrals result{};
     glm::dvec3 radiance(0.0);
@@ -242,7 +222,7 @@ HemisphereIntegrals integrate(const HemisphereGrid& g, const HemisphereSamples& 
     thread_local WallSpeeds walls(0);
     if (walls.ring.size() != static_cast<std::size_t>(g.cells)) walls = WallSpeeds(g.cells);
     wall_speeds(g, s, walls);
-    const float* colors[3] = {s.red.data(), s.green.data(), s.blue.data()};
+    const float* colors[3] = {means.red.data(), means.green.data(), means.blue.data()};
     for (int i = 0; i < 3; ++i) {
         const ColorGradients gradients = color_gradients(g, walls, colors[i]);
         result.rotation_gradient[i] = {gradients.rotation_x, gradients.rotation_y, 0.0f};

@@ -67,7 +67,13 @@ struct HemisphereIntegrals {
     float minimum_distance;             ///< [m], grazing cells left out; may be +inf
     float standard_error;               ///< of E's luminance [W m^-2]
 };
-HemisphereIntegrals integrate(const HemisphereGrid& grid, const HemisphereSamples& samples);
+/// @param means  radiance of the cells as far as more rays tell it, for the gradients
+HemisphereIntegrals integrate(const HemisphereGrid& grid, const HemisphereSamples& samples,
+                              const HemisphereSamples& means);
+inline HemisphereIntegrals integrate(const HemisphereGrid& grid, const HemisphereSamples& samples)
+{
+    return integrate(grid, samples, samples);
+}
 
 /// Of E's luminance [W m^-2], as integrate() has it.
 float standard_error(const HemisphereGrid& grid, const HemisphereSamples& samples);

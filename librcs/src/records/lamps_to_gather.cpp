@@ -92,6 +92,8 @@ std::vector<Record> of_gathered_lamps(const std::vector<Record>& records)
 {
     std::vector<Record> result = records;
     for (Record& r : result) {
+        const float all = luminance(r.irradiance), lamps = luminance(r.of_lamps);
+        if (lamps > 0.0f) r.noise *= all / lamps;  // theirs, for all that is known
         for (int c = 0; c < 3; ++c) {
             const float part = r.irradiance[c] > 0.0f ? r.of_lamps[c] / r.irradiance[c] : 0.0f;
             r.rotation_gradient[static_cast<std::size_t>(c)] *= part;

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "compose/lamp_checks.h"
 #include "glossy/lobe_trial.h"
 #include "records/guided_gathers.h"
 #include "records/lamps_to_gather.h"
@@ -47,6 +48,17 @@ void part_lamps(Frame& f)
 }
 
 HitRadiance light_of_hits(const Frame& f) { return {f.rays, f.light_cache, f.settings.effects, &f.gathered}; }
+
+void ask_lamps(Frame& f)
+{
+    if (f.light.of_lamps.width == 0 || !f.gathered.finder) return;
+    timed(f, "direct", [&] {
+        const LampChecks checks = check_lamps(f.rays, light_of_hits(f), f.gbuffer, f.view(), f.direct.seed,
+                                              f.session.pool(), f.light.of_lamps, f.light.indirect);
+        f.stats().direct_shadow_rays += checks.shadow_rays;
+        f.stats().lamp_checks += checks.pixels;
+    });
+}
 
 LobeSettings lobe_settings(const Frame& f, int round)
 {

@@ -11,6 +11,8 @@ void part_lamps(Frame& frame);
 
 /// Light that leaves what rays hit.
 HitRadiance light_of_hits(const Frame& frame);
+/// Of pixels whose records disagree about gathered lamps.
+void ask_lamps(Frame& frame);
 /// Of one round of rays along narrow lobes. @param round  0: the first
 LobeSettings lobe_settings(const Frame& frame, int round);
 /// Settles whether narrow lobes look at lit points as well.

@@ -173,9 +173,15 @@ void warn_of_ghosts(const Frame& f)
                                        (enough > most ? ", the most there is, shows fewer" : " would fill them"));
 }
 
-}  // namespace
-
-namespace {
+/// @param splats  what those of the records took
+void judge_records(Frame& f, const SplatStats& splats)
+{
+    f.light.indirect_error = timed(
+        f, "estimate", [&] { return error_map(f.light.indirect, splats, f.settings.splat.overlap, f.session.pool()); });
+    ++f.stats().counts.error_passes;
+    if (f.is_first_view()) f.error_scale = probe(f);
+    scale(f.light.indirect_error, f.error_scale, f.session.pool());
+}
 
 /// Goes on to the moment of a further pass.
 void show_moment(Frame& f)
@@ -284,7 +290,7 @@ RecordedLight splat_light(Frame& f, const std::vector<Record>& records)
     RecordedLight light;
     light.all = timed(f, "splat", [&] { return splat(f, records, settings, light.stats, glossy); });
     if (f.gathered.any()) {
-        settings.error_sums = false;
+        settings.error_sums = true;
         SplatStats again;
         light.of_lamps =
             timed(f, "splat", [&] { return splat(f, of_gathered_lamps(records), settings, again, glossy); });
@@ -302,13 +308,8 @@ void splat_records(Frame& f)
     RecordedLight light = splat_light(f, f.records);
     f.light.indirect = std::move(light.all);
     f.light.of_lamps = std::move(light.of_lamps);
-    if (!f.settings.splat.error_sums) return;
-    f.light.indirect_error = timed(f, "estimate", [&] {
-        return error_map(f.light.indirect, light.stats, f.settings.splat.overlap, f.session.pool());
-    });
-    ++f.stats().counts.error_passes;
-    if (f.is_first_view()) f.error_scale = probe(f);
-    scale(f.light.indirect_error, f.error_scale, f.session.pool());
+    if (f.settings.splat.error_sums) judge_records(f, light.stats);
+    ask_lamps(f);
 }
 
 void watch_records(Frame& f)

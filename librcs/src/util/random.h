@@ -25,7 +25,8 @@ enum class Stream : std::uint64_t {
     lit_points,
     probes,
     direct_error,
-    direct_again
+    direct_again,
+    lamp_checks
 };
 
 inline std::uint64_t stream_key(std::uint64_t seed, Stream stream, std::uint64_t index)
