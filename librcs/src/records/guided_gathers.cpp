@@ -50,12 +50,13 @@ struct Errors {
     double all = 0.0;                              ///< the same of the whole, as two gathers differ
 };
 
+/// Where gathers tell what is worth while. The processor traces their rays: were a device's roundings to decide, whole
+/// pictures would differ.
 struct Probes {
     const GBuffer& gbuffer;
     std::vector<std::uint32_t> pixels;
     std::uint64_t seed;
     ThreadPool& pool;
-    RayCaster* caster;  // may be null
 };
 
 /// What arrives at each probe, the light of gathered lamps left out, by two gathers; of the second one its workspace's
@@ -73,7 +74,7 @@ Pairs gather_pairs(const Probes& probes, const Gatherer& gatherer, const GatherS
     const std::size_t count = probes.pixels.size();
     Pairs found{std::vector<double>(count), std::vector<double>(count), std::vector<glm::dvec3>(count)};
     const GatherYield yield = gather_each(
-        gatherer, probes.caster, 2 * count, size.grid.cells,
+        gatherer, nullptr, 2 * count, size.grid.cells,
         [&](std::size_t k) { return GatherTask{birth(k / 2, static_cast<std::uint64_t>(k % 2)), &size}; }, probes.pool,
         [&](std::size_t k, const Record& record, const GatherWorkspace& w) {
             const auto light = static_cast<double>(luminance(record.irradiance - record.of_lamps));
@@ -211,7 +212,7 @@ GatherYield gather_once(const Probes& probes, const Gatherer& gatherer, const Ga
 {
     light.resize(probes.pixels.size());
     return gather_each(
-        gatherer, probes.caster, probes.pixels.size(), size.cells(),
+        gatherer, nullptr, probes.pixels.size(), size.cells(),
         [&](std::size_t k) {
             return GatherTask{birth_at(probes.gbuffer, probes.pixels[k], probes.seed, sample), &size};
         },
@@ -295,7 +296,7 @@ LightSearch search_light(const LitScene& scene, const GBuffer& gbuffer, const Vi
 {
     if (settings.bounces == 0) return {};
     const LitScene plain{scene.rays, settings.bounces > 1 ? scene.cache : nullptr, nullptr, scene.gathered};
-    const Probes probes{gbuffer, spread_pixels(gbuffer, kTrials, settings.seed), settings.seed, pool, scene.caster};
+    const Probes probes{gbuffer, spread_pixels(gbuffer, kTrials, settings.seed), settings.seed, pool};
     const Errors errors =
         gather_at(probes, Gatherer(plain, settings), {make_hemisphere_grid(settings.rays), 0}, 0, nullptr);
     if (!(errors.all > 0.0)) return {};

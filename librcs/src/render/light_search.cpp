@@ -16,9 +16,8 @@ namespace {
 KeptGuide find_light(const Frame& f, int views)
 {
     const Session::State& session = f.session.state();
-    LightSearch found =
-        search_light({f.rays, f.light_cache, nullptr, &f.gathered, session.graphics.caster.get()}, f.gbuffer, f.view(),
-                     f.course.records, !session.watches() && !f.moments, f.session.pool());
+    LightSearch found = search_light({f.rays, f.light_cache, nullptr, &f.gathered}, f.gbuffer, f.view(),
+                                     f.course.records, !session.watches() && !f.moments, f.session.pool());
     return {std::move(found.guide), std::move(found.direct), std::move(found.arrivals), views, session.scene_number};
 }
 
