@@ -18,16 +18,8 @@
 namespace rcs {
 namespace {
 
-std::vector<glm::vec2> even_points()
-{
-    std::vector<glm::vec2> floor;
-    for (int i = 0; i < 400; ++i)
-        floor.emplace_back(-1.9f + 0.2f * static_cast<float>(i / 20), -1.9f + 0.2f * static_cast<float>(i % 20));
-    return floor;
-}
-
 struct Place : test::Place {
-    explicit Place(Scene s) : test::Place(std::move(s), even_points()) {}
+    explicit Place(Scene s) : test::Place(std::move(s), test::even_floor()) {}
 
     GatheredLamps lamps() { return lamps_to_gather(LitScene{rays}, points, RecordSettings{}, pool); }
 };

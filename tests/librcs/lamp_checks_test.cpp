@@ -17,14 +17,6 @@
 namespace rcs {
 namespace {
 
-std::vector<glm::vec2> even_points()
-{
-    std::vector<glm::vec2> floor;
-    for (int i = 0; i < 400; ++i)
-        floor.emplace_back(-1.9f + 0.2f * static_cast<float>(i / 20), -1.9f + 0.2f * static_cast<float>(i % 20));
-    return floor;
-}
-
 /// A room behind windows, before which a huge lamp stands, and who finds it.
 struct Room : test::Place {
     GatheredLamps lamps;
@@ -32,7 +24,7 @@ struct Room : test::Place {
     LampGuide guide;
 
     Room()
-        : test::Place(test::window_room(1.0f), even_points()),
+        : test::Place(test::window_room(1.0f), test::even_floor()),
           lamps(lamps_to_gather(LitScene{rays}, points, RecordSettings{}, pool)),
           effects(scene_effects(rays)),
           guide(rays, effects, lamps, points, view, 1, pool)

@@ -8,6 +8,15 @@
 
 namespace rcs::test {
 
+/// 20 x 20 points (x, z) of a floor of 4 m by 4 m around the origin.
+inline std::vector<glm::vec2> even_floor()
+{
+    std::vector<glm::vec2> floor;
+    for (int i = 0; i < 400; ++i)
+        floor.emplace_back(-1.9f + 0.2f * static_cast<float>(i / 20), -1.9f + 0.2f * static_cast<float>(i % 20));
+    return floor;
+}
+
 /// Visible points (x, z) on a floor at y = 0 that is instance 0 and faces up, without a camera or any GL.
 inline GBuffer points_on_floor(const std::vector<glm::vec2>& xz)
 {
