@@ -184,6 +184,30 @@ TEST(ArrivalMap, KnowsTheSameInAnyOrder)
     EXPECT_EQ(a, b);
 }
 
+/// The coarser cell of a gather is the finer one of another, farther from the camera.
+TEST(ArrivalMap, KnowsTheSameByAnyNumberOfThreads)
+{
+    const CellGrid grid{};
+    ThreadPool alone(1), four(4);
+    ArrivalMap one(grid, 0.3f), many(grid, 0.3f);
+    std::vector<ArrivedRay> rays;
+    std::vector<Arrivals> gathers;
+    for (std::uint32_t g = 0; g < 2000; ++g) {
+        const std::uint64_t cell = g % 7;
+        gathers.push_back({{cell, cell + 1 + g % 2}, static_cast<std::uint32_t>(rays.size()), 50});
+        for (int k = 0; k < 50; ++k)
+            rays.push_back({static_cast<std::uint16_t>(k % 3), 1.0f / static_cast<float>(k + 1)});
+    }
+    one.learn(gathers, rays, alone);
+    many.learn(gathers, rays, four);
+    std::vector<float> a(ArrivalMap::kBins), b(a);
+    for (const std::uint64_t cell : {0, 3, 6, 7, 8}) {
+        one.weigh({cell, cell + 1}, {0, 0, -1}, a);
+        many.weigh({cell, cell + 1}, {0, 0, -1}, b);
+        EXPECT_EQ(a, b) << cell;
+    }
+}
+
 TEST(ArrivalMap, AimsOnlyWhereNothingMoves)
 {
     const auto aims = [](bool steady) {

@@ -19,6 +19,9 @@ constexpr float kRaysOfCoarser = 2.0f;
 // Of a square of light over the map's unit: the most that is told apart, and the steps of whole numbers to 1.
 constexpr float kMostLight = 1e4f, kSteps = 1024.0f;
 
+// Of the rows, that threads teach.
+constexpr std::size_t kParts = 8;
+
 struct Directions {
     std::array<float, kCount> x, y, z;
 };
@@ -144,15 +147,19 @@ void ArrivalMap::count(std::size_t at, float light)
 
 void ArrivalMap::learn(std::span<const Arrivals> gathers, std::span<const ArrivedRay> arrivals, ThreadPool& pool)
 {
-    using Rows = std::array<std::size_t, 3>;  // everywhere, the finer cell, the coarser one: none is in two of these
+    using Rows =
+        std::array<std::size_t, 3>;  // everywhere, the finer cell, the coarser one, which is a finer one elsewhere
     std::vector<Rows> rows;
     rows.reserve(gathers.size());
     for (const Arrivals& gather : gathers) rows.push_back({0, row(gather.cells[0]), row(gather.cells[1])});
-    pool.parallel_for(std::tuple_size_v<Rows>, 1, [&](std::size_t begin, std::size_t end, int) {
-        for (std::size_t k = begin; k < end; ++k)
-            for (std::size_t g = 0; g < gathers.size(); ++g)
+    // A row belongs to one part alone.
+    pool.parallel_for(kParts, 1, [&](std::size_t part, std::size_t, int) {
+        for (std::size_t g = 0; g < gathers.size(); ++g)
+            for (const std::size_t r : rows[g]) {
+                if (r % kParts != part) continue;
                 for (const ArrivedRay& ray : arrivals.subspan(gathers[g].first, gathers[g].count))
-                    count(rows[g][k] * kCount + ray.bin, ray.light);
+                    count(r * kCount + ray.bin, ray.light);
+            }
     });
 }
 
