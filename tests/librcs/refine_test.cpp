@@ -80,7 +80,6 @@ struct Field {
     RayScene rays;
     View view;
     GBuffer gbuffer;
-    TiledSurfaces surfaces;
     std::vector<std::uint32_t> pixels;
     RecordStats stats;  // of the last refined() or first()
 
@@ -89,7 +88,6 @@ struct Field {
     {
         GlContext gl;
         gbuffer = render_gbuffer(gl, rays, view, 1.0f, pool);
-        surfaces = make_tiled_surfaces(gbuffer, pool);
         for (std::uint32_t y = 3; y < 90; y += step)
             for (std::uint32_t x = 3; x < 120; x += step) pixels.push_back(y * 120 + x);
     }
@@ -109,7 +107,7 @@ struct Field {
         const RecordGatherer gatherer(rays, options);
         const std::span<const std::uint32_t> own = std::span(pixels).last(fresh);
         const std::vector<float> noise =
-            noise_around(gatherer.rays(), surfaces, view, options.error_tolerance, own, pool, records);
+            noise_around(gatherer.rays(), gbuffer, view, options.error_tolerance, own, pool, records);
         const std::vector<int> extra = extra_gathers(std::span(records).last(fresh), noise, gatherer.rays(),
                                                      options.noise_target, widest(options), 2048);
         gatherer.gather_more(gbuffer, std::span(pixels).last(fresh), extra, std::span(records).last(fresh), pool, stats,

@@ -6,6 +6,7 @@
 #include "rcs/gl_context.h"
 #include "rcs/splat.h"
 #include "rcs/thread_pool.h"
+#include "splat/at_pixels.h"
 #include "splat/tiles.h"
 #include "stability/splat_oracle.h"
 #include "support/splat_wall.h"
@@ -50,6 +51,29 @@ TEST_F(Splat, WeightsAloneAreTheSameBits)
     std::vector<float> weight(gbuffer.size(), 0.0f);
     add_weights(records, make_tiled_surfaces(gbuffer, pool), view, options, pool, weight);
     EXPECT_EQ(weight, tiles.weight);
+}
+
+TEST_F(Splat, SomePixelsHaveTheBitsOfTheWholeImage)
+{
+    const SplatBuffer all = splat_tiles(records, gbuffer, view, options, pool, stats);
+    std::vector<std::uint32_t> pixels;
+    for (std::uint32_t i = 0; i < gbuffer.size(); ++i)
+        pixels.push_back(i * 7919u % static_cast<std::uint32_t>(gbuffer.size()));
+    // More of one place than a tile holds.
+    pixels.insert(pixels.end(), TiledSurfaces::kTilePixels + 9, 500u);
+    const PixelSums some = splat_at_pixels(records, gbuffer, pixels, view, options, pool);
+    const PixelSums few = splat_at_pixels(records, gbuffer, std::span(pixels).first(40), view, options, pool);
+    std::size_t lit = 0;
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+        const std::uint32_t p = pixels[i];
+        ASSERT_EQ(some.weight[i], all.weight[p]) << p;
+        ASSERT_EQ(some.weighted[i], glm::vec3(all.weighted_r[p], all.weighted_g[p], all.weighted_b[p])) << p;
+        if (i < 40) {
+            ASSERT_EQ(few.weighted[i], some.weighted[i]) << p;
+        }
+        lit += all.weight[p] > 0.0f ? 1 : 0;
+    }
+    EXPECT_GT(lit, pixels.size() / 4);
 }
 
 TEST_F(Splat, ThreadsDoNotChangeABit)

@@ -164,7 +164,7 @@ void Placement::sharpen()
 
 std::vector<float> Placement::noise() const
 {
-    return noise_around(gatherer_.rays(), surfaces_, view_, options_.error_tolerance, pixels_, pool_, records_,
+    return noise_around(gatherer_.rays(), gbuffer_, view_, options_.error_tolerance, pixels_, pool_, records_,
                         noise_fall());
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "splat/at_pixels.h"
 #include "util/color.h"
 
 namespace rcs {
@@ -52,19 +53,19 @@ std::vector<Record> as_noise_records(std::span<const Record> records, int rays, 
 /// Variance, relative to the irradiance, of the weighted mean that the splat makes at a record's own pixel, by what
 /// it holds there without the record, which counts with weight 1.
 /// @param typical  what is taken for it where no other record reaches
-float variance_around(const SplatBuffer& sums, std::uint32_t pixel, const Record& self, float typical)
+float variance_around(const PixelSums& sums, std::size_t i, const Record& self, float typical)
 {
-    const float weight = sums.weight[pixel] - 1.0f;
+    const float weight = sums.weight[i] - 1.0f;
     if (!(weight > kLeastWeight)) return typical;
     // A weight is never more than 1, so where all others are dark nothing is left of the record by rounding.
-    const float e = std::max(0.0f, sums.weighted_r[pixel] - self.irradiance.x) / weight + kDark;
-    const float variance = std::max(0.0f, sums.weighted_g[pixel] - self.irradiance.y) / weight;
-    return variance / (sums.weight[pixel] * e * e);
+    const float e = std::max(0.0f, sums.weighted[i].x - self.irradiance.x) / weight + kDark;
+    const float variance = std::max(0.0f, sums.weighted[i].y - self.irradiance.y) / weight;
+    return variance / (sums.weight[i] * e * e);
 }
 
 }  // namespace
 
-std::vector<float> noise_around(int rays, const TiledSurfaces& surfaces, const View& view, float error_tolerance,
+std::vector<float> noise_around(int rays, const GBuffer& gbuffer, const View& view, float error_tolerance,
                                 std::span<const std::uint32_t> pixels, ThreadPool& pool,
                                 std::span<const Record> records, float fall)
 {
@@ -72,12 +73,12 @@ std::vector<float> noise_around(int rays, const TiledSurfaces& surfaces, const V
     const double mean = pixels.empty() ? 0.0 : mean_irradiance(records);
     if (!(mean > 0.0)) return around;
     const std::vector<Record> noise = as_noise_records(records, rays, fall, mean);
-    SplatStats uncounted;
-    const SplatBuffer sums = splat_tiles(noise, surfaces, view, {error_tolerance, kNeighbourhood}, pool, uncounted);
+    const PixelSums sums =
+        splat_at_pixels(noise, gbuffer, pixels, view, {error_tolerance, kNeighbourhood, false}, pool);
     const std::size_t first = records.size() - pixels.size();
     const float typical = mean_variance(records, rays, fall);
     for (std::size_t i = 0; i < pixels.size(); ++i)
-        around[i] = std::sqrt(variance_around(sums, pixels[i], noise[first + i], typical));
+        around[i] = std::sqrt(variance_around(sums, i, noise[first + i], typical));
     return around;
 }
 

@@ -6,7 +6,6 @@
 
 #include "placement/allotment.h"
 #include "rcs/records.h"
-#include "splat/tiles.h"
 
 namespace rcs {
 
@@ -19,7 +18,7 @@ constexpr float kNeighbourhood = 3.0f;
 /// and the mean would be biased.
 /// @param records  all so far   @param pixels  where the newest of them were made
 /// @param fall  their noise goes with rays^-fall   @return one for each of `pixels`
-std::vector<float> noise_around(int rays, const TiledSurfaces& surfaces, const View& view, float error_tolerance,
+std::vector<float> noise_around(int rays, const GBuffer& gbuffer, const View& view, float error_tolerance,
                                 std::span<const std::uint32_t> pixels, ThreadPool& pool,
                                 std::span<const Record> records, float fall = kNoiseFall);
 

@@ -10,7 +10,7 @@
 #include "placement/refine.h"
 #include "rays/ray_scene_impl.h"
 #include "records/gather.h"
-#include "splat/tiles.h"
+#include "splat/at_pixels.h"
 #include "util/color.h"
 #include "util/random.h"
 
@@ -133,22 +133,22 @@ public:
             as_records[k].irradiance = {relative(luminance(r.irradiance)), error * error, change * change};
             as_records[k].spacing_radius = r.spacing_radius;
         }
-        SplatStats uncounted;
-        sums_ = splat_tiles(as_records, make_tiled_surfaces(n.gbuffer, pool), n.view,
-                            {n.settings.error_tolerance, kNeighbourhood}, pool, uncounted);
+        sums_ = splat_at_pixels(as_records, n.gbuffer, stale.pixels, n.view,
+                                {n.settings.error_tolerance, kNeighbourhood, false}, pool);
     }
 
     struct Part {
         float change, error;  ///< of the light
     };
-    Part at(std::uint32_t pixel, const Record& r, const Record& change) const
+    /// @param k  of `stale`
+    Part at(std::size_t k, const Record& r, const Record& change) const
     {
         const float e = relative(luminance(r.irradiance)) + kDarkChange;
         Part part{relative(std::abs(luminance(change.irradiance))) / e, relative(change.noise) / e};
-        if (const float weight = sums_.weight[pixel]; weight > 0.0f) {
-            const float around = sums_.weighted_r[pixel] / weight + kDarkChange;
-            part.error = std::max(part.error, std::sqrt(std::max(0.0f, sums_.weighted_g[pixel] / weight)) / around);
-            part.change = std::max(part.change, std::sqrt(std::max(0.0f, sums_.weighted_b[pixel] / weight)) / around);
+        if (const float weight = sums_.weight[k]; weight > 0.0f) {
+            const float around = sums_.weighted[k].x / weight + kDarkChange;
+            part.error = std::max(part.error, std::sqrt(std::max(0.0f, sums_.weighted[k].y / weight)) / around);
+            part.change = std::max(part.change, std::sqrt(std::max(0.0f, sums_.weighted[k].z / weight)) / around);
         }
         return part;
     }
@@ -157,7 +157,7 @@ private:
     float relative(float light) const { return static_cast<float>(static_cast<double>(light) / mean_); }
 
     double mean_ = 0.0;
-    SplatBuffer sums_;
+    PixelSums sums_;
 };
 
 }  // namespace
@@ -180,7 +180,7 @@ void renew_records(const Renewal& n, ThreadPool& pool, std::vector<Record>& reco
     std::vector<std::uint32_t> again;
     for (std::size_t k = 0; k < seen.size(); ++k) {
         Record& r = records[stale.records[k]];
-        const ChangesAround::Part part = around.at(stale.pixels[k], r, changes[k]);
+        const ChangesAround::Part part = around.at(k, r, changes[k]);
         if (part.change > 0.0f) r.watch.touched = n.states.now;
         const float allowed = n.settings.noise_target * noise_allowed(r, widest);
         if (part.change > kMostChange || part.error > allowed || is_over(r, seen[k], n.states.now) ||

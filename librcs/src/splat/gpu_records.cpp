@@ -83,4 +83,22 @@ float luminance_unit(std::span<const Record> records)
     return mean > 0.0f && std::isfinite(1.0f / mean) ? mean : 1.0f;
 }
 
+GpuRecords make_gpu_records(std::span<const Record> records, glm::dvec3 camera_position, const View& view,
+                            const SplatSettings& options, bool with_radiance, float luminance_unit, ThreadPool& pool)
+{
+    constexpr std::size_t kChunk = 2048;
+    std::vector<GpuRecords> chunks((records.size() + kChunk - 1) / kChunk);
+    pool.parallel_for(records.size(), kChunk, [&](std::size_t begin, std::size_t end, int) {
+        append_gpu_records(records.subspan(begin, end - begin), camera_position, view, options, with_radiance,
+                           luminance_unit, chunks[begin / kChunk]);
+    });
+    GpuRecords all;
+    all.records.reserve(records.size());
+    for (const GpuRecords& chunk : chunks) {
+        all.records.insert(all.records.end(), chunk.records.begin(), chunk.records.end());
+        all.radiance.insert(all.radiance.end(), chunk.radiance.begin(), chunk.radiance.end());
+    }
+    return all;
+}
+
 }  // namespace rcs

@@ -24,6 +24,10 @@ void append_gpu_records(std::span<const Record> records, glm::dvec3 camera_posit
                         const SplatSettings& options, bool with_radiance, float luminance_unit,
                         GpuRecords& gpu_records);
 
+/// Those records as quads and tiles read them. @param pool  they are made in parallel
+GpuRecords make_gpu_records(std::span<const Record> records, glm::dvec3 camera_position, const View& view,
+                            const SplatSettings& options, bool with_radiance, float luminance_unit, ThreadPool& pool);
+
 /// Mean luminance of the records' irradiance, so that its squares stay within floats; 1 if all is dark. [W m^-2]
 float luminance_unit(std::span<const Record> records);
 
