@@ -13,6 +13,7 @@
 #include "rcs/gbuffer.h"
 #include "rcs/gl_context.h"
 #include "rcs/records.h"
+#include "records/gather.h"
 #include "support/same_bits.h"
 #include "support/scenes.h"
 
@@ -153,6 +154,20 @@ TEST_F(PlaceRecords, KeepsTheCacheInFrontAndFillsTheRest)
     ASSERT_GT(filled.size(), half.size());
     for (std::size_t k = 0; k < half.size(); ++k) ASSERT_EQ(filled[k].position, half[k].position);
     EXPECT_EQ(unserved(filled, static_cast<double>(options.error_tolerance)), 0);
+}
+
+/// More rays may find light steeper than those that set the spacing: one that met a wall at once made a spot of light
+/// 600 times as bright as its wall.
+TEST_F(PlaceRecords, ExtrapolateToTwiceTheirLightAtTheMostHoweverManyRaysTheyGot)
+{
+    const RecordSettings options{.rays = 16, .noise_target = 0.002f, .refinement = 64};
+    std::size_t refined = 0;
+    for (const Record& r : place(options)) {
+        const float reach = r.spacing_radius / options.error_tolerance;
+        ASSERT_LE(r.gradient_scale * reach, 1.0001f * gradient_reach(r)) << "after " << r.rays << " rays";
+        refined += r.rays > 32 ? 1 : 0;
+    }
+    EXPECT_GT(refined, 100u);
 }
 
 TEST_F(PlaceRecords, StopsWhenAsked)

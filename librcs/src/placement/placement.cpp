@@ -171,6 +171,7 @@ std::vector<float> Placement::noise() const
 void Placement::refine(std::span<const int> extra)
 {
     gatherer_.gather_more(gbuffer_, pixels_, extra, records(), pool_, stats_, report_);
+    trust_gradients(records(), options_);
 }
 
 void place_records(const LitScene& scene, const GBuffer& gbuffer, const View& view, const RecordSettings& options,

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "placement/refine.h"
+#include "placement/spacing.h"
 #include "rays/ray_scene_impl.h"
 #include "records/gather.h"
 #include "splat/at_pixels.h"
@@ -188,6 +189,7 @@ void renew_records(const Renewal& n, ThreadPool& pool, std::vector<Record>& reco
             again.push_back(stale.records[k]);
     }
     RecordGatherer(n.scene, n.settings).renew(records, again, pool, stats);
+    trust_gradients(records, n.settings);
     for (const std::uint32_t k : again) records[k].watch.gathered = n.states.now;
     stats.watched += stale.records.size();
     stats.renewed += again.size();

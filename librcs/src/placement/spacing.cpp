@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "placement/spacing.h"
+#include "records/gather.h"
 
 namespace rcs {
 
@@ -137,6 +138,12 @@ float most_reach(const Record& r, const RecordSettings& options)
                      std::max(1.0f, options.gradient_limit) * r.gradient_reach});
 }
 
+void trust_gradient(Record& r, const RecordSettings& options)
+{
+    const float sensible = std::min(r.gradient_reach, gradient_reach(r));
+    r.gradient_scale = std::min(r.gradient_scale, sensible * options.error_tolerance / r.spacing_radius);
+}
+
 /// All limits but the neighbours', which `near` and `steep` already hold.
 void set_spacing(Record& r, float near, float steep, const RecordSettings& options)
 {
@@ -145,7 +152,8 @@ void set_spacing(Record& r, float near, float steep, const RecordSettings& optio
     const float reach =
         std::clamp(std::min(near, options.gradient_limit * r.gradient_reach), least, options.max_reach * r.footprint);
     r.spacing_radius = options.error_tolerance * reach;
-    r.gradient_scale = std::min(1.0f, std::min(near, r.gradient_reach) / reach);
+    r.gradient_scale = std::min(1.0f, near / reach);
+    trust_gradient(r, options);
 }
 
 /// Bits of a coordinate, two zeros between each.
@@ -213,6 +221,11 @@ struct SpacingLimiter::Trees {
         });
     }
 };
+
+void trust_gradients(std::span<Record> records, const RecordSettings& options)
+{
+    for (Record& r : records) trust_gradient(r, options);
+}
 
 SpacingLimiter::SpacingLimiter(const RecordSettings& options) : options_(options), trees_(std::make_unique<Trees>()) {}
 SpacingLimiter::~SpacingLimiter() = default;

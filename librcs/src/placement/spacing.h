@@ -3,11 +3,16 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "rcs/records.h"
 
 namespace rcs {
+
+/// Trusts the translation gradients of records whose spacing is set by no more than they allow now: later rays may have
+/// found light much steeper than the first, as where one of them met a wall a hair's breadth away.
+void trust_gradients(std::span<Record> records, const RecordSettings& options);
 
 /// limit_spacing() for a set of records that only grows: what neighbours allow is kept from call to call.
 class SpacingLimiter {

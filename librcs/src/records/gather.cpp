@@ -57,6 +57,14 @@ Birth birth_of(const Record& record, std::uint64_t seed, std::uint64_t sample)
             key_of(record.position, seed, sample)};
 }
 
+float gradient_reach(const Record& r)
+{
+    const glm::vec3 gradient =
+        0.2126f * r.translation_gradient[0] + 0.7152f * r.translation_gradient[1] + 0.0722f * r.translation_gradient[2];
+    const float steepness = glm::length(gradient);
+    return steepness > 0.0f ? luminance(r.irradiance) / steepness : std::numeric_limits<float>::infinity();
+}
+
 void add_gather(Record& record, const Record& more)
 {
     const float share = static_cast<float>(more.rays) / static_cast<float>(record.rays + more.rays);

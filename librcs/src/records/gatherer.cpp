@@ -97,15 +97,6 @@ HemisphereIntegrals integrals_of(const GatherSize& size, GatherWorkspace& w)
     return w.aimed.scale.empty() ? integrate(size.grid, w.samples) : integrate_mixed(size, w);
 }
 
-/// How far the record's first-order expansion stays sensible: where it would reach zero or twice its value.
-float gradient_reach(const Record& r)
-{
-    const glm::vec3 gradient =
-        0.2126f * r.translation_gradient[0] + 0.7152f * r.translation_gradient[1] + 0.0722f * r.translation_gradient[2];
-    const float steepness = glm::length(gradient);
-    return steepness > 0.0f ? luminance(r.irradiance) / steepness : std::numeric_limits<float>::infinity();
-}
-
 }  // namespace
 
 Gatherer::Gatherer(const LitScene& scene, const RecordSettings& options)
