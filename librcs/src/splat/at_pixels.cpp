@@ -41,16 +41,7 @@ PixelBins bin_pixels(std::span<const std::uint32_t> pixels, int width, int heigh
 TiledSurfaces::Tile pack(const GBuffer& g, std::span<const std::uint32_t> pixels, std::span<const std::uint32_t> which)
 {
     TiledSurfaces::Tile tile{};
-    for (std::size_t to = 0; to < which.size(); ++to) {
-        const std::size_t from = pixels[which[to]];
-        tile.px[to] = g.position_x[from];
-        tile.py[to] = g.position_y[from];
-        tile.pz[to] = g.position_z[from];
-        tile.nx[to] = g.normal_x[from];
-        tile.ny[to] = g.normal_y[from];
-        tile.nz[to] = g.normal_z[from];
-        tile.cover[to] = g.covered(from) ? 1.0f : 0.0f;
-    }
+    for (std::size_t k = 0; k < which.size(); ++k) tile.put(k, g, pixels[which[k]]);
     return tile;
 }
 

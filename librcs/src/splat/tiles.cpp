@@ -108,13 +108,7 @@ TiledSurfaces make_tiled_surfaces(const GBuffer& g, ThreadPool& pool)
         for (std::size_t t = begin; t < end; ++t) {
             TiledSurfaces::Tile& tile = s.tiles[t];
             for_each_pixel(s, t, [&](std::size_t from, std::size_t to) {
-                tile.px[to] = g.position_x[from];
-                tile.py[to] = g.position_y[from];
-                tile.pz[to] = g.position_z[from];
-                tile.nx[to] = g.normal_x[from];
-                tile.ny[to] = g.normal_y[from];
-                tile.nz[to] = g.normal_z[from];
-                tile.cover[to] = g.covered(from) ? 1.0f : 0.0f;
+                tile.put(to, g, from);
                 if (g.covered(from)) s.rows[t] |= static_cast<std::uint16_t>(1u << to / kTile);
             });
         }

@@ -19,6 +19,18 @@ struct TiledSurfaces {
         float px[kTilePixels], py[kTilePixels], pz[kTilePixels];  ///< relative to the camera [m]
         float nx[kTilePixels], ny[kTilePixels], nz[kTilePixels];
         float cover[kTilePixels];  ///< 1 where a surface is seen, else 0
+
+        /// Puts what a pixel of the image sees in a place of the tile.
+        void put(std::size_t place, const GBuffer& g, std::size_t pixel)
+        {
+            px[place] = g.position_x[pixel];
+            py[place] = g.position_y[pixel];
+            pz[place] = g.position_z[pixel];
+            nx[place] = g.normal_x[pixel];
+            ny[place] = g.normal_y[pixel];
+            nz[place] = g.normal_z[pixel];
+            cover[place] = g.covered(pixel) ? 1.0f : 0.0f;
+        }
     };
     int width = 0, height = 0;  ///< of the image [px]
     int tiles_x = 0, tiles_y = 0;
