@@ -7,6 +7,7 @@
 
 #include "facts/scene_effects.h"
 #include "records/aimed_rays.h"
+#include "records/gather.h"
 #include "util/color.h"
 #include "util/multiversion.h"
 #include "util/random.h"
