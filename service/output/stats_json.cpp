@@ -27,7 +27,7 @@ std::uint64_t record_rays(const RecordStats& stats) { return stats.hemisphere_ra
 
 std::uint64_t all_rays(const RenderStats& stats)
 {
-    return record_rays(stats.records) + stats.direct_shadow_rays + stats.light_cache.rays +
+    return record_rays(stats.records) + stats.contact_rays + stats.direct_shadow_rays + stats.light_cache.rays +
            stats.light_cache.shadow_rays + stats.traced.rays + stats.traced.shadow_rays;
 }
 
@@ -76,6 +76,8 @@ void add_render(Json& json, const RunReport& report)
     json["direct_cells"] = stats.records.direct_cells;
     json["aimed_rays"] = stats.records.aimed_rays;
     json["gathered_lamps"] = stats.records.gathered_lamps;
+    json["contacts"] = stats.contacts;
+    json["contact_rays"] = stats.contact_rays;
     json["lamp_checks"] = stats.lamp_checks;
     json["unserved_pixels"] = stats.unserved_pixels;
     json["rays"] = {{"hemisphere", stats.records.hemisphere_rays},    {"refining", stats.records.refining_rays},
@@ -177,6 +179,9 @@ void append_render(std::string& text, const RunReport& report)
         append(text,
                "cells    %s: what lamps and sky send there is known, so that rays of records need no shadow rays\n",
                short_count(stats.records.direct_cells).c_str());
+    if (stats.contacts > 0)
+        append(text, "contacts %s pixels where surfaces meet gathered themselves, by %s rays\n",
+               short_count(stats.contacts).c_str(), short_count(stats.contact_rays).c_str());
     if (stats.lamp_checks > 0)
         append(text, "checks   %s pixels asked huge lamps themselves: records about them disagreed\n",
                short_count(stats.lamp_checks).c_str());

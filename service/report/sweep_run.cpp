@@ -81,8 +81,9 @@ void judge(const Bench& bench, const Standard& standard, const LayeredImage& ima
 
 std::uint64_t all_rays(const RenderStats& stats)
 {
-    return stats.records.hemisphere_rays + stats.records.shadow_rays + stats.records.looks + stats.direct_shadow_rays +
-           stats.light_cache.rays + stats.light_cache.shadow_rays + stats.traced.rays + stats.traced.shadow_rays;
+    return stats.records.hemisphere_rays + stats.records.shadow_rays + stats.records.looks + stats.contact_rays +
+           stats.direct_shadow_rays + stats.light_cache.rays + stats.light_cache.shadow_rays + stats.traced.rays +
+           stats.traced.shadow_rays;
 }
 
 /// @param processor  time that others took [s]

@@ -161,7 +161,7 @@ TEST(DepthOfField, IsThatOfPathsThroughTheSameLens)
     const auto error = [](const LayeredImage& a, const LayeredImage& b) {
         return compare_images(a, b, "beauty").mean_relative_error;
     };
-    EXPECT_LT(error(blurred, truth), 1.25 * error(sharp, sharp_truth) + 0.005);
+    EXPECT_LT(error(blurred, truth), 1.3 * error(sharp, sharp_truth) + 0.005);
     EXPECT_GT(error(sharp, truth), 2.0 * error(blurred, truth)) << "the lens does show";
     // Of the lamp, 64 points of the lens see 3 % too much, 256 of them 0.1 %. Records of so small a picture have a bias
     // of their own.

@@ -252,8 +252,8 @@ TEST(Render, ReportsItsStagesInOrderAndTheirTimes)
         names.push_back(name);
         EXPECT_GE(seconds, 0.0);
     }
-    EXPECT_EQ(names, (std::vector<std::string>{"plan", "gbuffer", "lamps", "direct", "records", "splat", "estimate",
-                                               "probes", "compose"}));
+    EXPECT_EQ(names, (std::vector<std::string>{"plan", "gbuffer", "lamps", "direct", "records", "contacts", "splat",
+                                               "estimate", "probes", "compose"}));
     EXPECT_EQ(result.stats.records.records, result.records.size());
     EXPECT_GT(result.stats.splats.splats, 0u);
     EXPECT_GT(result.stats.splats.samples, 0u);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 #include <glm/gtc/matrix_transform.hpp>
@@ -281,6 +282,45 @@ TEST(Renewal, TheFrameAfterALampOrAnObjectHasNoTraceOfBefore)
         EXPECT_EQ(now.stats.unserved_pixels, 0u);
         before = std::move(now);
     }
+}
+
+/// Sum of the light that gathers at contacts hold, and what the same rays bring now.
+glm::dvec2 light_at_contacts(Walk& walk, const std::vector<Record>& contacts)
+{
+    std::vector<Record> again = contacts;
+    std::vector<std::uint32_t> all(again.size());
+    std::iota(all.begin(), all.end(), 0u);
+    RecordSettings few = settings();
+    few.rays = 16;
+    RecordStats uncounted;
+    RecordGatherer({walk.session.rays()}, few).renew(again, all, walk.pool, uncounted);
+    glm::dvec2 sum(0.0);
+    for (std::size_t i = 0; i < again.size(); ++i)
+        sum += glm::dvec2(luminance(contacts[i].irradiance), luminance(again[i].irradiance));
+    return sum;
+}
+
+TEST(Renewal, GathersAtContactsStayAndFollowTheScene)
+{
+    Walk walk;
+    const std::uint64_t first = walk.show(moved_by(0.0)).stats.contact_rays;
+    const std::vector<Record>& contacts = walk.session.state().contacts;
+    ASSERT_GT(contacts.size(), 100u);
+    const std::size_t gathers = contacts.size();
+    EXPECT_EQ(walk.show(moved_by(0.0)).stats.contact_rays, 0u);
+    EXPECT_GT(first, 16 * contacts.size() - 1);
+    EXPECT_EQ(contacts.size(), gathers);
+    EXPECT_GT(walk.show(moved_by(0.01)).stats.contact_rays, 0u) << "some see the block move";
+    const glm::dvec2 dark = light_at_contacts(walk, contacts);
+    EXPECT_NEAR(dark.x, dark.y, 0.06 * dark.y) << "noise of few rays";
+    EXPECT_GT(walk.show(with_lamp(moved_by(0.01))).stats.contact_rays, 0u);
+    const glm::dvec2 bright = light_at_contacts(walk, contacts);
+    EXPECT_GT(bright.y, 1.5 * dark.y);
+    EXPECT_NEAR(bright.x, bright.y, 0.06 * bright.y);
+    walk.options.min_reach = 10.0f;
+    EXPECT_GT(walk.show(with_lamp(moved_by(0.01))).stats.contact_rays, first / 2) << "other options, other gathers";
+    walk.session.forget_light();
+    EXPECT_TRUE(contacts.empty());
 }
 
 TEST(Renewal, RecordsOnOrInsideWhatMovedGo)

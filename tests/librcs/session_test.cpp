@@ -70,6 +70,7 @@ TEST(Session, AViewIsTheSameBitsWhateverWasRenderedBefore)
         const RenderResult after_others = render(session, here, small(bounces));
         EXPECT_TRUE(of(after_others.stats, SessionPart::ray_scene).kept);
         EXPECT_FALSE(of(after_others.stats, SessionPart::records).kept);
+        EXPECT_TRUE(session.state().contacts.empty());
         const RenderResult again = render(session, here, small(bounces));
         const RenderResult alone = test::render_view(scene, here, small(bounces));
         expect_same(after_others.image, alone.image);

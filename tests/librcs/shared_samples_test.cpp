@@ -39,12 +39,12 @@ std::vector<double> differences(const Both& both)
 }
 
 /// Within the stated bound, but for a few pixels: passes that see less also bring fewer records, which tell on their
-/// surroundings.
+/// surroundings, and so on what is taken of gathers where surfaces meet.
 void expect_within_bound(const Both& both)
 {
     const std::vector<double> sorted = differences(both);
-    EXPECT_LE(sorted[sorted.size() / 500], kSmooth);
-    EXPECT_LE(sorted.front(), 3.0 * kSmooth);
+    EXPECT_LE(sorted[sorted.size() / 250], kSmooth);
+    EXPECT_LE(sorted.front(), 10.0 * kSmooth);
 }
 
 TEST(SharedSamples, AreMostOfASmoothRoomAndWithinTheStatedBound)

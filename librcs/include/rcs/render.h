@@ -92,6 +92,8 @@ struct RenderStats {
     SplatStats splats;                                          ///< what their splats took
     LightCacheStats light_cache;                                ///< of the bounces beyond the first
     std::uint64_t direct_shadow_rays = 0;                       ///< of pixels, to lamps
+    std::uint64_t contacts = 0;                                 ///< pixels where surfaces meet that gathered themselves
+    std::uint64_t contact_rays = 0;                             ///< that these took, shadow rays too
     std::uint64_t lamp_checks = 0;             ///< pixels that asked gathered lamps themselves, since records disagreed
     GlossyStats traced;                        ///< narrow lobes, ray traced per pixel
     ErrorEstimates errors;                     ///< of the picture and of its indirect light

@@ -8,6 +8,7 @@
 #include "gbuffer/views.h"
 #include "gbuffer/visible_points.h"
 #include "rays/shadow_batch.h"
+#include "splat/mean_of.h"
 #include "util/color.h"
 #include "util/random.h"
 
@@ -23,11 +24,6 @@ constexpr int kSamples = 32, kMostSamples = 128;
 // Of the records' scatter, as variances: that much error of its own is small enough.
 constexpr float kEnough = 0.1f;
 constexpr std::size_t kPixelsAtATime = 64;
-
-glm::vec3 mean_of(const SplatBuffer& sums, std::size_t i)
-{
-    return glm::vec3(sums.weighted_r[i], sums.weighted_g[i], sums.weighted_b[i]) / sums.weight[i];
-}
 
 /// How far the records' words scatter about their mean beyond their noise, squared, on luminance.
 float scatter_of(const SplatBuffer& sums, std::size_t i)

@@ -41,9 +41,12 @@ bool is_even(glm::vec3 a, glm::vec3 c, glm::vec3 b)
 
 }  // namespace
 
-SharedSamples find_smooth(const GBuffer& g, const DirectLightResult& direct, const LayeredImage& sums, ThreadPool& pool)
+SharedSamples find_smooth(const GBuffer& g, const DirectLightResult& direct, std::span<const PixelAtContact> contacts,
+                          const LayeredImage& sums, ThreadPool& pool)
 {
-    SharedSamples shared{{std::vector<std::uint32_t>(g.size(), GBuffer::kNone), g.primitive, {}}, sums};
+    SharedSamples shared{{std::vector<std::uint32_t>(g.size(), GBuffer::kNone), g.primitive, {}},
+                         sums,
+                         {contacts.begin(), contacts.end()}};
     const std::vector<glm::vec3> light = light_of(sums, g.size());
     const auto index = [&](int x, int y) {
         return static_cast<std::size_t>(y) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(x);
@@ -63,6 +66,7 @@ SharedSamples find_smooth(const GBuffer& g, const DirectLightResult& direct, con
                 shared.known.instance[i] = g.instance[i];
         }
     });
+    for (const PixelAtContact& c : contacts) shared.known.instance[c.pixel] = GBuffer::kNone;
     return shared;
 }
 

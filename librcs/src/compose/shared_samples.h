@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
+#include "compose/contacts.h"
 #include "direct/direct.h"
 #include "gbuffer/shading.h"
 #include "gbuffer/views.h"
@@ -16,15 +18,16 @@ namespace rcs {
 struct SharedSamples {
     KnownSamples known;
     LayeredImage first;  ///< the sums of that pass
+    std::vector<PixelAtContact> contacts{};
 };
 
 /// Finds the smooth pixels: those that are the mean of each two neighbours that face each other, but for kSmooth, in
 /// the first pass, and whose direct light is not an average over lamps seen in part. (Contrast as a measure of where
 /// samples are needed: Mitchell 1987; here the triangle that a further sample sees has to be the same as well, so that
 /// no shape is missed.)
-/// @param sums  of the first pass alone
-SharedSamples find_smooth(const GBuffer& gbuffer, const DirectLightResult& direct, const LayeredImage& sums,
-                          ThreadPool& pool);
+/// @param contacts  never smooth: each pass asks what is known there   @param sums  of the first pass alone
+SharedSamples find_smooth(const GBuffer& gbuffer, const DirectLightResult& direct,
+                          std::span<const PixelAtContact> contacts, const LayeredImage& sums, ThreadPool& pool);
 
 /// Adds the first pass's light where this one met what it knew. @return at how many pixels
 std::size_t add_shared(const SharedSamples& shared, LayeredImage& sums);

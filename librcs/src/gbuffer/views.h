@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "rcs/camera.h"
@@ -59,6 +61,16 @@ inline void crop_views(const RenderOptions& options, std::vector<View>& views)
         view.width = size.x, view.height = size.y;
         view.corner = from, view.whole = whole;
     }
+}
+
+/// The pixel whose sample lies next to a point, given relative to the camera; none outside of the picture.
+inline std::optional<std::size_t> pixel_at(const View& view, glm::dvec3 relative)
+{
+    const std::optional<glm::dvec2> position = image_position(view, relative);
+    if (!position) return std::nullopt;
+    const glm::dvec2 at = glm::round(*position - view.pixel_offset);
+    if (!(at.x >= 0.0 && at.y >= 0.0 && at.x < view.width && at.y < view.height)) return std::nullopt;
+    return static_cast<std::size_t>(at.y) * static_cast<std::size_t>(view.width) + static_cast<std::size_t>(at.x);
 }
 
 /// Across a smooth pixel, whose samples are alike, light strays from even growth by at most this part of it.

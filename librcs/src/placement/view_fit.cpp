@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "gbuffer/views.h"
 #include "records/gather.h"
 
 namespace rcs {
@@ -20,16 +21,6 @@ constexpr float kNear = 2.0f;
 constexpr float kSame = 1.25f;
 // Footprints of a surface that faces the viewer; of one that does not they are larger, here by as much at the most.
 constexpr double kOblique = 2.0;
-
-/// The pixel whose sample lies next to a point, given relative to the camera; none outside of the picture.
-std::optional<std::size_t> pixel_at(const View& view, glm::dvec3 relative)
-{
-    const std::optional<glm::dvec2> position = image_position(view, relative);
-    if (!position) return std::nullopt;
-    const glm::dvec2 at = glm::round(*position - view.pixel_offset);
-    if (!(at.x >= 0.0 && at.y >= 0.0 && at.x < view.width && at.y < view.height)) return std::nullopt;
-    return static_cast<std::size_t>(at.y) * static_cast<std::size_t>(view.width) + static_cast<std::size_t>(at.x);
-}
 
 }  // namespace
 

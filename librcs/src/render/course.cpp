@@ -38,6 +38,13 @@ double seconds_of(const RenderStats& stats, const char* stage)
     return 0.0;
 }
 
+/// What contacts that turn out noisy take yet, over what they took so far: rays of those of a few scenes [s].
+double contact_seconds(const RenderStats& stats)
+{
+    constexpr double kMore = 2.0;
+    return kMore * seconds_of(stats, "contacts");
+}
+
 /// Part of the pixels whose lobes records light.
 double part_with_lobes(const Frame& frame)
 {
@@ -129,7 +136,7 @@ Prospect look_ahead(Frame& frame, const RecordForecast& records)
     const double pass_seconds =
         seconds_of(stats, "gbuffer") + seconds_of(stats, "direct") + seconds_of(stats, "glossy");
     const auto rest_of = [&](int passes) {
-        return looks_after(passes, lobes) * records.look_seconds + (passes - 1) * pass_seconds;
+        return looks_after(passes, lobes) * records.look_seconds + (passes - 1) * pass_seconds + contact_seconds(stats);
     };
     const auto passes_cost = [&] { return rest_of(course.passes) - rest_of(1); };
     while (budget > 0.0 && course.passes > 1 && passes_cost() > kMostForPasses * (budget - p.before - rest_of(1)))
@@ -179,7 +186,7 @@ RecordGoal goal_in_time(Frame& frame, const Prospect& p)
     const double looks = looks_after(course.passes, part_with_lobes(frame));
     const double pass_seconds = seconds_of(frame.stats(), "gbuffer") + seconds_of(frame.stats(), "direct") +
                                 seconds_of(frame.stats(), "glossy");
-    double left = frame.deadline.left() - (course.passes - 1) * pass_seconds;
+    double left = frame.deadline.left() - (course.passes - 1) * pass_seconds - contact_seconds(frame.stats());
     if (p.round_seconds > 0.0) {
         const double share = p.of_lobes / (p.of_lobes + p.of_records);
         const double for_light = std::max(0.0, left - looks * records.look_seconds);

@@ -10,6 +10,7 @@
 #include "accuracy/error_scale.h"
 #include "accuracy/probes.h"
 #include "compose/compose.h"
+#include "compose/contacts.h"
 #include "compose/shared_samples.h"
 #include "denoise/oidn.h"
 #include "gbuffer/shading.h"
@@ -53,10 +54,13 @@ struct Frame {
     GatheredLamps gathered = {};
     std::unique_ptr<LampGuide> lamp_guide = {};  ///< of those, if there are any
     KeptGuide kept_guide = {};
-    int looks_of_lobes = 0;  ///< per pixel, at lit points
+    std::optional<GatherGuide> first_guide = {};    ///< of that, what it was before this view's records taught it
+    std::optional<ArrivalMap> first_arrivals = {};  ///< the same
+    int looks_of_lobes = 0;                         ///< per pixel, at lit points
     std::optional<SharedSamples> shared = {};
-    std::unique_ptr<Probes> probes = {};  ///< that a goal was steered by, until the first view is judged
-    ErrorScale error_scale = {};          ///< what probes found of the first view's error map
+    std::vector<PixelAtContact> contacts = {};  ///< of the view
+    std::unique_ptr<Probes> probes = {};        ///< that a goal was steered by, until the first view is judged
+    ErrorScale error_scale = {};                ///< what probes found of the first view's error map
 
     bool is_glance = false;  ///< what only takes noise away is left out
     bool has_moved = false;  ///< another scene than the pass before's, which the light knows nothing of yet

@@ -7,6 +7,7 @@
 #include "placement/hasty.h"
 #include "rcs/render.h"
 #include "render/frame.h"
+#include "render/light_search.h"
 
 namespace rcs {
 namespace {
@@ -79,6 +80,7 @@ void light_by_records(Frame& f, double seconds)
     }
     f.light.indirect = std::move(light.all);
     f.light.of_lamps = std::move(light.of_lamps);
+    rcs::ask_contacts(f);
     ErrorMap& errors = f.light.indirect_error;
     if (f.settings.splat.error_sums) {
         errors = timed(f, "estimate", [&] {

@@ -1,17 +1,38 @@
 #include "render/light_search.h"
 
 #include <algorithm>
+#include <optional>
 #include <string>
 #include <utility>
 
+#include "compose/contacts.h"
 #include "compose/lamp_checks.h"
 #include "glossy/lobe_trial.h"
+#include "placement/renewal.h"
 #include "records/guided_gathers.h"
 #include "records/lamps_to_gather.h"
 #include "util/random.h"
 
 namespace rcs {
 namespace {
+
+// Of a pixel at a contact, first of all, and at the most where noise would show; so many times that for less noise.
+constexpr int kContactRays = 16, kMostContactRays = 96;
+constexpr float kFiner = 16.0f;
+// It may be so much noisier than wide plain surfaces.
+constexpr float kContactNoise = 5.0f;
+
+/// Of the pass: as little noise as the records are to have.
+ContactSettings contact_settings(const Frame& f)
+{
+    const float noise = f.course.records.noise_target, usual = RecordSettings{}.noise_target;
+    const float finer = std::clamp(usual * usual / (noise * noise), 1.0f, kFiner);
+    ContactSettings settings;
+    settings.noise = kContactNoise * noise;
+    settings.most_rays = static_cast<int>(finer * static_cast<float>(kMostContactRays));
+    settings.now = f.session.state().view_number + 1;
+    return settings;
+}
 
 KeptGuide find_light(const Frame& f, int views)
 {
@@ -59,6 +80,69 @@ void ask_lamps(Frame& f)
     });
 }
 
+LitScene light_at_contacts(Frame& f)
+{
+    LitScene lit = f.lit();
+    lit.guide = f.first_guide ? &*f.first_guide : nullptr;
+    lit.arrivals = f.first_arrivals ? &*f.first_arrivals : nullptr;
+    return lit;
+}
+
+RecordSettings contact_gathers(const Frame& f)
+{
+    RecordSettings settings = f.course.records;
+    settings.radiance = false;
+    settings.rays = kContactRays;
+    settings.seed = stream_key(f.settings.seed, Stream::contacts, 0);
+    return settings;
+}
+
+namespace {
+
+/// Tells of a stage's progress. @throws Error cancelled
+auto reporter(const Frame& f, const char* stage)
+{
+    return [&f, stage](float fraction) {
+        if (f.hooks.progress && !f.hooks.progress(stage, fraction))
+            throw Error(ErrorCode::cancelled, std::string("cancelled in stage ") + stage);
+    };
+}
+
+constexpr const char* kContactStage = "contacts";
+
+}  // namespace
+
+void gather_contacts(Frame& f)
+{
+    timed(f, kContactStage, [&] {
+        // Passes that share samples see a part of them.
+        f.contacts = f.shared && f.layer == 0 ? f.shared->contacts : pixels_at_contacts(f.gbuffer, f.session.pool());
+        std::vector<Record>& known = f.session.state().contacts;
+        f.stats().contact_rays +=
+            gather_contacts(RecordGatherer(light_at_contacts(f), contact_gathers(f)), {f.gbuffer, f.view(), f.contacts},
+                            f.session.pool(), known, reporter(f, kContactStage));
+    });
+}
+
+void ask_contacts(Frame& f)
+{
+    Session::State& session = f.session.state();
+    timed(f, kContactStage, [&] {
+        std::optional<RecordGatherer> gatherer;
+        if (!f.is_glance)
+            gatherer.emplace(light_at_contacts(f), contact_gathers(f));
+        else if (session.watches() && are_stale(session.contacts, session.states()))
+            return;
+        else
+            f.contacts = pixels_at_contacts(f.gbuffer, f.session.pool());
+        const ContactStats asked = ask_contacts(gatherer ? &*gatherer : nullptr, {f.gbuffer, f.view(), f.contacts},
+                                                contact_settings(f), f.session.pool(), session.contacts,
+                                                f.light.of_lamps, f.light.indirect, reporter(f, kContactStage));
+        f.stats().contacts += asked.pixels;
+        f.stats().contact_rays += asked.rays;
+    });
+}
+
 LobeSettings lobe_settings(const Frame& f, int round)
 {
     LobeSettings settings = f.settings.lobes;
@@ -93,6 +177,11 @@ void look_around(Frame& f)
         }
         // In the scene of another moment, looks do no good where they did none.
         if (f.has_moved && f.guide()) f.kept_guide = find_light(f, f.kept_guide.views);
+        if (f.is_first_view() || f.has_moved) {
+            f.first_guide.reset(), f.first_arrivals.reset();
+            if (f.guide()) f.first_guide = *f.guide();
+            if (f.kept_guide.arrivals) f.first_arrivals = *f.kept_guide.arrivals;
+        }
         if (f.guide()) f.stats().records.lit_points = f.guide()->lit().points.size();
         if (f.kept_guide.direct) f.stats().records.direct_cells = f.kept_guide.direct->lights.size();
     });

@@ -7,15 +7,14 @@
 #include "accuracy/error_estimate.h"
 #include "accuracy/probes.h"
 #include "compose/sampled_light.h"
-#include "placement/renewal.h"
 #include "placement/view_fit.h"
 #include "rcs/error.h"
 #include "rcs/option_table.h"
 #include "records/lamps_to_gather.h"
-#include "records/watch.h"
 #include "render/frame.h"
 #include "render/light_search.h"
 #include "render/moments.h"
+#include "render/upkeep.h"
 #include "splat/splat_choice.h"
 #include "util/random.h"
 
@@ -46,22 +45,6 @@ bool weigh_behind(const Shading& shading, std::vector<glm::vec3>& weight)
             any = true;
     }
     return any;
-}
-
-/// Records of earlier scenes.
-void bring_up_to_date(Frame& f)
-{
-    const Session::State& session = f.session.state();
-    const SceneStates states = session.states();
-    if (!session.watches() || !are_stale(f.records, states)) return;
-    RecordStats& stats = f.stats().records;
-    renew_records({f.lit(), f.gbuffer, f.view(), f.course.records, states}, f.session.pool(), f.records, f.aside,
-                  stats);
-    if (f.hooks.log)
-        f.hooks.log(LogLevel::debug, "of " + std::to_string(f.records.size() + f.aside.size()) +
-                                         " records kept from other scenes " + std::to_string(stats.watched) +
-                                         " matter here, and " + std::to_string(stats.renewed) +
-                                         " of them are gathered again");
 }
 
 /// What is at hand for the first view: records of other views.
@@ -267,6 +250,9 @@ void place_records(Frame& f)
     timed(f, "records", [&] {
         if (f.is_first_view()) prepare_records(f);
         if (f.has_moved) follow_scene(f);
+    });
+    gather_contacts(f);
+    timed(f, "records", [&] {
         if (f.is_first_view() && has_goal(f.asked)) return steer_records(f, true);
         // Records of earlier passes are shared; this one adds where it sees what they did not.
         place_records(f.lit(), f.gbuffer, f.view(), f.course.records, f.session.pool(), f.records, f.stats().records,
@@ -276,10 +262,9 @@ void place_records(Frame& f)
 
 void forecast_records(Frame& f)
 {
-    timed(f, "records", [&] {
-        prepare_records(f);
-        steer_records(f, false);
-    });
+    timed(f, "records", [&] { prepare_records(f); });
+    gather_contacts(f);
+    timed(f, "records", [&] { steer_records(f, false); });
 }
 
 RecordedLight splat_light(Frame& f, const std::vector<Record>& records)
@@ -308,18 +293,9 @@ void splat_records(Frame& f)
     RecordedLight light = splat_light(f, f.records);
     f.light.indirect = std::move(light.all);
     f.light.of_lamps = std::move(light.of_lamps);
+    ask_contacts(f);
     if (f.settings.splat.error_sums) judge_records(f, light.stats);
     ask_lamps(f);
-}
-
-void watch_records(Frame& f)
-{
-    Session::State& session = f.session.state();
-    if (!session.watches() || !f.needs(Effect::indirect_diffuse) || f.gathered.any()) return;
-    timed(f, "watch", [&] {
-        RecordWatcher({f.rays, f.light_cache, nullptr, &f.gathered}, f.course.records)
-            .begin(f.records, session.states(), f.session.pool(), f.stats().records);
-    });
 }
 
 void sample_further(Frame& f)
@@ -346,7 +322,7 @@ void add_to_picture(Frame& f)
         if (f.shared)
             f.stats().counts.shared_samples += add_shared(*f.shared, sums);
         else if (f.is_first_view() && f.settings.shares_samples && !f.moments)
-            f.shared = find_smooth(f.gbuffer, f.light.direct, sums, f.session.pool());
+            f.shared = find_smooth(f.gbuffer, f.light.direct, f.contacts, sums, f.session.pool());
     });
 }
 

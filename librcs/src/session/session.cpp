@@ -228,24 +228,6 @@ void Session::State::prepare_caster(GlContext& with, GatherMethod asked, const L
     }
 }
 
-SplatMethod GraphicsUse::choose_splat(GlContext& gl, ThreadPool& pool, SplatMethod asked, const LogFunction& log)
-{
-    if (!splats) return SplatMethod::tiles;
-    if (asked != SplatMethod::automatic) return asked;
-    if (!splat) splat = rcs::choose_splat(gl, pool);
-    if (log) log(LogLevel::debug, "auto splats by " + splat->words());
-    return splat->method;
-}
-
-SplatMethod GraphicsUse::give_up_splats(const GlContext& gl, const Error& why, const LogFunction& log)
-{
-    splats = false;
-    if (log)
-        log(LogLevel::warning,
-            std::string("the processor splats from here on, as ") + gl.renderer() + " failed: " + why.what());
-    return SplatMethod::tiles;
-}
-
 const std::vector<Record>& Session::records() const noexcept { return state_->records; }
 
 void Session::begin_with(std::vector<Record> records)
@@ -253,6 +235,7 @@ void Session::begin_with(std::vector<Record> records)
     state_->records = std::move(records);
     for (Record& record : state_->records) record.watch.state = state_->scene_number;
     state_->record_settings.clear();
+    state_->contacts.clear();
     state_->error_scale.reset();
     state_->note(SessionPart::records, true, "they were handed over");
 }
@@ -265,6 +248,7 @@ void Session::State::drop_light(const std::string& why)
     note(SessionPart::records, false, why);
     light_cache.reset();
     records.clear();
+    contacts.clear();
     guide.reset();
     error_scale.reset();
     changed_in.clear();
@@ -290,6 +274,7 @@ void Session::State::change_light(const std::string& why, const std::vector<bool
 
 std::vector<Record> Session::State::take_records(const RenderOptions& asked)
 {
+    if (records.empty() || !options.keep_records) contacts.clear();
     if (records.empty()) {
         if (!options.keep_records) note(SessionPart::records, false, "views of this session do not share them");
         return {};
@@ -298,6 +283,7 @@ std::vector<Record> Session::State::take_records(const RenderOptions& asked)
     if (!record_settings.empty() && record_settings != settings) {
         note(SessionPart::records, false, "they were made with " + record_settings + ", not with " + settings);
         records.clear();
+        contacts.clear();
         guide.reset();
         error_scale.reset();
     } else if (!record_settings.empty()) {
@@ -313,14 +299,18 @@ std::vector<Record> Session::State::take_records(const RenderOptions& asked)
 std::vector<Record> Session::State::keep_records(std::vector<Record> made, std::vector<Record> aside,
                                                  const RenderOptions& asked, const View& view)
 {
-    // A walk does not fill the memory with what lies behind: ten seconds of film.
-    constexpr std::uint32_t kMostViewsAside = 240;
+    // A walk does not fill the memory with what lies behind: ten seconds of film. Contacts lie as close as pixels.
+    constexpr std::uint32_t kMostViewsAside = 240, kMostViewsOfContacts = 12;
     ++view_number;
     for (Record& r : made) r.watch.view = view_number;
     if (options.keep_records)
         std::erase_if(aside, [&](const Record& r) { return view_number - r.watch.view > kMostViewsAside; });
     made.insert(made.end(), std::make_move_iterator(aside.begin()), std::make_move_iterator(aside.end()));
-    if (!options.keep_records) return made;
+    if (!options.keep_records) {
+        contacts = {};
+        return made;
+    }
+    std::erase_if(contacts, [&](const Record& r) { return view_number - r.watch.view > kMostViewsOfContacts; });
     put_back(std::move(made), asked, view);
     return {};
 }
@@ -328,8 +318,10 @@ std::vector<Record> Session::State::keep_records(std::vector<Record> made, std::
 void Session::State::put_back(std::vector<Record> kept, const RenderOptions& asked, const View& view)
 {
     if (!options.keep_records) return;
-    if (kept.size() > options.most_records) std::erase_if(kept, [&](const Record& r) { return !shows(view, r); });
-    if (kept.size() > options.most_records) kept = {};
+    for (std::vector<Record>* part : {&kept, &contacts}) {
+        if (part->size() > options.most_records) std::erase_if(*part, [&](const Record& r) { return !shows(view, r); });
+        if (part->size() > options.most_records) *part = {};
+    }
     records = std::move(kept);
     record_settings = record_settings_words(asked);
 }

@@ -72,8 +72,8 @@ struct [[gnu::visibility("hidden")]] Session::State {
     EffectChoice rays_choice;  // of what rays ask surfaces for
     std::optional<LightCache> light_cache;
     LightCacheUse light_cache_use;
-    std::vector<Record> records;
-    bool moves = false;  ///< a view is in the making that shows several moments
+    std::vector<Record> records, contacts;  ///< of contacts: gathers of pixels where surfaces meet; in no file
+    bool moves = false;                     ///< a view is in the making that shows several moments
     std::uint32_t view_number = 0;
     std::uint32_t scene_number = 0;         ///< of the scene: another one for each change
     std::vector<std::uint32_t> changed_in;  ///< per instance: since which scene it has been where and what it is

@@ -26,7 +26,8 @@ enum class Stream : std::uint64_t {
     probes,
     direct_error,
     direct_again,
-    lamp_checks
+    lamp_checks,
+    contacts
 };
 
 inline std::uint64_t stream_key(std::uint64_t seed, Stream stream, std::uint64_t index)

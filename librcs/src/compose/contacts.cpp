@@ -1,0 +1,374 @@
+#include "compose/contacts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <span>
+#include <utility>
+
+#include "accuracy/error_estimate.h"
+#include "gbuffer/views.h"
+#include "splat/mean_of.h"
+#include "util/color.h"
+
+namespace rcs {
+namespace {
+
+constexpr int kReach = 2;  // [px]
+// Sine of the angle at which the other surface rises, at the least.
+constexpr float kRises = 0.5f;
+// So many footprints a pixel it may be away: what is farther stands in front, and touches nothing.
+constexpr float kTouching = 3.0f;
+// Those around a pixel whose errors say how far to trust its records [px], on surfaces that lie like its own.
+constexpr int kAround = 4;
+constexpr float kAlike = 0.9f;  // cosine
+// So many footprints from a pixel, half of its diagonal, a gather is its own: among others' pixels there is one.
+constexpr float kSamePlace = 0.75f;
+constexpr float kSameNormal = 0.98f;  // cosine
+// Rounds of more rays, for those that are too noisy.
+constexpr int kRounds = 2;
+// What records may be off by, relative to their light: where they are about right nothing is to change, since what a
+// pixel finds by itself is noisier.
+constexpr float kAllowed = 0.1f;
+// Times that and noise together, squared, a difference may be by chance: of many gathers, and of each by itself.
+constexpr float kSurely = 4.0f, kLikely = 1.0f;
+// Of a colour, relative to luminance: less tells nothing of by how much it is off.
+constexpr float kDarkest = 1e-3f;
+// Relative to the picture's mean light: what is darker need not be known as well.
+constexpr float kDarkLight = 0.02f;
+
+/// Pixels around one in a window of the image.
+template <typename Visit>
+void for_each_around(const GBuffer& g, std::size_t pixel, int reach, const Visit& visit)
+{
+    const int x = static_cast<int>(pixel % static_cast<std::size_t>(g.width));
+    const int y = static_cast<int>(pixel / static_cast<std::size_t>(g.width));
+    for (int row = std::max(0, y - reach); row <= std::min(g.height - 1, y + reach); ++row)
+        for (int column = std::max(0, x - reach); column <= std::min(g.width - 1, x + reach); ++column)
+            visit(static_cast<std::size_t>(row) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(column),
+                  column - x, row - y);
+}
+
+/// [px]
+int away(glm::ivec2 to) { return std::max(std::abs(to.x), std::abs(to.y)); }
+
+/// Where the nearest other surface rises [px]; 0, 0: none does.
+glm::ivec2 rises_beside(const GBuffer& g, std::size_t i)
+{
+    const glm::vec3 p = g.position(i), n = g.geometric_normal[i];
+    const float far = kTouching * g.footprint[i];
+    glm::ivec2 nearest(0);
+    for_each_around(g, i, kReach, [&](std::size_t j, int columns, int rows) {
+        if (!g.covered(j)) return;
+        const glm::vec3 d = g.position(j) - p;
+        const float height = glm::dot(d, n), distance2 = glm::dot(d, d);
+        const float apart2 = static_cast<float>(columns * columns + rows * rows);
+        if (!(height > 0.0f && height * height > kRises * kRises * distance2 && distance2 < far * far * apart2)) return;
+        const glm::ivec2 to(columns, rows);
+        if (nearest == glm::ivec2(0) || away(to) < away(nearest)) nearest = to;
+    });
+    return nearest;
+}
+
+constexpr std::uint32_t kNone = ~0u;
+
+/// What is known of contacts by the pixels that show their places.
+class KnownPlaces {
+public:
+    KnownPlaces(const ContactPixels& at, std::span<const Record> known)
+        : gbuffer_(at.gbuffer), known_(known), first_(at.gbuffer.size(), kNone), next_(known.size(), kNone)
+    {
+        for (std::size_t k = known.size(); k-- > 0;) {
+            const auto pixel = pixel_at(at.view, glm::dvec3(known[k].position) - gbuffer_.camera_position);
+            if (!pixel) continue;
+            next_[k] = std::exchange(first_[*pixel], static_cast<std::uint32_t>(k));
+        }
+    }
+
+    /// The gather nearest to where a pixel is, as near as its own would be; kNone: there is none.
+    std::uint32_t at(std::size_t pixel) const
+    {
+        const glm::vec3 p = gbuffer_.position(pixel), n = gbuffer_.normal(pixel);
+        float nearest = kSamePlace * gbuffer_.footprint[pixel];
+        std::uint32_t found = kNone;
+        for_each_around(gbuffer_, pixel, 1, [&](std::size_t j, int, int) {
+            for (std::uint32_t k = first_[j]; k != kNone; k = next_[k]) {
+                const auto place = glm::vec3(glm::dvec3(known_[k].position) - gbuffer_.camera_position);
+                const float distance = glm::distance(place, p);
+                if (!(distance < nearest && glm::dot(known_[k].normal, n) > kSameNormal)) continue;
+                nearest = distance;
+                found = k;
+            }
+        });
+        return found;
+    }
+
+private:
+    const GBuffer& gbuffer_;
+    std::span<const Record> known_;
+    std::vector<std::uint32_t> first_, next_;  // per pixel, per gather: the next one there
+};
+
+/// What a pixel's own gather found, and the records say.
+struct Contact {
+    std::uint32_t pixel;
+    glm::ivec2 to;
+    glm::vec3 recorded;   // without gathered lamps [W m^-2]
+    std::uint32_t known;  // number of its gather
+    glm::vec3 own{0.0f};  // as recorded [W m^-2]
+    float error = 0.0f;   // standard one of `own`, on luminance
+    float usual = 0.0f;   // the same as gathers of so many rays have it in the mean, relative to their light
+
+    /// Squared standard error of its gather if there is so much light: one that happened to meet little says that it
+    /// has little noise.
+    float variance(float light) const
+    {
+        const float noise = std::max(error, usual * light);
+        return noise * noise;
+    }
+};
+
+std::vector<Contact> find_contacts(const ContactPixels& at, std::span<const Record> known, const SplatBuffer& of_lamps,
+                                   const SplatBuffer& all)
+{
+    const KnownPlaces places(at, known);
+    std::vector<Contact> contacts;
+    for (const auto& [pixel, to] : at.pixels) {
+        const std::uint32_t own = all.weight[pixel] > 0.0f ? places.at(pixel) : kNone;
+        if (own == kNone) continue;
+        const bool has_lamps = of_lamps.width > 0 && of_lamps.weight[pixel] > 0.0f;
+        const glm::vec3 lamps = has_lamps ? mean_of(of_lamps, pixel) : glm::vec3(0.0f);
+        contacts.push_back({pixel, to, glm::max(mean_of(all, pixel) - lamps, 0.0f), own});
+    }
+    return contacts;
+}
+
+/// Takes what is known for what they found.
+void hear(std::span<const Record> known, std::span<Contact> contacts)
+{
+    double noise = 0.0;  // of one ray, relative
+    std::size_t lit = 0;
+    for (Contact& c : contacts) {
+        const Record& r = known[c.known];
+        c.own = glm::max(r.irradiance - r.of_lamps, 0.0f);
+        c.error = std::min(r.noise * luminance(r.irradiance), luminance(c.own));  // some of it may be lamps'
+        c.usual = 1.0f / std::sqrt(static_cast<float>(r.rays));
+        if (!(luminance(c.own) > 0.0f)) continue;
+        noise += static_cast<double>(c.error / (luminance(c.own) * c.usual));
+        ++lit;
+    }
+    const float usual = lit > 0 ? static_cast<float>(noise / static_cast<double>(lit)) : 0.0f;
+    for (Contact& c : contacts) c.usual *= usual;
+}
+
+/// What records may be off by, squared.
+float allowed2(float light) { return kAllowed * kAllowed * light * light; }
+
+/// Which contact each pixel is.
+std::vector<std::uint32_t> numbers_of(const GBuffer& gbuffer, std::span<const Contact> contacts)
+{
+    std::vector<std::uint32_t> numbers(gbuffer.size(), kNone);
+    for (std::size_t k = 0; k < contacts.size(); ++k) numbers[contacts[k].pixel] = static_cast<std::uint32_t>(k);
+    return numbers;
+}
+
+/// Calls visit(number) for the contacts around one, itself too, that lie as it does.
+template <typename Visit>
+void for_each_alike(const GBuffer& g, std::span<const Contact> contacts, std::span<const std::uint32_t> numbers,
+                    const Contact& own, const Visit& visit)
+{
+    for_each_around(g, own.pixel, kAround, [&](std::size_t j, int, int) {
+        if (numbers[j] == kNone) return;
+        const Contact& c = contacts[numbers[j]];
+        const glm::vec3 apart = g.position(j) - g.position(own.pixel);
+        const float height = glm::dot(apart, g.geometric_normal[own.pixel]);
+        const bool lie_alike = away(c.to) == away(own.to) && glm::dot(glm::vec2(c.to), glm::vec2(own.to)) >= 0.0f &&
+                               glm::dot(g.normal(own.pixel), g.normal(j)) > kAlike &&
+                               height * height <= kRises * kRises * glm::dot(apart, apart);
+        if (lie_alike) visit(numbers[j]);
+    });
+}
+
+/// What the records say, times by how much those around are off: the noise of one gather is spread along the contact.
+glm::vec3 expected_light(const GBuffer& g, std::span<const Contact> contacts, std::span<const std::uint32_t> numbers,
+                         const Contact& own)
+{
+    glm::vec3 recorded(0.0f), found(0.0f);
+    float as_recorded = 0.0f, as_found = 0.0f;  // variances
+    for_each_alike(g, contacts, numbers, own, [&](std::uint32_t k) {
+        const Contact& c = contacts[k];
+        recorded += c.recorded;
+        found += c.own;
+        as_recorded += c.variance(luminance(c.recorded));
+        as_found += c.variance(luminance(c.own));
+    });
+    const float off = luminance(found) - luminance(recorded), off2 = off * off;
+    const bool are_off = off2 > kSurely * (as_recorded + allowed2(luminance(recorded)));
+    const float sure = are_off ? std::max(0.0f, 1.0f - (as_found + allowed2(luminance(found))) / off2) : 0.0f;
+    const glm::vec3 factor = (found + kDarkest * luminance(recorded)) / (recorded + kDarkest * luminance(recorded));
+    return luminance(recorded) > 0.0f ? own.recorded * glm::mix(glm::vec3(1.0f), factor, sure)
+                                      : glm::mix(own.recorded, own.own, sure);
+}
+
+/// Light of a contact as far as it is known, and the noise that is left in it.
+struct Agreed {
+    glm::vec3 light;
+    float error;  ///< standard one, on luminance
+    bool is_off;  ///< the records are, there or around
+};
+
+/// Of each contact what is expected there, and its own gather, by how much those around differ from what was expected
+/// there beyond their noise. A spot brighter than all that around found, and than is expected, is chance.
+std::vector<Agreed> agree(const GBuffer& g, std::span<const Contact> contacts, ThreadPool& pool)
+{
+    const std::vector<std::uint32_t> numbers = numbers_of(g, contacts);
+    std::vector<glm::vec3> expected(contacts.size());
+    pool.parallel_for(contacts.size(), 64, [&](std::size_t begin, std::size_t end, int) {
+        for (std::size_t k = begin; k < end; ++k) expected[k] = expected_light(g, contacts, numbers, contacts[k]);
+    });
+    std::vector<Agreed> agreed(contacts.size());
+    pool.parallel_for(contacts.size(), 64, [&](std::size_t begin, std::size_t end, int) {
+        for (std::size_t k = begin; k < end; ++k) {
+            float off2 = 0.0f, noise2 = 0.0f, count = 0.0f, most = luminance(expected[k]);
+            for_each_alike(g, contacts, numbers, contacts[k], [&](std::uint32_t j) {
+                const float off = luminance(contacts[j].own) - luminance(expected[j]);
+                off2 += off * off;
+                noise2 += contacts[j].variance(luminance(expected[j]));
+                count += 1.0f;
+                if (j != k) most = std::max(most, luminance(contacts[j].own));
+            });
+            const float least = noise2 + count * allowed2(luminance(expected[k]));
+            const float belief = off2 > kLikely * least ? 1.0f - least / off2 : 0.0f;
+            const float error = std::sqrt(noise2 / count * (belief * belief + (1.0f - belief * belief) / count));
+            glm::vec3 light = glm::mix(expected[k], contacts[k].own, belief);
+            if (luminance(light) > most) light *= most / luminance(light);
+            agreed[k] = {light, error, belief > 0.0f || expected[k] != contacts[k].recorded};
+        }
+    });
+    return agreed;
+}
+
+std::uint64_t all_rays(const RecordStats& stats) { return stats.hemisphere_rays + stats.shadow_rays + stats.looks; }
+
+/// Contacts and what was agreed on of each.
+struct Heard {
+    std::span<const Contact> contacts;
+    std::span<const Agreed> agreed;
+    float dark;  ///< light that need not be known better [W m^-2]
+};
+
+/// New ones that are too noisy gather more, as much as that takes. @return rays
+std::uint64_t gather_noisy(const RecordGatherer& gatherer, const GBuffer& gbuffer, const Heard& heard,
+                           const ContactSettings& settings, ThreadPool& pool, std::vector<Record>& known,
+                           const std::function<void(float)>& report)
+{
+    std::vector<std::uint32_t> pixels(known.size(), 0);
+    std::vector<int> extra(known.size(), 0);
+    for (std::size_t k = 0; k < heard.contacts.size(); ++k) {
+        const Contact& c = heard.contacts[k];
+        const Record& r = known[c.known];
+        if (r.watch.view != 0) continue;  // a view has shown it
+        const float allowed = settings.noise * (luminance(heard.agreed[k].light) + heard.dark);
+        const float times = heard.agreed[k].error / allowed;
+        if (!(times > 1.0f)) continue;
+        const float rays = std::min(static_cast<float>(r.rays) * times * times, static_cast<float>(settings.most_rays));
+        const int missing = static_cast<int>(rays) - r.rays;
+        if (missing <= 0) continue;
+        pixels[c.known] = c.pixel;
+        extra[c.known] = std::max(extra[c.known], (missing + gatherer.rays() - 1) / gatherer.rays());
+    }
+    RecordStats stats;
+    gatherer.gather_more(gbuffer, pixels, extra, known, pool, stats, report);
+    return all_rays(stats);
+}
+
+/// Puts the light that was agreed on in the place of what the records say. Lobes see as much less as the surface does.
+void put(const Contact& c, const Agreed& agreed, const SplatBuffer& of_lamps, SplatBuffer& all)
+{
+    const std::size_t i = c.pixel;
+    const float weight = all.weight[i];
+    const auto change = [&](std::vector<float> SplatBuffer::* channel, std::vector<float> SplatBuffer::* glossy,
+                            int color) {
+        const float more = agreed.light[color] - c.recorded[color];
+        (all.*channel)[i] = std::max(0.0f, (all.*channel)[i] + weight * more);
+        if (all.glossy_r.empty() || !(more < 0.0f)) return;
+        const float lamps = of_lamps.glossy_r.empty() ? 0.0f : (of_lamps.*glossy)[i];
+        (all.*glossy)[i] = lamps + ((all.*glossy)[i] - lamps) * agreed.light[color] / c.recorded[color];
+    };
+    change(&SplatBuffer::weighted_r, &SplatBuffer::glossy_r, 0);
+    change(&SplatBuffer::weighted_g, &SplatBuffer::glossy_g, 1);
+    change(&SplatBuffer::weighted_b, &SplatBuffer::glossy_b, 2);
+    if (all.squares.empty()) return;
+    // The records' spread told what they were off by no better than they told the light: what is left is noise, theirs
+    // or the pixel's own.
+    const float mean = luminance(mean_of(all, i)) / all.luminance_unit, own = agreed.error / all.luminance_unit;
+    const float variance = std::max(own * own, all.variance_of_sum[i] / (weight * weight));
+    all.variance[i] = weight * variance;
+    all.variance_of_sum[i] = weight * weight * variance;
+    all.squares[i] = weight * mean * mean;
+}
+
+}  // namespace
+
+std::vector<PixelAtContact> pixels_at_contacts(const GBuffer& gbuffer, ThreadPool& pool)
+{
+    std::vector<glm::ivec2> to(gbuffer.size(), glm::ivec2(0));
+    pool.parallel_for(gbuffer.size(), 4096, [&](std::size_t begin, std::size_t end, int) {
+        for (std::size_t i = begin; i < end; ++i)
+            if (gbuffer.covered(i)) to[i] = rises_beside(gbuffer, i);
+    });
+    std::vector<PixelAtContact> pixels;
+    for (std::size_t i = 0; i < to.size(); ++i)
+        if (to[i] != glm::ivec2(0)) pixels.push_back({static_cast<std::uint32_t>(i), to[i]});
+    return pixels;
+}
+
+std::uint64_t gather_contacts(const RecordGatherer& gatherer, const ContactPixels& at, ThreadPool& pool,
+                              std::vector<Record>& known, const std::function<void(float)>& report)
+{
+    constexpr std::size_t kBatch = 8192;
+    std::vector<std::uint32_t> unknown;
+    {
+        const KnownPlaces places(at, known);
+        for (const PixelAtContact& p : at.pixels)
+            if (places.at(p.pixel) == kNone) unknown.push_back(p.pixel);
+    }
+    RecordStats stats;
+    for (std::size_t done = 0; done < unknown.size(); done += kBatch) {
+        report(static_cast<float>(done) / static_cast<float>(unknown.size()));
+        const auto begin = unknown.begin() + static_cast<std::ptrdiff_t>(done);
+        const auto count = static_cast<std::ptrdiff_t>(std::min(kBatch, unknown.size() - done));
+        std::vector<Record> found = gatherer.gather(at.gbuffer, {begin, begin + count}, pool, stats);
+        for (Record& r : found) r.spacing_radius = r.footprint;
+        known.insert(known.end(), std::make_move_iterator(found.begin()), std::make_move_iterator(found.end()));
+    }
+    return all_rays(stats);
+}
+
+ContactStats ask_contacts(const RecordGatherer* gatherer, const ContactPixels& at, const ContactSettings& settings,
+                          ThreadPool& pool, std::vector<Record>& known, const SplatBuffer& of_lamps, SplatBuffer& all,
+                          const std::function<void(float)>& report)
+{
+    std::vector<Contact> contacts = find_contacts(at, known, of_lamps, all);
+    ContactStats stats{contacts.size(), 0};
+    const auto hear_all = [&] {
+        hear(known, contacts);
+        return agree(at.gbuffer, contacts, pool);
+    };
+    const float dark = kDarkLight * static_cast<float>(mean_light(all));
+    std::vector<Agreed> agreed = hear_all();
+    for (int round = 0; gatherer && round < kRounds; ++round) {
+        const std::uint64_t more =
+            gather_noisy(*gatherer, at.gbuffer, {contacts, agreed, dark}, settings, pool, known, report);
+        if (more == 0) break;
+        stats.rays += more;
+        agreed = hear_all();
+    }
+    for (std::size_t k = 0; k < contacts.size(); ++k) {
+        known[contacts[k].known].watch.view = settings.now;
+        if (agreed[k].is_off) put(contacts[k], agreed[k], of_lamps, all);
+    }
+    return stats;
+}
+
+}  // namespace rcs

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "rcs/camera.h"
+#include "rcs/gbuffer.h"
+#include "rcs/splat.h"
+#include "rcs/thread_pool.h"
+#include "records/gather.h"
+
+namespace rcs {
+
+/// A pixel at a contact: beside it, on the image, another surface rises from its own.
+struct PixelAtContact {
+    std::uint32_t pixel;
+    glm::ivec2 to;  ///< the other surface [px], 1 or 2 away
+};
+/// Closer to another surface than any record lies to the next. Records beside reach over such pixels, agree, and know
+/// nothing of the light that it takes away there. @return row by row
+std::vector<PixelAtContact> pixels_at_contacts(const GBuffer& gbuffer, ThreadPool& pool);
+
+/// Pixels at contacts, and where they are looked for among what is known.
+struct ContactPixels {
+    const GBuffer& gbuffer;
+    const View& view;
+    std::span<const PixelAtContact> pixels;
+};
+
+/// Pixels at contacts gather themselves, if none has where they are.
+/// @param gatherer  as the records', without radiance by direction; of as many rays as a pixel begins with
+/// @param known  gathers at contacts, of this scene: found again by their places; those made here are added
+/// @param report  told the fraction done, on this thread; may throw
+/// @return rays, those from what they meet too
+std::uint64_t gather_contacts(const RecordGatherer& gatherer, const ContactPixels& at, ThreadPool& pool,
+                              std::vector<Record>& known, const std::function<void(float)>& report);
+
+/// What contacts took.
+struct ContactStats {
+    std::uint64_t pixels = 0;  ///< that had a word beside the records'
+    std::uint64_t rays = 0;    ///< of further gathers
+};
+
+struct ContactSettings {
+    float noise = 0.1f;     ///< standard error that a pixel may keep, relative to its light; else it gathers more
+    int most_rays = 96;     ///< about so many of a pixel, >= twice those that it begins with
+    std::uint32_t now = 1;  ///< number of the view, > 0
+};
+
+/// What pixels at contacts found counts against the records' word by how much those around are off beyond their own
+/// noise; new ones may gather more, others stay as they are, and so does what they show. Those of which nothing is
+/// known, or where no record is, are left out.
+/// @param gatherer  as for gather_contacts(); null: nothing gathers more
+/// @param of_lamps  the sums' part that gathered lamps send, which stays; may be empty
+/// @param all  of all light: corrected, and what is known of its error
+ContactStats ask_contacts(const RecordGatherer* gatherer, const ContactPixels& at, const ContactSettings& settings,
+                          ThreadPool& pool, std::vector<Record>& known, const SplatBuffer& of_lamps, SplatBuffer& all,
+                          const std::function<void(float)>& report);
+
+}  // namespace rcs

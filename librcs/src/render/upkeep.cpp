@@ -1,0 +1,50 @@
+#include "render/upkeep.h"
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "placement/renewal.h"
+#include "records/watch.h"
+#include "render/frame.h"
+#include "render/light_search.h"
+
+namespace rcs {
+
+void bring_up_to_date(Frame& f)
+{
+    Session::State& session = f.session.state();
+    if (!session.watches()) return;
+    const SceneStates states = session.states();
+    if (are_stale(session.contacts, states)) {
+        std::vector<Record> contacts = std::exchange(session.contacts, {}), unseen;  // other gathers serve those
+        RecordStats again;
+        renew_records({light_at_contacts(f), f.gbuffer, f.view(), contact_gathers(f), states}, f.session.pool(),
+                      contacts, unseen, again);
+        session.contacts = std::move(contacts);
+        f.stats().contact_rays += again.hemisphere_rays + again.shadow_rays + again.looks;
+    }
+    if (!are_stale(f.records, states)) return;
+    RecordStats& stats = f.stats().records;
+    renew_records({f.lit(), f.gbuffer, f.view(), f.course.records, states}, f.session.pool(), f.records, f.aside,
+                  stats);
+    if (f.hooks.log)
+        f.hooks.log(LogLevel::debug, "of " + std::to_string(f.records.size() + f.aside.size()) +
+                                         " records kept from other scenes " + std::to_string(stats.watched) +
+                                         " matter here, and " + std::to_string(stats.renewed) +
+                                         " of them are gathered again");
+}
+
+void watch_records(Frame& f)
+{
+    Session::State& session = f.session.state();
+    if (!session.watches() || !f.needs(Effect::indirect_diffuse) || f.gathered.any()) return;
+    timed(f, "watch", [&] {
+        const LitScene lit{f.rays, f.light_cache, nullptr, &f.gathered};
+        RecordStats& stats = f.stats().records;
+        RecordWatcher(lit, f.course.records).begin(f.records, session.states(), f.session.pool(), stats);
+        RecordWatcher(lit, contact_gathers(f)).begin(session.contacts, session.states(), f.session.pool(), stats);
+    });
+}
+
+}  // namespace rcs
