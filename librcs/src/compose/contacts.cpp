@@ -22,8 +22,9 @@ constexpr float kTouching = 3.0f;
 // Those around a pixel whose errors say how far to trust its records [px], on surfaces that lie like its own.
 constexpr int kAround = 4;
 constexpr float kAlike = 0.9f;  // cosine
-// So many footprints from a pixel, half of its diagonal, a gather is its own: among others' pixels there is one.
-constexpr float kSamePlace = 0.75f;
+// So many footprints from a pixel a gather is its own. Half of its diagonal would do for most, but a gap that is
+// narrower than a pixel is dark where its edge is bright.
+constexpr float kSamePlace = 0.5f;
 constexpr float kSameNormal = 0.98f;  // cosine
 // Rounds of more rays, for those that are too noisy.
 constexpr int kRounds = 2;
