@@ -26,6 +26,9 @@ constexpr float kDarkChange = 0.01f;
 constexpr std::uint32_t kLife = 64;
 // ... where neither it nor the records around have seen any change since.
 constexpr std::uint32_t kQuietLife = 256;
+// One that is gathered again may be so much noisier than is wanted at a pixel, where several are averaged: it takes no
+// more rays than for that.
+constexpr float kNoisier = 1.5f;
 // Of an object's extent: as near to its bounds a place is not inside.
 constexpr double kRim = 0.02;
 
@@ -179,16 +182,20 @@ void renew_records(const Renewal& n, ThreadPool& pool, std::vector<Record>& reco
     const ChangesAround around(n, records, stale, changes, pool);
     const float widest = n.settings.error_tolerance * n.settings.max_reach;
     std::vector<std::uint32_t> again;
+    std::vector<int> rays;
     for (std::size_t k = 0; k < seen.size(); ++k) {
         Record& r = records[stale.records[k]];
         const ChangesAround::Part part = around.at(k, r, changes[k]);
         if (part.change > 0.0f) r.watch.touched = n.states.now;
         const float allowed = n.settings.noise_target * noise_allowed(r, widest);
         if (part.change > kMostChange || part.error > allowed || is_over(r, seen[k], n.states.now) ||
-            !add_change(r, changes[k]))
+            !add_change(r, changes[k])) {
             again.push_back(stale.records[k]);
+            const float excess = r.noise / (kNoisier * allowed);
+            rays.push_back(static_cast<int>(static_cast<float>(r.rays) * std::min(1.0f, excess * excess)));
+        }
     }
-    RecordGatherer(n.scene, n.settings).renew(records, again, pool, stats);
+    RecordGatherer(n.scene, n.settings).renew(records, again, rays, pool, stats);
     trust_gradients(records, n.settings);
     for (const std::uint32_t k : again) records[k].watch.gathered = n.states.now;
     stats.watched += stale.records.size();

@@ -227,15 +227,23 @@ void RecordGatherer::gather_more(const GBuffer& gbuffer, std::span<const std::ui
 void RecordGatherer::renew(std::span<Record> records, std::span<const std::uint32_t> which, ThreadPool& pool,
                            RecordStats& stats) const
 {
+    std::vector<int> rays;
+    for (const std::uint32_t k : which) rays.push_back(records[k].rays);
+    renew(records, which, rays, pool, stats);
+}
+
+void RecordGatherer::renew(std::span<Record> records, std::span<const std::uint32_t> which, std::span<const int> rays,
+                           ThreadPool& pool, RecordStats& stats) const
+{
     const int once = impl_->more.rays();
-    const auto gathers_more = [&](const Record& r) {
-        return std::max(0, static_cast<int>(std::lround(static_cast<double>(r.rays - impl_->first.rays()) / once)));
+    const auto gathers_more = [&](std::size_t i) {
+        return std::max(0, static_cast<int>(std::lround(static_cast<double>(rays[i] - impl_->first.rays()) / once)));
     };
     std::map<int, GatherSize> sizes;
     std::vector<std::size_t> with_more;  // numbers in `which`
     int most_cells = 1;
     for (std::size_t i = 0; i < which.size(); ++i) {
-        const int more = gathers_more(records[which[i]]);
+        const int more = gathers_more(i);
         if (more == 0) continue;
         with_more.push_back(i);
         if (sizes.contains(more)) continue;
@@ -251,9 +259,8 @@ void RecordGatherer::renew(std::span<Record> records, std::span<const std::uint3
         with_more.size(), most_cells,
         [&](std::size_t k) {
             const std::size_t i = with_more[k];
-            const Record& old = records[which[i]];
-            return GatherTask{birth_of(old, impl_->seed, static_cast<std::uint64_t>(renewed[i].rays)),
-                              &sizes.at(gathers_more(old))};
+            const auto sample = static_cast<std::uint64_t>(renewed[i].rays);
+            return GatherTask{birth_of(records[which[i]], impl_->seed, sample), &sizes.at(gathers_more(i))};
         },
         pool,
         [&](std::size_t k, const Record& record, const GatherWorkspace&) {

@@ -38,8 +38,11 @@ public:
                      std::span<Record> records, ThreadPool& pool, RecordStats& stats,
                      const std::function<void(float)>& report) const;
 
-    /// Gathers some records again where they are, with as many rays as they have and the same ones.
-    /// @param which  indices
+    /// Gathers some records again where they are, with the rays they have, or the first of them.
+    /// @param which  indices   @param rays  about how many, for each of these; those of a first gather at the least
+    void renew(std::span<Record> records, std::span<const std::uint32_t> which, std::span<const int> rays,
+               ThreadPool& pool, RecordStats& stats) const;
+    /// The same with all of them.
     void renew(std::span<Record> records, std::span<const std::uint32_t> which, ThreadPool& pool,
                RecordStats& stats) const;
 
