@@ -10,6 +10,7 @@
 #include "cli/outputs.h"
 #include "cli/run_support.h"
 #include "output/small_copy.h"
+#include "output/stats_json.h"
 #include "process/clock.h"
 #include "rcs/rcs.h"
 #include "report/encoding.h"
@@ -365,8 +366,7 @@ void FrameMaker::try_frame(FrameRecord& wanted)
     figures.error = stats.errors.image.mean_relative;
     figures.indirect_error = stats.errors.indirect.mean_relative;
     figures.records_made = stats.records.records + stats.records.renewed;
-    figures.rays = stats.records.hemisphere_rays + stats.records.shadow_rays + stats.records.looks +
-                   stats.direct_shadow_rays + stats.traced.rays + stats.traced.shadow_rays;
+    figures.rays = all_rays(stats);
     judge(wanted, result.image, figures);
     const Image& beauty = result.image.layers.at("beauty");
     figures.exposure = static_cast<double>(outputs_.tone_mapper()->exposure(beauty));

@@ -25,12 +25,6 @@ using Json = nlohmann::ordered_json;
 
 std::uint64_t record_rays(const RecordStats& stats) { return stats.hemisphere_rays + stats.shadow_rays + stats.looks; }
 
-std::uint64_t all_rays(const RenderStats& stats)
-{
-    return record_rays(stats.records) + stats.contact_rays + stats.direct_shadow_rays + stats.light_cache.rays +
-           stats.light_cache.shadow_rays + stats.traced.rays + stats.traced.shadow_rays;
-}
-
 double seconds_of(const RunReport& report, const std::string& stage)
 {
     double sum = 0.0;
@@ -234,6 +228,12 @@ std::string temporary_name(const std::string& path)
 }
 
 }  // namespace
+
+std::uint64_t all_rays(const RenderStats& stats)
+{
+    return record_rays(stats.records) + stats.contact_rays + stats.direct_shadow_rays + stats.light_cache.rays +
+           stats.light_cache.shadow_rays + stats.traced.rays + stats.traced.shadow_rays;
+}
 
 std::uint64_t peak_memory()
 {

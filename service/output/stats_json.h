@@ -59,6 +59,9 @@ auto timed(RunReport& report, const std::string& stage, const Work& work)
     return work();
 }
 
+/// All rays of a render, whatever for.
+std::uint64_t all_rays(const RenderStats& stats);
+
 /// Largest amount of memory this process ever held [bytes].
 std::uint64_t peak_memory();
 /// Processor time of this process so far, all threads [s].

@@ -7,6 +7,7 @@
 #include <optional>
 #include <thread>
 
+#include "output/stats_json.h"
 #include "process/process.h"
 #include "rcs/error.h"
 #include "rcs/metrics.h"
@@ -77,13 +78,6 @@ void judge(const Bench& bench, const Standard& standard, const LayeredImage& ima
     point.pictures.indirect = jpeg_bytes(standard.indirect.apply(image.layers.at("indirect"), bench.session.pool()));
     point.pictures.difference =
         jpeg_bytes(difference_picture(relative_difference(image, standard.reference, "indirect")));
-}
-
-std::uint64_t all_rays(const RenderStats& stats)
-{
-    return stats.records.hemisphere_rays + stats.records.shadow_rays + stats.records.looks + stats.contact_rays +
-           stats.direct_shadow_rays + stats.light_cache.rays + stats.light_cache.shadow_rays + stats.traced.rays +
-           stats.traced.shadow_rays;
 }
 
 /// @param processor  time that others took [s]

@@ -43,8 +43,8 @@ std::vector<double> differences(const Both& both)
 void expect_within_bound(const Both& both)
 {
     const std::vector<double> sorted = differences(both);
-    EXPECT_LE(sorted[sorted.size() / 250], kSmooth);
-    EXPECT_LE(sorted.front(), 10.0 * kSmooth);
+    EXPECT_LE(sorted[sorted.size() / 500], kSmooth);
+    EXPECT_LE(sorted.front(), 5.0 * kSmooth);
 }
 
 TEST(SharedSamples, AreMostOfASmoothRoomAndWithinTheStatedBound)
