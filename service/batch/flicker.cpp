@@ -12,7 +12,8 @@
 namespace rcs::service {
 namespace {
 
-// A point that lies this much farther away than what shows where it came from was hidden there.
+// A point that lies this much farther away than what shows where it came from was hidden there; pixels around it that
+// lie as much apart show different things.
 constexpr float kHidden = 0.05f;
 
 float luminance_at(const Image& image, int x, int y)
@@ -21,13 +22,20 @@ float luminance_at(const Image& image, int x, int y)
     return image.channels < 3 ? p[0] : 0.2126f * p[0] + 0.7152f * p[1] + 0.0722f * p[2];
 }
 
-/// Between the centres of four pixels; none outside of them or where a value is not finite.
-std::optional<double> sample(const Image& image, glm::dvec2 at)
+/// Between the centres of four pixels; none outside of them, where a value is not finite, or where they show things
+/// that lie apart: what is between those is nothing that could be followed.
+std::optional<double> sample(const FlickerFrame& frame, glm::dvec2 at)
 {
+    const Image& image = frame.light;
     const glm::dvec2 corner = glm::floor(at - 0.5), part = at - 0.5 - corner;
     const int x = static_cast<int>(corner.x), y = static_cast<int>(corner.y);
     const int right = part.x > 0.0 ? x + 1 : x, low = part.y > 0.0 ? y + 1 : y;
     if (x < 0 || y < 0 || right >= image.width || low >= image.height) return std::nullopt;
+    if (frame.depth) {
+        const auto [nearest, farthest] = std::minmax({*frame.depth->at(x, y), *frame.depth->at(right, y),
+                                                      *frame.depth->at(x, low), *frame.depth->at(right, low)});
+        if (!(farthest - nearest <= kHidden * farthest)) return std::nullopt;
+    }
     const auto value = [&](int u, int v) { return static_cast<double>(luminance_at(image, u, v)); };
     const double upper = glm::mix(value(x, y), value(right, y), part.x);
     const double lower = glm::mix(value(x, low), value(right, low), part.x);
@@ -72,7 +80,7 @@ std::vector<double> track(const std::vector<FlickerFrame>& frames, glm::dvec2 at
 {
     std::vector<double> values;
     for (std::size_t i = frames.size(); i-- > 0;) {
-        const auto value = sample(frames[i].light, at);
+        const auto value = sample(frames[i], at);
         if (!value) return {};
         values.push_back(*value);
         if (i == 0) break;
@@ -109,7 +117,7 @@ double change_between(const FlickerFrame& before, const FlickerFrame& after)
     std::size_t points = 0;
     for_each_pixel(after.light, [&](glm::dvec2 at) {
         const auto from = came_from(before, after, at);
-        const auto was = from ? sample(before.light, *from) : std::nullopt, is = sample(after.light, at);
+        const auto was = from ? sample(before, *from) : std::nullopt, is = sample(after, at);
         if (!was || !is) return;
         const double scale = 0.5 * (*was + *is) + floor;
         sum += scale > 0.0 ? std::abs(*is - *was) / (std::sqrt(2.0) * scale) : 0.0;

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <utility>
 
+#include "cli/batch_settings.h"
 #include "cli/outputs.h"
 #include "cli/run_support.h"
 #include "output/small_copy.h"
@@ -49,21 +50,11 @@ bool may_pass(ErrorCode code)
            code == ErrorCode::internal;
 }
 
-/// What an output keeps of the picture, as text.
-std::string kept_by(const OutputFile& file)
-{
-    std::string text = "format " + std::to_string(static_cast<int>(file.options.format));
-    if (is_exr(file)) text += " layers";
-    for (const std::string& layer : file.options.layers) text += " " + layer;
-    return text;
-}
-
 SessionOptions session_options(const BatchArguments& arguments, const RenderOptions& options, bool is_animated,
                                LogFunction log)
 {
-    // Records keep the rays they have: a goal could not refine those of other frames.
     return {.threads = arguments.render.scene.threads,
-            .keep_records = !arguments.independent && !arguments.on_server && !has_goal(options),
+            .keep_records = keeps_records(arguments, options),
             .watch_records = is_animated,
             .log = std::move(log)};
 }
@@ -95,21 +86,6 @@ std::vector<OutputFile> prepared_outputs(const BatchArguments& arguments, const 
     return files;
 }
 
-std::string ocio_text(const ToneMapper* mapper)
-{
-    if (mapper == nullptr || mapper->config_name() == "built-in") return "built-in";
-    std::error_code failed;
-    const auto bytes = fs::file_size(mapper->config_name(), failed);
-    Fingerprint print;
-    if (std::FILE* file = std::fopen(mapper->config_name().c_str(), "rb"); file != nullptr && !failed) {
-        std::string text(bytes, '\0');
-        text.resize(std::fread(text.data(), 1, text.size(), file));
-        std::fclose(file);
-        print.add(text);
-    }
-    return print.text();
-}
-
 }  // namespace
 
 FrameMaker::FrameMaker(const BatchArguments& arguments, ProgressBar& bar, std::function<void()> on_request)
@@ -123,22 +99,11 @@ FrameMaker::FrameMaker(const BatchArguments& arguments, ProgressBar& bar, std::f
       scene_(arguments.render.scene),
       session_(session_options(arguments, options_, scene_.is_animated(), bar.log())),
       shared_records_(arguments.records_file, arguments.task.kind),
+      settings_(settings_of_frames(arguments, options_, files_, outputs_.tone_mapper())),
+      ahead_(arguments, scene_.is_animated(), numbers_),
       quality_(options_.quality)
 {
     prepare_folder(fs::path(record_path(files_.front().path)).parent_path());
-    settings_.emplace_back("version", kVersion);
-    for (const auto& [name, text] : list_options(options_))
-        settings_.emplace_back(name, arguments.deadline_ms && name == "target-error" ? "what a deadline leaves" : text);
-    settings_.emplace_back("effects", arguments.render.effects);
-    settings_.emplace_back("records of other frames",
-                           session_options(arguments, options_, false, {}).keep_records ? "used" : "none");
-    const ToneMapper* mapper = outputs_.tone_mapper();
-    if (!std::all_of(files_.begin(), files_.end(), is_exr)) {  // those keep what is not shown by any
-        settings_.emplace_back("colour configuration", ocio_text(mapper));
-        settings_.emplace_back("display", mapper->display() + ", " + mapper->view());
-    }
-    if (arguments.shutter.blurs()) settings_.emplace_back("shutter", number_text(arguments.shutter.open));
-    settings_.emplace_back("motion", arguments.render.motion_time + " " + arguments.render.motion_camera);
 }
 
 FrameRecord FrameMaker::wanted(int number) const
@@ -328,10 +293,27 @@ void FrameMaker::begin_records(int number)
     }
 }
 
+/// What serves all frames around this one is not its time, nor limited by what that may be.
+void FrameMaker::look_ahead(int number)
+{
+    const auto since = Clock::now() - frame_began_;
+    const double cpu = cpu_seconds();
+    frame_began_ = Clock::time_point::max();
+    const auto camera_of = [&](int n) { return choose_camera(session_.scene(), scene_.camera_at(time_of(n))); };
+    const auto killed = [&](int n) {
+        const int own = n == number ? 1 : 0;
+        return starts_without_end(running_path(record_path(paths_of(n).front()))) > own;
+    };
+    ahead_.look(session_, number, options_, camera_of, killed, {.log = log(), .progress = progress()});
+    frame_began_ = Clock::now() - since;
+    cpu_began_ += cpu_seconds() - cpu;
+}
+
 RenderResult FrameMaker::render_picture(FrameRecord& wanted)
 {
     begin_records(wanted.number);
     identify(wanted);
+    look_ahead(wanted.number);
     wanted.figures.records_reused = session_.records().size();
     RenderArguments arguments = arguments_.render;
     arguments.scene.time = time_of(wanted.number);
@@ -352,7 +334,7 @@ RenderResult FrameMaker::render_picture(FrameRecord& wanted)
 void FrameMaker::try_frame(FrameRecord& wanted)
 {
     frame_began_ = Clock::now();
-    const double cpu = cpu_seconds();
+    cpu_began_ = cpu_seconds();
     warnings_.clear();
     const RenderResult result = render_picture(wanted);
     forecast_ = result.stats.forecast;
@@ -374,7 +356,7 @@ void FrameMaker::try_frame(FrameRecord& wanted)
     figures.thumbnail = base64(jpeg_bytes(small));
     figures.warnings = warnings_;
     figures.seconds = seconds_since(frame_began_);
-    figures.cpu_seconds = cpu_seconds() - cpu;
+    figures.cpu_seconds = cpu_seconds() - cpu_began_;
     seconds_around_ = figures.seconds - rendered;
 }
 

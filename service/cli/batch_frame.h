@@ -11,6 +11,7 @@
 #include "batch/flicker.h"
 #include "batch/frame_record.h"
 #include "batch/frames.h"
+#include "cli/batch_ahead.h"
 #include "cli/batch_records.h"
 #include "cli/batch_run.h"
 #include "cli/batch_scene.h"
@@ -87,6 +88,7 @@ private:
     void say(std::string_view line);
     void try_frame(FrameRecord& wanted);
     void begin_records(int number);
+    void look_ahead(int number);
     RenderResult render_picture(FrameRecord& wanted);
     void judge(const FrameRecord& wanted, const LayeredImage& image, FrameFigures& figures);
     double time_of(int number) const { return number / arguments_.shutter.fps; }
@@ -100,6 +102,7 @@ private:
     std::deque<std::string> said_;       // ... by all levels, and its stages
     std::string stage_;
     std::chrono::steady_clock::time_point frame_began_;
+    double cpu_began_ = 0.0;  // of the frame [s]
     bool too_slow_ = false;
 
     const RenderOptions options_;
@@ -108,11 +111,12 @@ private:
     OutputFiles outputs_;
     BatchScene scene_;
     Session session_;
-    Dependencies settings_;  // what all frames depend on
     const std::thread::id main_ = std::this_thread::get_id();
     std::optional<float> held_exposure_;
     std::optional<int> exposure_frame_;  // it was taken from
     SharedRecords shared_records_;
+    const Dependencies settings_;  // what all frames depend on
+    FramesAhead ahead_;
     Quality quality_;
     Forecast forecast_;
     double seconds_around_ = 0.0;

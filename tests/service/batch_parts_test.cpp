@@ -159,5 +159,22 @@ TEST(FlickerMeasure, LeavesOutWhatWasHidden)
     EXPECT_EQ(measure_flicker({far(5.0f, 1.0f), far(9.0f, 1.0f)}).points, 3u);
 }
 
+TEST(FlickerMeasure, LeavesOutWhatLiesBetweenThings)
+{
+    // Two halves, one of them far behind the other, that move by half a pixel: what shows at their border was in
+    // between.
+    const auto halves = [](float behind) {
+        FlickerFrame frame = frame_of(8, 1, [](int x, int) { return x < 4 ? 1.0f : 3.0f; });
+        frame.motion = Image(8, 1, 2);
+        frame.depth = Image(8, 1, 1);
+        for (int x = 0; x < 8; ++x) *frame.depth->at(x, 0) = x < 4 ? 5.0f : behind, frame.motion->at(x, 0)[0] = 0.5f;
+        return frame;
+    };
+    EXPECT_EQ(measure_flicker({halves(5.1f), halves(5.1f)}).points, 7u) << "the first one comes from outside";
+    const Flicker apart = measure_flicker({halves(9.0f), halves(9.0f)});
+    EXPECT_EQ(apart.points, 6u);
+    EXPECT_EQ(apart.p95, 0.0);
+}
+
 }  // namespace
 }  // namespace rcs::service

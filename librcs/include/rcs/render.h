@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -192,6 +193,22 @@ RCS_API LayeredImage render_reference(Session& session, const MomentFunction& mo
 /// @throws as render()
 RCS_API void begin_watching(Session& session, const Camera& camera, const RenderOptions& options,
                             const RenderHooks& hooks = {});
+
+/// What walk_ahead() made.
+struct AheadStats {
+    int views = 0;              ///< that it looked at
+    std::uint64_t records = 0;  ///< that are new
+};
+
+/// Places the records of views to come, so that each of these has from the first on what the others need: as a camera
+/// moves, light stays what it is, and costs no more than record by record as they come into view. Looks at the first
+/// and the last one, and in between where views need what there is not yet, leaving to the views themselves what lies
+/// closer. Does nothing where all cameras are the same, the session keeps no records, or options aim at an error or a
+/// time.
+/// @param cameras  of views of the scene as it is, in their order   @param options  that they are rendered with
+/// @throws as render()
+RCS_API AheadStats walk_ahead(Session& session, std::span<const Camera> cameras, const RenderOptions& options,
+                              const RenderHooks& hooks = {});
 
 /// What which error would cost: stops before the main work. Its `forecast` is empty where there is no indirect light.
 /// @param options  with a target or a budget

@@ -23,7 +23,7 @@ constexpr float kMostChange = 0.2f;
 // Where it is darker than this part of the mean, changes are judged as if it were as bright: they can hardly be seen.
 constexpr float kDarkChange = 0.01f;
 // So many scenes after the last gather a record is gathered again whatever was seen; those of a picture take turns.
-constexpr std::uint32_t kLife = 64;
+constexpr std::uint32_t kLife = 128;
 // ... where neither it nor the records around have seen any change since.
 constexpr std::uint32_t kQuietLife = 256;
 // One that is gathered again may be so much noisier than is wanted at a pixel, where several are averaged: it takes no
@@ -164,6 +164,43 @@ private:
     PixelSums sums_;
 };
 
+/// Of records whose change is too noisy: other rays than they had, so that both can be averaged.
+class FreshGathers {
+public:
+    explicit FreshGathers(const Renewal& n) : gatherer_(n.scene, with_own_rays(n)) {}
+
+    /// Lets a record count as few rays as its light and the change that it took on are worth.
+    /// @param noise  of its light before   @param error  of the change   @param allowed  of both   @return how many
+    /// gathers bring its noise back to what it was, or to what is allowed
+    int make_room(Record& r, float noise, float error, float allowed) const
+    {
+        const float now2 = noise * noise + error * error, wanted = std::max(noise, allowed);
+        const auto had = static_cast<float>(r.rays);
+        const float of_one = noise * noise * had;  // variance times rays
+        const float worth = of_one / now2, needed = of_one / (wanted * wanted);
+        r.rays = std::max(1, static_cast<int>(worth));
+        r.noise = std::sqrt(now2);
+        return std::max(1, static_cast<int>(std::lround((needed - worth) / static_cast<float>(gatherer_.rays()))));
+    }
+    /// @param more  gathers for each record
+    void add(const Renewal& n, std::span<const int> more, std::vector<Record>& records, ThreadPool& pool,
+             RecordStats& stats) const
+    {
+        const std::vector<std::uint32_t> unused(records.size());  // all know where they were born
+        gatherer_.gather_more(n.gbuffer, unused, more, records, pool, stats, [](float) {});
+    }
+
+private:
+    static RecordSettings with_own_rays(const Renewal& n)
+    {
+        RecordSettings settings = n.settings;
+        settings.seed = stream_key(settings.seed, Stream::renewal, n.states.now);
+        return settings;
+    }
+
+    RecordGatherer gatherer_;
+};
+
 }  // namespace
 
 bool are_stale(std::span<const Record> records, const SceneStates& states)
@@ -182,19 +219,23 @@ void renew_records(const Renewal& n, ThreadPool& pool, std::vector<Record>& reco
     const ChangesAround around(n, records, stale, changes, pool);
     const float widest = n.settings.error_tolerance * n.settings.max_reach;
     std::vector<std::uint32_t> again;
-    std::vector<int> rays;
+    std::vector<int> rays, more(records.size(), 0);
+    const FreshGathers fresh(n);
     for (std::size_t k = 0; k < seen.size(); ++k) {
         Record& r = records[stale.records[k]];
         const ChangesAround::Part part = around.at(k, r, changes[k]);
         if (part.change > 0.0f) r.watch.touched = n.states.now;
-        const float allowed = n.settings.noise_target * noise_allowed(r, widest);
-        if (part.change > kMostChange || part.error > allowed || is_over(r, seen[k], n.states.now) ||
-            !add_change(r, changes[k])) {
+        const float allowed = kNoisier * n.settings.noise_target * noise_allowed(r, widest);
+        const float noise = r.noise;
+        if (part.change > kMostChange || is_over(r, seen[k], n.states.now) || !add_change(r, changes[k])) {
             again.push_back(stale.records[k]);
-            const float excess = r.noise / (kNoisier * allowed);
+            const float excess = noise / allowed;
             rays.push_back(static_cast<int>(static_cast<float>(r.rays) * std::min(1.0f, excess * excess)));
+        } else if (part.error > allowed) {
+            more[stale.records[k]] = fresh.make_room(r, noise, part.error, allowed);
         }
     }
+    fresh.add(n, more, records, pool, stats);
     RecordGatherer(n.scene, n.settings).renew(records, again, rays, pool, stats);
     trust_gradients(records, n.settings);
     for (const std::uint32_t k : again) records[k].watch.gathered = n.states.now;

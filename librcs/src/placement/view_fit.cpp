@@ -18,7 +18,7 @@ namespace {
 constexpr float kNear = 2.0f;
 // A footprint that has changed by less is taken for the same: records keep their reach while the camera moves a little,
 // and what they show does not flicker.
-constexpr float kSame = 1.25f;
+constexpr float kSame = 3.0f;
 // Footprints of a surface that faces the viewer; of one that does not they are larger, here by as much at the most.
 constexpr double kOblique = 2.0;
 

@@ -235,20 +235,24 @@ void finish_picture(Frame& f)
     warn(f);
 }
 
-RenderResult finish(Frame& f)
+std::vector<Record> hand_over(Frame& f)
 {
-    finish_picture(f);
-    RenderResult& result = f.result;
-    const RecordStats& made = result.stats.records;
+    const RecordStats& made = f.stats().records;
     if (f.needs(Effect::indirect_diffuse))
         f.session.state().keep_guide(std::move(f.kept_guide), made.records + made.renewed,
                                      f.records.size() - made.records - made.renewed);
     f.aside.insert(f.aside.end(), std::make_move_iterator(f.without_radiance.begin()),
                    std::make_move_iterator(f.without_radiance.end()));
-    result.records = f.session.state().keep_records(std::move(f.records), std::move(f.aside), f.asked, f.views.front());
-    result.stats.kept = f.session.state().end_view();
+    return f.session.state().keep_records(std::move(f.records), std::move(f.aside), f.asked, f.views.front());
+}
+
+RenderResult finish(Frame& f)
+{
+    finish_picture(f);
+    f.result.records = hand_over(f);
+    f.stats().kept = f.session.state().end_view();
     f.session.state().moves = false;
-    return std::move(result);
+    return std::move(f.result);
 }
 
 }  // namespace rcs

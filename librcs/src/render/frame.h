@@ -120,6 +120,8 @@ void look_around(Frame& frame);
 void trace_lobes(Frame& frame);
 /// Holes, gathers, records; the first view's by steps to an error or for a time, if that is asked for.
 void place_records(Frame& frame);
+/// The same for pictures to come: without gathers at contacts, which are of one picture, and without a goal.
+void place_plain_records(Frame& frame);
 /// The coarse records of the first view alone, and what they foretell.
 void forecast_records(Frame& frame);
 void splat_records(Frame& frame);
@@ -148,6 +150,8 @@ void cut_to_crop(const Frame& frame, LayeredImage& image);
 
 /// The session keeps what was there, and what has come to it, of a picture that did not come about.
 void give_back(Frame& frame);
+/// What lasts goes to the session. @return records that it does not keep
+std::vector<Record> hand_over(Frame& frame);
 
 /// Sums become the picture, and counts its statistics.
 void finish_picture(Frame& frame);

@@ -62,6 +62,13 @@ void follow_scene(Frame& f)
     f.has_moved = false;
 }
 
+/// Records of earlier passes are shared; this one adds where it sees what they did not.
+void add_records(Frame& f)
+{
+    place_records(f.lit(), f.gbuffer, f.view(), f.course.records, f.session.pool(), f.records, f.stats().records,
+                  f.hooks.progress);
+}
+
 /// What independent gathers at some of the first view's pixels say of its error; those of an earlier view, where its
 /// records are still there.
 ErrorScale probe(Frame& f)
@@ -254,9 +261,16 @@ void place_records(Frame& f)
     gather_contacts(f);
     timed(f, "records", [&] {
         if (f.is_first_view() && has_goal(f.asked)) return steer_records(f, true);
-        // Records of earlier passes are shared; this one adds where it sees what they did not.
-        place_records(f.lit(), f.gbuffer, f.view(), f.course.records, f.session.pool(), f.records, f.stats().records,
-                      f.hooks.progress);
+        add_records(f);
+    });
+}
+
+void place_plain_records(Frame& f)
+{
+    if (!f.needs(Effect::indirect_diffuse)) return;
+    timed(f, "records", [&] {
+        prepare_records(f);
+        add_records(f);
     });
 }
 

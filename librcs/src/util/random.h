@@ -27,7 +27,8 @@ enum class Stream : std::uint64_t {
     direct_error,
     direct_again,
     lamp_checks,
-    contacts
+    contacts,
+    renewal
 };
 
 inline std::uint64_t stream_key(std::uint64_t seed, Stream stream, std::uint64_t index)

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "cli/batch_run.h"
+#include "rcs/render.h"
+
+namespace rcs::service {
+
+/// Looks at the views of frames before they are rendered, so that the records that they share are there from the first
+/// one on: those that came as the camera finds them would let light flicker. Some frames at a time, so that a long way
+/// does not fill the memory.
+class FramesAhead {
+public:
+    /// @param is_animated  the scene moves: then what is seen ahead would be of another one
+    /// @param all  frames of the batch, ascending
+    FramesAhead(const BatchArguments& arguments, bool is_animated, const std::vector<int>& all);
+
+    /// Before a frame: looks at those around it, once. None of them are looked at again where that fails, or where a
+    /// process died at one of them.
+    /// @param camera_of  a frame's   @param killed  whether one was begun by a process that did not end it
+    /// @throws rcs::Error
+    void look(Session& session, int number, const RenderOptions& options, const std::function<Camera(int)>& camera_of,
+              const std::function<bool(int)>& killed, const RenderHooks& hooks);
+
+private:
+    std::vector<int> numbers_;  // empty: none are looked at
+    std::size_t at_a_time_;
+    std::optional<std::size_t> known_;  // part of the numbers
+};
+
+}  // namespace rcs::service

@@ -1,0 +1,61 @@
+#include "cli/batch_settings.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <system_error>
+
+#include "rcs/rcs.h"
+
+namespace rcs::service {
+namespace {
+
+std::string ocio_text(const ToneMapper* mapper)
+{
+    if (mapper == nullptr || mapper->config_name() == "built-in") return "built-in";
+    std::error_code failed;
+    const auto bytes = std::filesystem::file_size(mapper->config_name(), failed);
+    Fingerprint print;
+    if (std::FILE* file = std::fopen(mapper->config_name().c_str(), "rb"); file != nullptr && !failed) {
+        std::string text(bytes, '\0');
+        text.resize(std::fread(text.data(), 1, text.size(), file));
+        std::fclose(file);
+        print.add(text);
+    }
+    return print.text();
+}
+
+}  // namespace
+
+bool keeps_records(const BatchArguments& arguments, const RenderOptions& options)
+{
+    // Records keep the rays they have: a goal could not refine those of other frames.
+    return !arguments.independent && !arguments.on_server && !has_goal(options);
+}
+
+std::string kept_by(const OutputFile& file)
+{
+    std::string text = "format " + std::to_string(static_cast<int>(file.options.format));
+    if (is_exr(file)) text += " layers";
+    for (const std::string& layer : file.options.layers) text += " " + layer;
+    return text;
+}
+
+Dependencies settings_of_frames(const BatchArguments& arguments, const RenderOptions& options,
+                                const std::vector<OutputFile>& files, const ToneMapper* mapper)
+{
+    Dependencies settings{{"version", kVersion}};
+    for (const auto& [name, text] : list_options(options))
+        settings.emplace_back(name, arguments.deadline_ms && name == "target-error" ? "what a deadline leaves" : text);
+    settings.emplace_back("effects", arguments.render.effects);
+    settings.emplace_back("records of other frames", keeps_records(arguments, options) ? "used" : "none");
+    if (!std::all_of(files.begin(), files.end(), is_exr)) {  // those keep what is not shown by any
+        settings.emplace_back("colour configuration", ocio_text(mapper));
+        settings.emplace_back("display", mapper->display() + ", " + mapper->view());
+    }
+    if (arguments.shutter.blurs()) settings.emplace_back("shutter", number_text(arguments.shutter.open));
+    settings.emplace_back("motion", arguments.render.motion_time + " " + arguments.render.motion_camera);
+    return settings;
+}
+
+}  // namespace rcs::service

@@ -1,0 +1,113 @@
+// Records placed for views to come.
+#include <cmath>
+#include <cstdint>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "rcs/rcs.h"
+
+namespace rcs {
+namespace {
+
+constexpr int kViews = 13;
+
+RenderOptions small_options()
+{
+    RenderOptions options;
+    options.width = 120, options.height = 90;
+    options.aa = 1;
+    return options;
+}
+
+Session atrium(bool keeps = true)
+{
+    Session session({.keep_records = keeps});
+    session.show(load_scene("demo:atrium"));
+    return session;
+}
+
+/// On a way through the hall, at its end much nearer to what it looks at.
+std::vector<Camera> way(const Session& session)
+{
+    const Camera begin = choose_camera(session.scene(), {});
+    std::vector<Camera> cameras(kViews, begin);
+    for (int i = 0; i < kViews; ++i) {
+        const double part = i / static_cast<double>(kViews - 1);
+        cameras[static_cast<std::size_t>(i)].world_from_view[3] +=
+            part * (1.5 * begin.world_from_view[0] - 3.0 * begin.world_from_view[2]);
+    }
+    return cameras;
+}
+
+struct Walked {
+    std::uint64_t made = 0;
+    double changed = 0.0;  ///< of the first view's indirect light, by the views after it
+};
+
+Walked walk(Session& session)
+{
+    Walked walked;
+    std::vector<Image> first;
+    std::vector<Camera> cameras = way(session);
+    cameras.push_back(cameras.front());
+    for (const Camera& camera : cameras) {
+        RenderResult result = render(session, camera, small_options());
+        walked.made += result.stats.records.records;
+        if (camera == cameras.front()) first.push_back(std::move(result.image.layers.at("indirect")));
+    }
+    double all = 0.0;
+    for (std::size_t i = 0; i < first[0].pixels.size(); ++i) {
+        walked.changed += static_cast<double>(std::abs(first[1].pixels[i] - first[0].pixels[i]));
+        all += static_cast<double>(first[0].pixels[i]);
+    }
+    walked.changed /= all;
+    return walked;
+}
+
+TEST(WalkAhead, WhatAViewShowsHangsLittleOnThoseAfterIt)
+{
+    Session plain = atrium(), prepared = atrium();
+    const AheadStats ahead = walk_ahead(prepared, way(prepared), small_options());
+    EXPECT_GT(ahead.views, 2);
+    EXPECT_LT(ahead.views, kViews);
+    EXPECT_EQ(ahead.records, prepared.records().size());
+    const Walked before = walk(plain), after = walk(prepared);
+    EXPECT_LT(after.made, before.made / 4);
+    EXPECT_LT(after.changed, before.changed / 2.0);
+    EXPECT_GT(before.changed, 0.005) << "the others do bring records that this view sees";
+    EXPECT_LT(static_cast<double>(ahead.records + after.made), 1.3 * static_cast<double>(before.made));
+}
+
+TEST(WalkAhead, DoesNothingWhereNothingWouldCome)
+{
+    Session session = atrium(), forgetful = atrium(false);
+    const std::vector<Camera> cameras = way(session);
+    EXPECT_EQ(walk_ahead(session, std::vector<Camera>(4, cameras[0]), small_options()).views, 0);
+    EXPECT_EQ(walk_ahead(session, {}, small_options()).views, 0);
+    EXPECT_EQ(walk_ahead(forgetful, cameras, small_options()).views, 0);
+    RenderOptions with_goal = small_options();
+    with_goal.quality = TargetError{0.1};
+    EXPECT_EQ(walk_ahead(session, cameras, with_goal).views, 0);
+    EXPECT_TRUE(session.records().empty());
+}
+
+TEST(WalkAhead, KeepsWhatItHasWhenItIsCalledOff)
+{
+    Session session = atrium();
+    int views = 0;
+    const auto third = [&](std::string_view stage, float) { return stage != "gbuffer" || ++views < 5; };
+    try {
+        walk_ahead(session, way(session), small_options(), {.progress = third});
+        ADD_FAILURE() << "it was not called off";
+    } catch (const Error& e) {
+        EXPECT_EQ(e.code(), ErrorCode::cancelled);
+    }
+    EXPECT_FALSE(session.records().empty());
+    EXPECT_GT(render(session, way(session)[0], small_options()).image.layers.at("beauty").width, 0);
+}
+
+}  // namespace
+}  // namespace rcs
