@@ -31,7 +31,7 @@ std::optional<double> sample(const FlickerFrame& frame, glm::dvec2 at)
     const int x = static_cast<int>(corner.x), y = static_cast<int>(corner.y);
     const int right = part.x > 0.0 ? x + 1 : x, low = part.y > 0.0 ? y + 1 : y;
     if (x < 0 || y < 0 || right >= image.width || low >= image.height) return std::nullopt;
-    if (frame.depth) {
+    if (frame.motion && frame.depth) {
         const auto [nearest, farthest] = std::minmax({*frame.depth->at(x, y), *frame.depth->at(right, y),
                                                       *frame.depth->at(x, low), *frame.depth->at(right, low)});
         if (!(farthest - nearest <= kHidden * farthest)) return std::nullopt;

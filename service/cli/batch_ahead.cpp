@@ -42,7 +42,13 @@ void FramesAhead::look(Session& session, int number, const RenderOptions& option
         } catch (const Error&) {  // that frame will fail
         }
     }
-    const AheadStats found = walk_ahead(session, cameras, options, hooks);
+    AheadStats found;
+    try {
+        found = walk_ahead(session, cameras, options, hooks);
+    } catch (const Error& e) {
+        if (e.code() == ErrorCode::cancelled) throw;
+        if (hooks.log) hooks.log(LogLevel::info, std::string("no records are placed beforehand: ") + e.what());
+    }
     if (found.views > 0 && hooks.log)
         hooks.log(LogLevel::info, std::to_string(found.records) + " records placed beforehand, in " +
                                       std::to_string(found.views) + " of the views of frames " +

@@ -18,10 +18,10 @@ public:
     /// @param all  frames of the batch, ascending
     FramesAhead(const BatchArguments& arguments, bool is_animated, const std::vector<int>& all);
 
-    /// Before a frame: looks at those around it, once. None of them are looked at again where that fails, or where a
-    /// process died at one of them.
+    /// Before a frame: looks at those around it, once. Not where a process died at one of them; where it fails, frames
+    /// do without.
     /// @param camera_of  a frame's   @param killed  whether one was begun by a process that did not end it
-    /// @throws rcs::Error
+    /// @throws rcs::Error cancelled
     void look(Session& session, int number, const RenderOptions& options, const std::function<Camera(int)>& camera_of,
               const std::function<bool(int)>& killed, const RenderHooks& hooks);
 

@@ -13,7 +13,6 @@
 #include "records/gather.h"
 #include "records/record_bytes.h"
 #include "records/watch.h"
-#include "scene/scene_parts.h"
 #include "session/session_state.h"
 #include "support/scenes.h"
 #include "support/session.h"
@@ -71,34 +70,6 @@ double mean_of(const LayeredImage& image, const char* layer)
     double sum = 0.0;
     for (const float value : pixels.pixels) sum += static_cast<double>(value);
     return sum / static_cast<double>(pixels.pixels.size());
-}
-
-TEST(ChangedInstances, AreThoseThatMovedOrAreMadeOtherwise)
-{
-    const Scene scene = moved_by(0.0);
-    const auto changed = [&](const Scene& other) { return changed_instances(scene, other); };
-    const std::size_t count = scene.instances.size();
-    EXPECT_EQ(changed(scene), std::vector<bool>(count));
-    EXPECT_EQ(changed(with_lamp(scene)), std::vector<bool>(count));
-    std::vector<bool> only_block(count);
-    only_block[1] = true;
-    EXPECT_EQ(changed(moved_by(0.1)), only_block);
-
-    Scene painted = scene;
-    const int mesh = scene.instances[1].mesh;
-    painted.materials[static_cast<std::size_t>(scene.meshes[static_cast<std::size_t>(mesh)].material)].base_color *=
-        0.5f;
-    const auto of_paint = changed(painted);
-    ASSERT_TRUE(of_paint.has_value());
-    EXPECT_TRUE((*of_paint)[1]);
-    Scene bent = scene;
-    bent.meshes[static_cast<std::size_t>(mesh)].positions.front().x += 0.01f;
-    ASSERT_TRUE(changed(bent).has_value());
-    EXPECT_TRUE((*changed(bent))[1]);
-
-    Scene more = scene;
-    more.instances.push_back(more.instances.back());
-    EXPECT_FALSE(changed(more).has_value());
 }
 
 TEST(RecordWatcher, SeesNothingChangeInTheSameSceneAndAllOfALamp)
@@ -336,6 +307,34 @@ TEST(Renewal, RecordsOnOrInsideWhatMovedGo)
     EXPECT_EQ(std::count_if(records.begin(), records.end(),
                             [&](const Record& r) { return on_block(r) && r.watch.gathered < now; }),
               0);
+}
+
+TEST(Renewal, RecordsWithRadianceOutliveViewsThatTakeNone)
+{
+    // A glossy block, and beside it a wall, seen alone: there gathers keep no radiance.
+    const auto room = [](float light, bool wall_alone) {
+        Scene scene = moved_by(0.0);
+        const int mesh = scene.instances[1].mesh;
+        Material& block =
+            scene.materials[static_cast<std::size_t>(scene.meshes[static_cast<std::size_t>(mesh)].material)];
+        block.metallic = 1.0f, block.roughness = 0.7f;
+        scene.lights.push_back(test::point_light({-1.5, 2.0, 1.0}, light * glm::vec3(3.0f, 1.0f, 0.5f)));
+        if (wall_alone) scene.cameras[0].yfov *= 0.25, scene.cameras[0].lens_shift.y = 1.4;
+        return scene;
+    };
+    Walk walk;
+    walk.show(room(0.1f, false));
+    const std::vector<Record>& records = walk.session.records();
+    ASSERT_TRUE(std::any_of(records.begin(), records.end(), [](const Record& r) { return !r.radiance.empty(); }));
+    // So faint that records take the change on where it is sure enough.
+    const Scene wall = room(0.12f, true);
+    const RenderResult now = walk.show(wall);
+    ASSERT_FALSE(now.stats.plan.needs(Effect::glossy_records));
+    EXPECT_GT(now.stats.records.watched, now.stats.records.renewed);
+    EXPECT_GT(now.stats.records.renewed, 0u);
+    const double alone = mean_of(test::render_first(wall, small()).image, "indirect");
+    EXPECT_NEAR(mean_of(now.image, "indirect"), alone, 0.05 * alone) << "noise of few records";
+    EXPECT_EQ(walk.show(room(0.13f, false)).stats.unserved_pixels, 0u);
 }
 
 TEST(Renewal, EveryRecordIsGatheredAgainOnceItsLifeIsOver)

@@ -48,7 +48,7 @@ TEST(ViewFit, ChangesNothingForRecordsOfTheSameView)
         view.pixel_offset = {0.3, 0.8};
         const Seen seen = see(scene, view);
         std::vector<Record> records = seen.records;
-        fit_to_view(seen.gbuffer, view, records);
+        fit_to_view(seen.gbuffer, view, false, records);
         for (std::size_t k = 0; k < records.size(); ++k)
             EXPECT_EQ(records[k].footprint, seen.records[k].footprint) << "record " << k;
     }
@@ -86,12 +86,12 @@ TEST(ViewFit, FollowsTheSizeOfPixels)
     const Seen small = see(scene, test::view_of(scene.cameras[0], 30, 20)),
                large = see(scene, test::view_of(scene.cameras[0], 240, 160));
     std::vector<Record> records = small.records;
-    fit_to_view(large.gbuffer, large.view, records);
+    fit_to_view(large.gbuffer, large.view, false, records);
     for (std::size_t k = 0; k < records.size(); ++k)
         EXPECT_NEAR(records[k].footprint / small.records[k].footprint, 0.125f, 0.03f)
             << "record " << k;  // the nearest sample is elsewhere
     records = large.records;
-    fit_to_view(small.gbuffer, small.view, records);
+    fit_to_view(small.gbuffer, small.view, false, records);
     double ratio = 0.0;
     for (std::size_t k = 0; k < records.size(); ++k)
         ratio += static_cast<double>(records[k].footprint / large.records[k].footprint);
@@ -110,12 +110,12 @@ TEST(ViewFit, LeavesWhatIsOutOfSightUnlessItIsMuchCoarser)
     for (const float footprint : {0.5f * pixel, 20.0f * pixel}) {
         behind.footprint = footprint;
         std::vector<Record> records{behind};
-        fit_to_view(seen.gbuffer, seen.view, records);
+        fit_to_view(seen.gbuffer, seen.view, false, records);
         EXPECT_NEAR(records[0].footprint, std::min(footprint, 2.0f * pixel), 1e-6f);
     }
     behind.position = glm::vec3(eye);
     std::vector<Record> records{behind};
-    fit_to_view(seen.gbuffer, seen.view, records);
+    fit_to_view(seen.gbuffer, seen.view, false, records);
     EXPECT_GT(records[0].footprint, 0.0f) << "in the eye itself";
 }
 

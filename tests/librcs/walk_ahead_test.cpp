@@ -71,8 +71,7 @@ TEST(WalkAhead, WhatAViewShowsHangsLittleOnThoseAfterIt)
 {
     Session plain = atrium(), prepared = atrium();
     const AheadStats ahead = walk_ahead(prepared, way(prepared), small_options());
-    EXPECT_GT(ahead.views, 2);
-    EXPECT_LT(ahead.views, kViews);
+    EXPECT_EQ(ahead.views, 5) << "the ends, the middle, and between those";
     EXPECT_EQ(ahead.records, prepared.records().size());
     const Walked before = walk(plain), after = walk(prepared);
     EXPECT_LT(after.made, before.made / 4);
@@ -97,16 +96,38 @@ TEST(WalkAhead, DoesNothingWhereNothingWouldCome)
 TEST(WalkAhead, KeepsWhatItHasWhenItIsCalledOff)
 {
     Session session = atrium();
-    int views = 0;
-    const auto third = [&](std::string_view stage, float) { return stage != "gbuffer" || ++views < 5; };
+    const std::vector<Camera> cameras = way(session);
+    walk_ahead(session, std::vector<Camera>{cameras[0], cameras[kViews - 1]}, small_options());
+    const std::size_t records = session.records().size();
+    const auto never = [](std::string_view stage, float part) { return stage != "records" || part == 0.0f; };
     try {
-        walk_ahead(session, way(session), small_options(), {.progress = third});
+        walk_ahead(session, cameras, small_options(), {.progress = never});
         ADD_FAILURE() << "it was not called off";
     } catch (const Error& e) {
         EXPECT_EQ(e.code(), ErrorCode::cancelled);
     }
-    EXPECT_FALSE(session.records().empty());
-    EXPECT_GT(render(session, way(session)[0], small_options()).image.layers.at("beauty").width, 0);
+    EXPECT_GE(session.records().size(), records);
+    EXPECT_LT(render(session, cameras[0], small_options()).stats.records.records, records / 10);
+}
+
+TEST(WalkAhead, StopsBeforeRecordsWouldBeDropped)
+{
+    Session session({.keep_records = true, .most_records = 2000});
+    session.show(load_scene("demo:atrium"));
+    const AheadStats ahead = walk_ahead(session, way(session), small_options());
+    EXPECT_EQ(ahead.views, 2);
+    EXPECT_LE(session.records().size(), 2000u);
+}
+
+TEST(WalkAhead, TakesNothingFromWhatViewsBeforeItHave)
+{
+    Session session = atrium();
+    const std::vector<Camera> cameras = way(session);
+    const auto rays_at_contacts = [&] { return render(session, cameras[0], small_options()).stats.contact_rays; };
+    EXPECT_GT(rays_at_contacts(), 0u);
+    for (int i = 0; i < 4; ++i)  // twenty looks: contacts are forgotten after twelve views
+        walk_ahead(session, cameras, small_options());
+    EXPECT_EQ(rays_at_contacts(), 0u);
 }
 
 }  // namespace

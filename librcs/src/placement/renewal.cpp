@@ -9,6 +9,7 @@
 
 #include "placement/refine.h"
 #include "placement/spacing.h"
+#include "placement/view_fit.h"
 #include "rays/ray_scene_impl.h"
 #include "records/gather.h"
 #include "splat/at_pixels.h"
@@ -63,7 +64,7 @@ std::optional<std::uint32_t> pixel_near(const Renewal& n, const Record& r)
     const std::optional<glm::dvec2> at = image_position(n.view, glm::dvec3(relative));
     if (!at) return std::nullopt;
     const float reach = kNeighbourhood * r.spacing_radius;
-    const double pixels = static_cast<double>(reach / r.footprint);
+    const double pixels = reach_in_pixels(n.view, r, static_cast<double>(reach));
     const glm::dvec2 last(g.width - 1, g.height - 1);
     for (const glm::dvec2 way :
          {glm::dvec2(0, 0), glm::dvec2(0.5, 0), glm::dvec2(-0.5, 0), glm::dvec2(0, 0.5), glm::dvec2(0, -0.5)}) {
@@ -231,6 +232,9 @@ void renew_records(const Renewal& n, ThreadPool& pool, std::vector<Record>& reco
             again.push_back(stale.records[k]);
             const float excess = noise / allowed;
             rays.push_back(static_cast<int>(static_cast<float>(r.rays) * std::min(1.0f, excess * excess)));
+        } else if (part.error > allowed && r.radiance.empty() == n.settings.radiance) {
+            again.push_back(stale.records[k]);  // what this view gathers could not be averaged with it
+            rays.push_back(r.rays);
         } else if (part.error > allowed) {
             more[stale.records[k]] = fresh.make_room(r, noise, part.error, allowed);
         }

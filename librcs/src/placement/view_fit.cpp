@@ -16,13 +16,21 @@ namespace {
 // A visible point this near is on the record's surface [footprints]: the next sample lies within that on all but
 // grazing ones.
 constexpr float kNear = 2.0f;
-// A footprint that has changed by less is taken for the same: records keep their reach while the camera moves a little,
-// and what they show does not flicker.
-constexpr float kSame = 3.0f;
+// A footprint that has changed by less is taken for the same: records keep their reach while the camera moves, and what
+// they show does not flicker. In pictures of another size they have to fit.
+constexpr float kSame = 3.0f, kSameInOtherPicture = 1.25f;
 // Footprints of a surface that faces the viewer; of one that does not they are larger, here by as much at the most.
 constexpr double kOblique = 2.0;
 
 }  // namespace
+
+double reach_in_pixels(const View& view, const Record& record, double length)
+{
+    const double pixel = image_plane(view).pixel;
+    const bool perspective = view.camera.projection == Projection::perspective;
+    const double distance = glm::length(glm::dvec3(record.position) - camera_position(view.camera));
+    return length / std::min(static_cast<double>(record.footprint), perspective ? pixel * distance : pixel);
+}
 
 std::vector<Record> take_unseen(const View& view, std::vector<Record>& records)
 {
@@ -34,7 +42,7 @@ std::vector<Record> take_unseen(const View& view, std::vector<Record>& records)
         const double reach = static_cast<double>(kReach * r.spacing_radius);
         const std::optional<glm::dvec2> at = image_position(view, relative);
         if (!at) return glm::length(relative) <= reach;
-        const double pixels = 1.0 + reach / static_cast<double>(r.footprint);
+        const double pixels = 1.0 + reach_in_pixels(view, r, reach);
         return at->x >= -pixels && at->y >= -pixels && at->x <= view.width + pixels && at->y <= view.height + pixels;
     };
     const auto unseen = std::stable_partition(records.begin(), records.end(), is_near);
@@ -57,14 +65,15 @@ std::optional<std::size_t> pixel_of(const GBuffer& gbuffer, const View& view, co
 
 }  // namespace
 
-void fit_to_view(const GBuffer& gbuffer, const View& view, std::span<Record> records)
+void fit_to_view(const GBuffer& gbuffer, const View& view, bool of_such_pictures, std::span<Record> records)
 {
+    const float same = of_such_pictures ? kSame : kSameInOtherPicture;
     const bool perspective = view.camera.projection == Projection::perspective;
     const double pixel = image_plane(view).pixel;
     for (Record& r : records) {
         if (const std::optional<std::size_t> i = pixel_of(gbuffer, view, r)) {
             const float now = gbuffer.footprint[*i];
-            if (now > kSame * r.footprint || now * kSame < r.footprint) r.footprint = now;
+            if (now > same * r.footprint || now * same < r.footprint) r.footprint = now;
             continue;
         }
         const double distance = glm::length(glm::dvec3(r.position) - gbuffer.camera_position);

@@ -9,6 +9,9 @@
 
 namespace rcs {
 
+/// How many pixels of this view a length at a record may take up, as it faces the viewer or as the record knows [px].
+double reach_in_pixels(const View& view, const Record& record, double length);
+
 /// Takes away the records that lie outside of the picture and do not reach into it. The others stay in their order.
 std::vector<Record> take_unseen(const View& view, std::vector<Record>& records);
 
@@ -16,7 +19,10 @@ std::vector<Record> take_unseen(const View& view, std::vector<Record>& records);
 /// follows from them. Records out of sight keep theirs unless a pixel at their distance is much smaller. Nothing
 /// changes for records of the same view.
 /// @param view  the view that `gbuffer` was made for
-void fit_to_view(const GBuffer& gbuffer, const View& view, std::span<Record> records);
+/// @param of_such_pictures  they come from views whose pixels are as wide: then they keep a footprint within three
+/// times
+///        of what it was, lest light flickers as the camera moves; else within 1.25 times
+void fit_to_view(const GBuffer& gbuffer, const View& view, bool of_such_pictures, std::span<Record> records);
 
 /// Records that lie on what is seen, and can be gathered again, come after the others.
 /// @param with_radiance  whether those that gathers now make hold radiance: others do not go together with them

@@ -51,7 +51,7 @@ bool weigh_behind(const Shading& shading, std::vector<glm::vec3>& weight)
 void prepare_records(Frame& f)
 {
     if (f.session.state().options.keep_records) f.aside = take_unseen(f.view(), f.records);
-    fit_to_view(f.gbuffer, f.view(), f.records);
+    fit_to_view(f.gbuffer, f.view(), f.session.state().record_pixel == image_plane(f.view()).pixel, f.records);
     bring_up_to_date(f);
 }
 
@@ -74,8 +74,10 @@ void add_records(Frame& f)
 ErrorScale probe(Frame& f)
 {
     Session::State& session = f.session.state();
-    const RecordStats& made = f.stats().records;
-    const auto changed = static_cast<double>(made.records + made.renewed) /
+    // Also what the view before did not see.
+    const auto others = std::count_if(f.records.begin(), f.records.end(),
+                                      [&](const Record& r) { return r.watch.view != session.view_number; });
+    const auto changed = (static_cast<double>(others) + static_cast<double>(f.stats().records.renewed)) /
                          static_cast<double>(std::max<std::size_t>(1, f.records.size()));
     if (const auto known = session.find_error_scale(changed); known && !f.probes) return *known;
     return timed(f, "probes", [&] {

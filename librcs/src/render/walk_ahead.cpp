@@ -14,15 +14,20 @@
 namespace rcs {
 namespace {
 
-// Views that are so near to each other in number are not looked at one by one: what the next picture finds missing, it
-// places itself.
+// Between views that are so near to each other in number none is looked at: what a picture finds missing, it places
+// itself.
 constexpr std::size_t kNear = 4;
 // Where a view has come to need so few new records [of those in it], those between it and its neighbours need no more.
 constexpr double kFewNew = 0.01;
 
-/// @return part of the view's records that is new
-double look_at_view(Session& session, const Camera& camera, const RenderOptions& options, const RenderHooks& hooks,
-                    AheadStats& stats)
+/// What a look at a view came to.
+struct Look {
+    double fresh = 0.0;          // part of the view's records that is new
+    bool gathers_lamps = false;  // with their light
+};
+
+Look look_at_view(Session& session, const Camera& camera, const RenderOptions& options, const RenderHooks& hooks,
+                  AheadStats& stats)
 {
     Frame frame = begin_frame(session, camera, options, hooks);
     try {
@@ -42,9 +47,13 @@ double look_at_view(Session& session, const Camera& camera, const RenderOptions&
         static_cast<double>(made.records) / static_cast<double>(std::max<std::size_t>(1, frame.records.size()));
     ++stats.views;
     stats.records += made.records;
+    // It is no view: what those before it have is no older for it.
+    const std::uint32_t view_number = session.state().view_number;
+    const bool gathers_lamps = frame.gathered.any();
     hand_over(frame);
     session.state().end_view();
-    return part;
+    session.state().view_number = view_number;
+    return {part, gathers_lamps};
 }
 
 }  // namespace
@@ -60,17 +69,24 @@ AheadStats walk_ahead(Session& session, std::span<const Camera> cameras, const R
     options.f_stop = options.focus = std::nullopt;
     options.layers.emplace();
     options.motion = std::nullopt;
-    const auto look = [&](std::size_t i) { return look_at_view(session, cameras[i], options, hooks, stats); };
+    const RenderHooks quiet{.progress = hooks.progress};
+    const auto look = [&](std::size_t i) { return look_at_view(session, cameras[i], options, quiet, stats); };
     if (std::adjacent_find(cameras.begin(), cameras.end(), std::not_equal_to<>()) == cameras.end()) return stats;
-    look(0);
+    // Another view may gather the light of other lamps, and could not use those records.
+    if (look(0).gathers_lamps) return stats;
     look(cameras.size() - 1);
+    // Kept or dropped, more would push out what is there.
+    const auto is_full = [&] {
+        const std::size_t records = std::max<std::size_t>(session.records().size(), stats.records);
+        return 2 * records > session.state().options.most_records;
+    };
     std::vector<std::pair<std::size_t, std::size_t>> between{{0, cameras.size() - 1}};
-    while (!between.empty()) {
+    while (!between.empty() && !is_full()) {
         const auto [first, last] = between.back();
         between.pop_back();
         if (last - first <= kNear) continue;
         const std::size_t middle = first + (last - first) / 2;
-        if (look(middle) <= kFewNew) continue;
+        if (look(middle).fresh <= kFewNew) continue;
         between.emplace_back(middle, last);
         between.emplace_back(first, middle);
     }

@@ -235,6 +235,7 @@ void Session::begin_with(std::vector<Record> records)
     state_->records = std::move(records);
     for (Record& record : state_->records) record.watch.state = state_->scene_number;
     state_->record_settings.clear();
+    state_->record_pixel = 0.0;
     state_->contacts.clear();
     state_->error_scale.reset();
     state_->note(SessionPart::records, true, "they were handed over");
@@ -323,6 +324,7 @@ void Session::State::put_back(std::vector<Record> kept, const RenderOptions& ask
         if (part->size() > options.most_records) *part = {};
     }
     records = std::move(kept);
+    record_pixel = image_plane(view).pixel;
     record_settings = record_settings_words(asked);
 }
 

@@ -74,13 +74,13 @@ struct [[gnu::visibility("hidden")]] Session::State {
     LightCacheUse light_cache_use;
     std::vector<Record> records, contacts;  ///< of contacts: gathers of pixels where surfaces meet; in no file
     bool moves = false;                     ///< a view is in the making that shows several moments
-    std::uint32_t view_number = 0;
-    std::uint32_t scene_number = 0;         ///< of the scene: another one for each change
+    std::uint32_t view_number = 0, scene_number = 0;  ///< of the scene: another one for each change
     std::vector<std::uint32_t> changed_in;  ///< per instance: since which scene it has been where and what it is
     std::vector<SceneChange> changes;       ///< of the last scenes
     Bounds box;                             ///< of the first of them
     std::optional<KeptGuide> guide;
     std::optional<KeptScale> error_scale;
+    double record_pixel = 0.0;    ///< of the view that they were kept from, as ImagePlane has it; 0: unknown
     std::string record_settings;  // that they were gathered with; empty: none are kept, or they come from outside
     std::array<Validity, kSessionParts> validity;
 
