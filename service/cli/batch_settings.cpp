@@ -1,7 +1,6 @@
 #include "cli/batch_settings.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <system_error>
 
@@ -10,19 +9,13 @@
 namespace rcs::service {
 namespace {
 
+/// By its bytes; one that is no file by its name.
 std::string ocio_text(const ToneMapper* mapper)
 {
-    if (mapper == nullptr || mapper->config_name() == "built-in") return "built-in";
-    std::error_code failed;
-    const auto bytes = std::filesystem::file_size(mapper->config_name(), failed);
-    Fingerprint print;
-    if (std::FILE* file = std::fopen(mapper->config_name().c_str(), "rb"); file != nullptr && !failed) {
-        std::string text(bytes, '\0');
-        text.resize(std::fread(text.data(), 1, text.size(), file));
-        std::fclose(file);
-        print.add(text);
-    }
-    return print.text();
+    if (mapper == nullptr) return "built-in";
+    const std::string name = mapper->config_name();
+    std::error_code ignored;
+    return std::filesystem::is_regular_file(name, ignored) ? file_hash(name) : name;
 }
 
 }  // namespace
