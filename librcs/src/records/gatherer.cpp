@@ -345,14 +345,17 @@ Record Gatherer::difference(const Birth& birth, const HemisphereGrid& grid, std:
     add_shadowed(w);
     if (rays_.has_transparency()) tint(grid.cells, w);
     HemisphereSamples& s = w.samples;
+    bool any = false;
     for (std::size_t c = 0; c < seen.size(); ++c) {
         if ((w.wanted >> c & 1u) == 0u) continue;  // nothing
         const glm::vec3 now(s.red[c], s.green[c], s.blue[c]), change = now - seen[c];
         seen[c] = now;
+        any |= change != glm::vec3(0.0f);
         s.red[c] = change.r, s.green[c] = change.g, s.blue[c] = change.b;
     }
-    const HemisphereIntegrals integrals = integrate(grid, s);
     Record change;
+    if (!any) return change;
+    const HemisphereIntegrals integrals = integrate(grid, s);
     change.irradiance = integrals.irradiance;
     for (std::size_t i = 0; i < 3; ++i) {
         change.rotation_gradient[i] = to_scene(w.frame, integrals.rotation_gradient[i]);

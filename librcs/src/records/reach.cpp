@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <span>
 
+#include "util/multiversion.h"
+
 namespace rcs {
 namespace {
 
@@ -10,23 +12,56 @@ constexpr std::uint64_t kAll = ~std::uint64_t{0};
 // Of the box around the scene: far more than a ray's points are off by rounding, and by their offset from surfaces.
 constexpr double kRim = 1e-4;
 
-struct Way {
-    glm::dvec3 origin, inverse;  ///< 1 / direction
-    double length;
-};
-
-/// Whether it meets a box, by slabs.
-inline bool meets(const Bounds& box, const Way& way)
+/// Whether each way meets a box, by slabs.
+RCS_MULTIVERSION
+void find_met(const Bounds& box, const Reach::Ways& ways, std::uint8_t* met)
 {
-    double begin = 0.0, end = way.length;
-    for (int axis = 0; axis < 3; ++axis) {
-        const double a = (box.min[axis] - way.origin[axis]) * way.inverse[axis];
-        const double b = (box.max[axis] - way.origin[axis]) * way.inverse[axis];
+    const glm::vec3 low(box.min), high(box.max);
+    const float *ox = ways.origin[0].data(), *oy = ways.origin[1].data(), *oz = ways.origin[2].data();
+    const float *dx = ways.direction[0].data(), *dy = ways.direction[1].data(), *dz = ways.direction[2].data();
+    const float* length = ways.length.data();
+    for (std::size_t i = 0; i < ways.count; ++i) {
         // Of a slab along the ray both are infinite: of one sign beside it, of two within, not a number at its rim.
-        begin = std::max(begin, std::min(a, b));
-        end = std::min(end, std::max(a, b));
+        const float ix = 1.0f / dx[i], iy = 1.0f / dy[i], iz = 1.0f / dz[i];
+        const float ax = (low.x - ox[i]) * ix, bx = (high.x - ox[i]) * ix;
+        const float ay = (low.y - oy[i]) * iy, by = (high.y - oy[i]) * iy;
+        const float az = (low.z - oz[i]) * iz, bz = (high.z - oz[i]) * iz;
+        float begin = 0.0f, end = length[i];
+        begin = std::max(begin, std::min(ax, bx));
+        end = std::min(end, std::max(ax, bx));
+        begin = std::max(begin, std::min(ay, by));
+        end = std::min(end, std::max(ay, by));
+        begin = std::max(begin, std::min(az, bz));
+        end = std::min(end, std::max(az, bz));
+        met[i] = begin <= end ? 1 : 0;
     }
-    return begin <= end;
+}
+
+/// Those of the ways that are shot.
+void fill(const RecordWatch& watch, Reach::Ways& ways)
+{
+    const std::size_t count = watch.seen.size(), most = watch.ways.size();
+    if (ways.length.size() < most) {
+        for (int axis = 0; axis < 3; ++axis) ways.origin[axis].resize(most), ways.direction[axis].resize(most);
+        ways.length.resize(most), ways.ray.resize(most), ways.met.resize(most);
+    }
+    std::size_t n = 0;
+    for (std::size_t i = 0; i < most; ++i) {
+        const WatchedWay& way = watch.ways[i];
+        if (!(way.length >= 0.0f)) continue;
+        glm::vec3 origin = watch.origin;
+        if (i >= count) {
+            const WatchedWay& before = watch.ways[way.ray];
+            origin += before.length * before.direction;
+        }
+        for (int axis = 0; axis < 3; ++axis) {
+            ways.origin[axis][n] = origin[axis];
+            ways.direction[axis][n] = way.direction[axis];
+        }
+        ways.length[n] = way.length;
+        ways.ray[n++] = static_cast<std::uint8_t>(way.ray);
+    }
+    ways.count = n;
 }
 
 }  // namespace
@@ -43,28 +78,26 @@ Reach::Reach(const SceneStates& states, bool cached) : now_(states.now)
     }
 }
 
-std::uint64_t Reach::rays(const RecordWatch& watch) const
+std::uint64_t Reach::rays(const RecordWatch& watch, Ways& ways) const
 {
     const std::size_t scenes = now_ - watch.state, count = watch.seen.size();
     if (scenes == 0) return 0;
     if (watch.ways.size() < count || count == 0 || scenes >= where_since_.size()) return kAll;
     const std::span<const Bounds> where = std::span(where_).first(where_since_[scenes]);
+    if (where.empty()) return 0;
     Bounds around;
     for (const Bounds& box : where)
         around.min = glm::min(around.min, box.min), around.max = glm::max(around.max, box.max);
+    fill(watch, ways);
+    find_met(around, ways, ways.met.data());
+    if (std::find(ways.met.begin(), ways.met.begin() + static_cast<std::ptrdiff_t>(ways.count), 1) ==
+        ways.met.begin() + static_cast<std::ptrdiff_t>(ways.count))
+        return 0;
     std::uint64_t reached = 0;
-    for (std::size_t i = 0; i < watch.ways.size(); ++i) {
-        const WatchedWay& way = watch.ways[i];
-        const std::uint64_t bit = std::uint64_t{1} << way.ray;
-        if (!(way.length >= 0.0f) || (reached & bit) != 0) continue;
-        glm::dvec3 origin(watch.origin);
-        if (i >= count) {
-            const WatchedWay& before = watch.ways[way.ray];
-            origin += static_cast<double>(before.length) * glm::dvec3(before.direction);
-        }
-        const Way along{origin, 1.0 / glm::dvec3(way.direction), static_cast<double>(way.length)};
-        const auto is_met = [&](const Bounds& box) { return meets(box, along); };
-        if (meets(around, along) && std::any_of(where.begin(), where.end(), is_met)) reached |= bit;
+    for (const Bounds& box : where) {
+        if (where.size() > 1) find_met(box, ways, ways.met.data());
+        for (std::size_t i = 0; i < ways.count; ++i)
+            if (ways.met[i] != 0) reached |= std::uint64_t{1} << ways.ray[i];
     }
     return reached;
 }

@@ -92,16 +92,22 @@ std::vector<Record> RecordWatcher::look(std::span<Record> records, std::span<con
 {
     std::vector<Record> changes(which.size());
     const Reach reach(states, impl_->cached);
+    std::vector<std::uint64_t> reach_of(which.size());
+    std::vector<Reach::Ways> ways(static_cast<std::size_t>(pool.size()));
+    pool.parallel_for(which.size(), 64, [&](std::size_t begin, std::size_t end, int thread) {
+        for (std::size_t i = begin; i < end; ++i) {
+            RecordWatch& watch = records[which[i]].watch;
+            reach_of[i] = reach.rays(watch, ways[static_cast<std::size_t>(thread)]);
+            watch.state = states.now;
+        }
+    });
     std::vector<std::uint32_t> reached, number;
     std::vector<std::uint64_t> rays;
     for (std::size_t i = 0; i < which.size(); ++i) {
-        RecordWatch& watch = records[which[i]].watch;
-        if (const std::uint64_t its_rays = reach.rays(watch); its_rays != 0) {
-            rays.push_back(its_rays);
-            reached.push_back(which[i]);
-            number.push_back(static_cast<std::uint32_t>(i));
-        }
-        watch.state = states.now;
+        if (reach_of[i] == 0) continue;
+        rays.push_back(reach_of[i]);
+        reached.push_back(which[i]);
+        number.push_back(static_cast<std::uint32_t>(i));
     }
     impl_->look(records, reached, rays, states, pool, stats,
                 [&](std::size_t i, Record&& change) { changes[number[i]] = std::move(change); });
