@@ -61,6 +61,7 @@ protected:
     double scale = GetParam();
     Bounds grid{scale * glm::dvec3(-3.0, 100.0, -0.5), scale* glm::dvec3(7.0, 104.0, 30.0)};
     RandomStream random{7};
+    Reach::Ways ways;
 
     double next() { return static_cast<double>(random.next()); }
     glm::dvec3 place(double beyond)
@@ -89,7 +90,8 @@ TEST_P(ReachAt, IsOfRaysThatWhatHasChangedLiesInTheWayOf)
         const glm::dvec3 low = place(i % 6 == 0 ? 0.5 : 0.0);
         const Bounds box{low, low + next() * next() * scale * glm::dvec3(6.0, 2.0, 15.0)};
         const Changed changed(grid, box);
-        const bool meets = Reach(changed.states, false).rays(watch(glm::dvec3(from), {{towards, length, 0}})) != 0;
+        const bool meets =
+            Reach(changed.states, false).rays(watch(glm::dvec3(from), {{towards, length, 0}}), ways) != 0;
         met += meets;
         if (goes_through(box, glm::dvec3(from), glm::dvec3(towards), static_cast<double>(length))) {
             ++through;
@@ -116,7 +118,7 @@ TEST_P(ReachAt, IsOfRaysWhoseHitsGetOtherLight)
     };
     const auto rays = [&](glm::dvec3 centre) {
         const Changed changed(grid, box(centre));
-        return Reach(changed.states, false).rays(known);
+        return Reach(changed.states, false).rays(known, ways);
     };
     EXPECT_EQ(rays({0.0, 0.0, 5.0}), 0b101u);
     EXPECT_EQ(rays({0.0, 0.0, 11.0}), 0u) << "behind what they hit";
@@ -132,31 +134,33 @@ TEST(Reach, IsEverywhereWhereNobodyKnowsBetter)
     const Bounds scene{glm::dvec3(0.0), glm::dvec3(10.0)}, far{glm::dvec3(8.0), glm::dvec3(9.0)};
     const RecordWatch known = watch(glm::dvec3(1.0), {{{1.0f, 0.0f, 0.0f}, 2.0f, 0}});
     Changed changed(scene, far);
-    EXPECT_EQ(Reach(changed.states, false).rays(known), 0u);
-    EXPECT_NE(Reach(changed.states, true).rays(known), 0u) << "light of further bounces";
-    EXPECT_NE(Reach(changed.states, false).rays(watch(glm::dvec3(1.0), {})), 0u) << "it was never looked at";
+    Reach::Ways ways;
+    EXPECT_EQ(Reach(changed.states, false).rays(known, ways), 0u);
+    EXPECT_NE(Reach(changed.states, true).rays(known, ways), 0u) << "light of further bounces";
+    EXPECT_NE(Reach(changed.states, false).rays(watch(glm::dvec3(1.0), {}), ways), 0u) << "it was never looked at";
     RecordWatch old = known;
     old.state = 6;
-    EXPECT_NE(Reach(changed.states, false).rays(old), 0u) << "what changed before is not known";
+    EXPECT_NE(Reach(changed.states, false).rays(old, ways), 0u) << "what changed before is not known";
     changed.changes[0].everywhere = true;
-    EXPECT_NE(Reach(changed.states, false).rays(known), 0u);
+    EXPECT_NE(Reach(changed.states, false).rays(known, ways), 0u);
     RecordWatch current = known;
     current.state = 8;
-    EXPECT_EQ(Reach(changed.states, false).rays(current), 0u) << "nothing has changed since";
+    EXPECT_EQ(Reach(changed.states, false).rays(current, ways), 0u) << "nothing has changed since";
 }
 
 TEST(Reach, AddsUpWhatChangedFromSceneToScene)
 {
     const Bounds scene{glm::dvec3(0.0), glm::dvec3(10.0)};
+    Reach::Ways ways;
     RecordWatch known = watch(glm::dvec3(1.0), {{{1.0f, 0.0f, 0.0f}, 5.0f, 0}, {{0.0f, 1.0f, 0.0f}, 5.0f, 1}});
     const auto box = [](glm::dvec3 centre) { return Bounds{centre - 0.1, centre + 0.1}; };
     const std::vector<SceneChange> changes{
         {.state = 8, .everywhere = false, .where = {box({3.0, 1.0, 1.0})}},
         {.state = 9, .everywhere = false, .where = {box({1.0, 3.0, 1.0}), Bounds{}}}};
     const SceneStates states{.now = 9, .changed = {}, .changes = changes, .box = scene};
-    EXPECT_EQ(Reach(states, false).rays(known), 0b11u);
+    EXPECT_EQ(Reach(states, false).rays(known, ways), 0b11u);
     known.state = 8;
-    EXPECT_EQ(Reach(states, false).rays(known), 0b10u);
+    EXPECT_EQ(Reach(states, false).rays(known, ways), 0b10u);
 }
 
 }  // namespace

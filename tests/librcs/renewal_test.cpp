@@ -304,9 +304,13 @@ TEST(Renewal, RecordsOnOrInsideWhatMovedGo)
     walk.show(moved_by(0.3));
     const std::uint32_t now = walk.session.state().scene_number;
     const std::vector<Record>& records = walk.session.records();
-    EXPECT_EQ(std::count_if(records.begin(), records.end(),
-                            [&](const Record& r) { return on_block(r) && r.watch.gathered < now; }),
-              0);
+    const auto is_old = [&](const Record& r) { return on_block(r) && r.watch.gathered < now; };
+    EXPECT_TRUE(std::none_of(records.begin(), records.end(), is_old));
+    // Nothing moves on: they stay, and are watched once something else changes.
+    EXPECT_EQ(walk.show(moved_by(0.3)).stats.records.records, 0u);
+    walk.show(with_lamp(moved_by(0.3)));
+    const auto is_watched = [&](const Record& r) { return on_block(r) && !r.watch.seen.empty(); };
+    EXPECT_TRUE(std::any_of(records.begin(), records.end(), is_watched));
 }
 
 TEST(Renewal, RecordsWithRadianceOutliveViewsThatTakeNone)

@@ -254,14 +254,16 @@ void SpacingLimiter::limit(std::vector<Record>& records, std::size_t first, Thre
                     near_[i] =
                         std::min(near_[i], kBarelyMore * (its + glm::distance(records[i].position, before.position)));
             }
+            const float near = near_[i], steep = steep_[i];
             // The minimum over all neighbours is the least of those over the records of each tree.
             for (std::size_t t = 0; t < trees.list.size(); ++t) {
                 if (trees.newest[t] <= seen_[i]) continue;
                 near_[i] = trees.list[t].clamped(records[i].position, near_[i]);
                 steep_[i] = trees.steep[t].clamped(records[i].position, steep_[i]);
             }
+            const bool is_set = seen_[i] != 0 && near_[i] == near && steep_[i] == steep;
             seen_[i] = static_cast<std::uint32_t>(records.size());
-            set_spacing(records[i], near_[i], steep_[i], options_);
+            if (!is_set) set_spacing(records[i], near_[i], steep_[i], options_);
         }
     });
     if (first == 0 && trees.list.size() > kMostTrees) {

@@ -45,19 +45,16 @@ void fill(const RecordWatch& watch, Reach::Ways& ways)
         for (int axis = 0; axis < 3; ++axis) ways.origin[axis].resize(most), ways.direction[axis].resize(most);
         ways.length.resize(most), ways.ray.resize(most), ways.met.resize(most);
     }
+    float *ox = ways.origin[0].data(), *oy = ways.origin[1].data(), *oz = ways.origin[2].data();
+    float *dx = ways.direction[0].data(), *dy = ways.direction[1].data(), *dz = ways.direction[2].data();
     std::size_t n = 0;
     for (std::size_t i = 0; i < most; ++i) {
         const WatchedWay& way = watch.ways[i];
         if (!(way.length >= 0.0f)) continue;
         glm::vec3 origin = watch.origin;
-        if (i >= count) {
-            const WatchedWay& before = watch.ways[way.ray];
-            origin += before.length * before.direction;
-        }
-        for (int axis = 0; axis < 3; ++axis) {
-            ways.origin[axis][n] = origin[axis];
-            ways.direction[axis][n] = way.direction[axis];
-        }
+        if (i >= count) origin += watch.ways[way.ray].length * watch.ways[way.ray].direction;
+        ox[n] = origin.x, oy[n] = origin.y, oz[n] = origin.z;
+        dx[n] = way.direction.x, dy[n] = way.direction.y, dz[n] = way.direction.z;
         ways.length[n] = way.length;
         ways.ray[n++] = static_cast<std::uint8_t>(way.ray);
     }

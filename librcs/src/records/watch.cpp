@@ -77,10 +77,16 @@ void RecordWatcher::begin(std::span<Record> records, const SceneStates& states, 
                           RecordStats& stats) const
 {
     std::vector<std::uint32_t> fresh;
+    const std::span<const std::uint32_t> moving = states.in_motion();
     for (std::size_t i = 0; i < records.size(); ++i) {
         RecordWatch& watch = records[i].watch;
         if (!watch.seen.empty() || watch.geometric_normal == glm::vec3(0.0f)) continue;
         watch.gathered = states.now;
+        // What has just moved mostly goes on, and its records with it: they hold in this scene alone.
+        if (std::binary_search(moving.begin(), moving.end(), watch.instance)) {
+            watch.state = states.now;
+            continue;
+        }
         fresh.push_back(static_cast<std::uint32_t>(i));
     }
     impl_->look(records, fresh, std::vector<std::uint64_t>(fresh.size(), kAllRays), states, pool, stats,

@@ -13,9 +13,10 @@ namespace rcs {
 
 /// What became another in a scene.
 struct SceneChange {
-    std::uint32_t state = 0;      ///< since when it is so
-    bool everywhere = false;      ///< light may have changed everywhere
-    std::vector<Bounds> where{};  ///< of all else, as it was and as it is
+    std::uint32_t state = 0;                 ///< since when it is so
+    bool everywhere = false;                 ///< light may have changed everywhere
+    std::vector<Bounds> where{};             ///< of all else, as it was and as it is
+    std::vector<std::uint32_t> instances{};  ///< that moved or became others, ascending
 };
 
 /// The scenes that a session has shown one after the other, by number.
@@ -23,7 +24,13 @@ struct SceneStates {
     std::uint32_t now = 0;
     std::span<const std::uint32_t> changed{};  ///< per instance: since when it has been where and what it is
     std::span<const SceneChange> changes{};    ///< of the last scenes, ascending
-    Bounds box{};                              ///< around what most ways lie in; the same for all of the scenes
+    /// Instances that have changed from the scene before to this one, ascending.
+    std::span<const std::uint32_t> in_motion() const
+    {
+        return changes.empty() || changes.back().state != now ? std::span<const std::uint32_t>{}
+                                                              : std::span(changes.back().instances);
+    }
+    Bounds box{};  ///< around what most ways lie in; the same for all of the scenes
 };
 
 /// Looks at records' light along a few rays, the same ones each time: what they bring now less what they brought before
@@ -34,7 +41,8 @@ public:
     RecordWatcher(const LitScene& scene, const RecordSettings& options);
     ~RecordWatcher();
 
-    /// Begins to watch those records that are not watched yet, if it is known where they were born.
+    /// Begins to watch those records that are not watched yet, if it is known where they were born, and not on what has
+    /// just moved: those hold in this scene alone.
     void begin(std::span<Record> records, const SceneStates& states, ThreadPool& pool, RecordStats& stats) const;
 
     /// Looks again at some of the records, all watched. @param which  their indices

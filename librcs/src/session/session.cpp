@@ -48,9 +48,11 @@ SceneChange change_between(const Scene& a, const Scene& b, const std::vector<boo
     constexpr std::ptrdiff_t kMostApart = 256;
     SceneChange change{.everywhere =
                            !same_lamps(a, b) || std::count(changed.begin(), changed.end(), true) > kMostApart};
-    for (std::size_t i = 0; i < changed.size() && !change.everywhere; ++i) {
+    for (std::size_t i = 0; i < changed.size(); ++i) {
         if (!changed[i]) continue;
-        change.everywhere = change.everywhere || is_lamp(a, a.instances[i]) || is_lamp(b, b.instances[i]);
+        change.instances.push_back(static_cast<std::uint32_t>(i));
+        if (change.everywhere) continue;
+        change.everywhere = is_lamp(a, a.instances[i]) || is_lamp(b, b.instances[i]);
         change.where.push_back(bounds_of(a, i));
         change.where.push_back(bounds_of(b, i));
     }
@@ -135,14 +137,13 @@ void Session::show(Scene scene)
             relight(*s.rays);
             s.note(SessionPart::ray_scene, true, "only lamps or the sky have changed");
         }
-        return s.change_light("lamps or the sky have changed", std::vector<bool>(s.scene->instances.size()),
-                              {.everywhere = true});
+        return s.change_light("lamps or the sky have changed", {.everywhere = true});
     }
     const std::string why = s.scene ? "surfaces have moved or changed" : "the scene is new";
     const auto changed = s.scene && s.watches() ? changed_instances(*s.scene, scene) : std::nullopt;
     s.note(SessionPart::ray_scene, false, why);
     if (changed)
-        s.change_light(why, *changed, change_between(*s.scene, scene, *changed));
+        s.change_light(why, change_between(*s.scene, scene, *changed));
     else
         s.drop_light(why);
     if (s.watches() && !changed) s.box = bounds_of(scene);
@@ -257,7 +258,7 @@ void Session::State::drop_light(const std::string& why)
     ++scene_number;
 }
 
-void Session::State::change_light(const std::string& why, const std::vector<bool>& changed, SceneChange change)
+void Session::State::change_light(const std::string& why, SceneChange change)
 {
     // A record that knows an earlier one is looked at whatever has changed.
     constexpr std::size_t kMostChanges = 64;
@@ -265,9 +266,8 @@ void Session::State::change_light(const std::string& why, const std::vector<bool
     note(SessionPart::light_cache, false, why);
     light_cache.reset();
     ++scene_number;
-    changed_in.resize(changed.size(), scene_number);
-    for (std::size_t i = 0; i < changed.size(); ++i)
-        if (changed[i]) changed_in[i] = scene_number;
+    changed_in.resize(scene->instances.size(), scene_number);
+    for (const std::uint32_t instance : change.instances) changed_in[instance] = scene_number;
     change.state = scene_number;
     if (changes.size() == kMostChanges) changes.erase(changes.begin());
     changes.push_back(std::move(change));

@@ -91,8 +91,8 @@ struct [[gnu::visibility("hidden")]] Session::State {
     void drop_light(const std::string& why);
     /// Whether records outlive a change of the scene.
     bool watches() const { return moves || (options.keep_records && options.watch_records); }
-    /// All light goes but records that are watched. @param changed  instances; those of the scene shown now
-    void change_light(const std::string& why, const std::vector<bool>& changed, SceneChange change);
+    /// All light goes but records that are watched.
+    void change_light(const std::string& why, SceneChange change);
     SceneStates states() const { return {scene_number, changed_in, changes, box}; }
     /// Makes the next GL on that device. @throws Error bad_argument: the GL was handed over, and is on another one
     void use_device(int device);
