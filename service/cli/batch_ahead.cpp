@@ -11,15 +11,19 @@ namespace {
 
 // So many: records that twice as many views have not needed are dropped.
 constexpr std::size_t kAtATime = 120;
+// ... where the scene moves: what happens until then changes the light of what is placed beforehand.
+constexpr std::size_t kAtATimeInMotion = 24;
 
 }  // namespace
 
 FramesAhead::FramesAhead(const BatchArguments& arguments, bool is_animated, const std::vector<int>& all)
-    : at_a_time_(arguments.task.kind == TaskKind::overture ? all.size() : kAtATime)
+    : at_a_time_(is_animated                                 ? kAtATimeInMotion
+                 : arguments.task.kind == TaskKind::overture ? all.size()
+                                                             : kAtATime)
 {
-    // A part with records begins with what its overture has seen.
+    // A part with records begins with what its overture has seen: all of it where the scene stands still.
     const bool is_part = arguments.task.kind == TaskKind::part;
-    if (is_animated || (is_part && !arguments.records_file.empty())) return;
+    if (is_part && !is_animated && !arguments.records_file.empty()) return;
     numbers_ = is_part ? frames_of(arguments.task, all) : all;
 }
 
@@ -35,16 +39,16 @@ void FramesAhead::look(Session& session, int number, const RenderOptions& option
     const std::size_t first = part * at_a_time_;
     const auto frames = std::span(numbers_).subspan(first, std::min(at_a_time_, numbers_.size() - first));
     if (std::any_of(frames.begin(), frames.end(), killed)) return;
-    std::vector<Camera> cameras;
-    for (const int frame : frames) {
+    const auto camera = [&](std::size_t i) -> std::optional<Camera> {
         try {
-            cameras.push_back(camera_of(frame));
-        } catch (const Error&) {  // that frame will fail
+            return camera_of(frames[i]);
+        } catch (const Error&) {
+            return std::nullopt;  // that frame will fail
         }
-    }
+    };
     AheadStats found;
     try {
-        found = walk_ahead(session, cameras, options, hooks);
+        found = walk_ahead(session, frames.size(), camera, options, hooks);
     } catch (const Error& e) {
         if (e.code() == ErrorCode::cancelled) throw;
         if (hooks.log) hooks.log(LogLevel::info, std::string("no records are placed beforehand: ") + e.what());

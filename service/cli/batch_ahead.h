@@ -14,7 +14,7 @@ namespace rcs::service {
 /// does not fill the memory.
 class FramesAhead {
 public:
-    /// @param is_animated  the scene moves: then what is seen ahead would be of another one
+    /// @param is_animated  the scene moves: fewer are looked at, since what is seen ahead is still another one
     /// @param all  frames of the batch, ascending
     FramesAhead(const BatchArguments& arguments, bool is_animated, const std::vector<int>& all);
 

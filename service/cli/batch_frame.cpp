@@ -299,7 +299,7 @@ void FrameMaker::look_ahead(int number)
     const auto since = Clock::now() - frame_began_;
     const double cpu = cpu_seconds();
     frame_began_ = Clock::time_point::max();
-    const auto camera_of = [&](int n) { return choose_camera(session_.scene(), scene_.camera_at(time_of(n))); };
+    const auto camera_of = [&](int n) { return scene_.camera(session_, time_of(n), {}); };
     const auto killed = [&](int n) {
         const int own = n == number ? 1 : 0;
         return starts_without_end(running_path(record_path(paths_of(n).front()))) > own;

@@ -84,6 +84,15 @@ void BatchScene::show(Session& session, double time, const LogFunction& log)
     shown_ = time;
 }
 
+Camera BatchScene::camera(const Session& session, double time, const LogFunction& log) const
+{
+    const CameraChoice asked = camera_at(time);
+    if (!is_animated_ || asked.given) return choose_camera(session.scene(), asked);
+    SceneChoice choice = scene_choice(arguments_);
+    choice.time = time;
+    return choose_camera(load_scene(choice, log, &session.scene()), asked);
+}
+
 MomentFunction BatchScene::moments(const Session& session, const Shutter& shutter, double time)
 {
     shown_.reset();

@@ -24,6 +24,8 @@ public:
     MomentFunction moments(const Session& session, const Shutter& shutter, double time);
     bool is_animated() const { return is_animated_; }
     CameraChoice camera_at(double time) const { return camera_.at(time); }
+    /// The camera at a time, whatever the session shows.
+    Camera camera(const Session& session, double time, const LogFunction& log) const;
     /// @throws rcs::Error io, if a file is another than when the batch began
     void check_unchanged() const;
 

@@ -1,6 +1,8 @@
 // Records placed for views to come.
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -42,6 +44,13 @@ std::vector<Camera> way(const Session& session)
     return cameras;
 }
 
+AheadStats ahead_of(Session& session, const std::vector<Camera>& cameras, const RenderOptions& options,
+                    const RenderHooks& hooks = {})
+{
+    const auto camera_of = [&](std::size_t i) -> std::optional<Camera> { return cameras[i]; };
+    return walk_ahead(session, cameras.size(), camera_of, options, hooks);
+}
+
 struct Walked {
     std::uint64_t made = 0;
     double changed = 0.0;  ///< of the first view's indirect light, by the views after it
@@ -70,7 +79,7 @@ Walked walk(Session& session)
 TEST(WalkAhead, WhatAViewShowsHangsLittleOnThoseAfterIt)
 {
     Session plain = atrium(), prepared = atrium();
-    const AheadStats ahead = walk_ahead(prepared, way(prepared), small_options());
+    const AheadStats ahead = ahead_of(prepared, way(prepared), small_options());
     EXPECT_EQ(ahead.views, 5) << "the ends, the middle, and between those";
     EXPECT_EQ(ahead.records, prepared.records().size());
     const Walked before = walk(plain), after = walk(prepared);
@@ -84,12 +93,12 @@ TEST(WalkAhead, DoesNothingWhereNothingWouldCome)
 {
     Session session = atrium(), forgetful = atrium(false);
     const std::vector<Camera> cameras = way(session);
-    EXPECT_EQ(walk_ahead(session, std::vector<Camera>(4, cameras[0]), small_options()).views, 0);
-    EXPECT_EQ(walk_ahead(session, {}, small_options()).views, 0);
-    EXPECT_EQ(walk_ahead(forgetful, cameras, small_options()).views, 0);
+    EXPECT_EQ(ahead_of(session, std::vector<Camera>(4, cameras[0]), small_options()).views, 0);
+    EXPECT_EQ(ahead_of(session, {}, small_options()).views, 0);
+    EXPECT_EQ(ahead_of(forgetful, cameras, small_options()).views, 0);
     RenderOptions with_goal = small_options();
     with_goal.quality = TargetError{0.1};
-    EXPECT_EQ(walk_ahead(session, cameras, with_goal).views, 0);
+    EXPECT_EQ(ahead_of(session, cameras, with_goal).views, 0);
     EXPECT_TRUE(session.records().empty());
 }
 
@@ -97,11 +106,11 @@ TEST(WalkAhead, KeepsWhatItHasWhenItIsCalledOff)
 {
     Session session = atrium();
     const std::vector<Camera> cameras = way(session);
-    walk_ahead(session, std::vector<Camera>{cameras[0], cameras[kViews - 1]}, small_options());
+    ahead_of(session, std::vector<Camera>{cameras[0], cameras[kViews - 1]}, small_options());
     const std::size_t records = session.records().size();
     const auto never = [](std::string_view stage, float part) { return stage != "records" || part == 0.0f; };
     try {
-        walk_ahead(session, cameras, small_options(), {.progress = never});
+        ahead_of(session, cameras, small_options(), {.progress = never});
         ADD_FAILURE() << "it was not called off";
     } catch (const Error& e) {
         EXPECT_EQ(e.code(), ErrorCode::cancelled);
@@ -114,9 +123,27 @@ TEST(WalkAhead, StopsBeforeRecordsWouldBeDropped)
 {
     Session session({.keep_records = true, .most_records = 2000});
     session.show(load_scene("demo:atrium"));
-    const AheadStats ahead = walk_ahead(session, way(session), small_options());
+    const AheadStats ahead = ahead_of(session, way(session), small_options());
     EXPECT_EQ(ahead.views, 2);
     EXPECT_LE(session.records().size(), 2000u);
+}
+
+TEST(WalkAhead, PlacesWhatFollowsASceneThatMoves)
+{
+    const auto atrium_at = [](double time) {
+        SceneChoice choice;
+        choice.source = "demo:atrium";
+        choice.time = time;
+        return load_scene(choice);
+    };
+    Session session({.keep_records = true, .watch_records = true});
+    session.show(atrium_at(0.1));
+    const std::vector<Camera> cameras = way(session);
+    ahead_of(session, cameras, small_options());
+    session.show(atrium_at(0.2));
+    const RecordStats last = render(session, cameras[kViews - 1], small_options()).stats.records;
+    EXPECT_GT(last.watched, 500u);
+    EXPECT_LT(last.records + last.renewed, last.watched / 4);
 }
 
 TEST(WalkAhead, TakesNothingFromWhatViewsBeforeItHave)
@@ -126,7 +153,7 @@ TEST(WalkAhead, TakesNothingFromWhatViewsBeforeItHave)
     const auto rays_at_contacts = [&] { return render(session, cameras[0], small_options()).stats.contact_rays; };
     EXPECT_GT(rays_at_contacts(), 0u);
     for (int i = 0; i < 4; ++i)  // twenty looks: contacts are forgotten after twelve views
-        walk_ahead(session, cameras, small_options());
+        ahead_of(session, cameras, small_options());
     EXPECT_EQ(rays_at_contacts(), 0u);
 }
 

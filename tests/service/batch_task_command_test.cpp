@@ -107,7 +107,7 @@ TEST(BatchTasks, BeginWithTheOverturesRecordsAlsoWhereTheSceneMoves)
         return json::parse(bytes_of(folder / (".rcsplat/f.000" + std::to_string(frame) + ".png.json"))).at("figures");
     };
     EXPECT_GT(figures(5).at("records_reused"), 0);
-    EXPECT_LT(2 * figures(5).at("records_made").get<int>(), figures(1).at("records_made").get<int>());
+    EXPECT_LT(5 * figures(5).at("records_made").get<int>(), figures(5).at("records_reused").get<int>());
 }
 
 TEST(BatchTasks, SayThatTheRecordsOfTheOvertureAreMissing)
@@ -234,7 +234,8 @@ TEST(BatchDeadline, IsWhatTheFramesMakeUseOf)
     };
     constexpr int kTooLate = 80;  // with a warning: on a machine that others use as well
     constexpr int kSeconds = 12;
-    const std::vector<std::string> hurried{folder / "f.####.png", "--deadline", "+" + std::to_string(kSeconds) + "s"};
+    const std::vector<std::string> hurried{folder / "f.####.png", "--deadline",
+                                           std::string("+").append(std::to_string(kSeconds)).append("s")};
     const Outcome outcome = with(hurried);
     EXPECT_TRUE(outcome.code == 0 || outcome.code == kTooLate) << outcome.err;
     EXPECT_TRUE(outcome.out.starts_with("6 frames in ")) << outcome.out;

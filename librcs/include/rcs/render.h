@@ -200,15 +200,19 @@ struct AheadStats {
     std::uint64_t records = 0;  ///< that are new
 };
 
+/// The camera of a view to come, by number from 0; none: it is not looked at.
+using CameraFunction = std::function<std::optional<Camera>(std::size_t)>;
+
 /// Places the records of views to come, so that each of these has from the first on what the others need: as a camera
 /// moves, light stays what it is, and costs no more than record by record as they come into view. Looks at the first
 /// and the last one, and in between where views need what there is not yet, leaving to the views themselves what lies
-/// closer. Does nothing where all cameras are the same, the session keeps no records, or options aim at an error or a
-/// time.
-/// @param cameras  of views of the scene as it is, in their order   @param options  that they are rendered with
-/// @throws as render()
-RCS_API AheadStats walk_ahead(Session& session, std::span<const Camera> cameras, const RenderOptions& options,
-                              const RenderHooks& hooks = {});
+/// closer. Does nothing where the camera stands still (the first, the middle and the last one are the same), the
+/// session keeps no records, or options aim at an error or a time.
+/// @param views  how many   @param camera_of  asked for those alone that are looked at, and the middle one: of the
+/// scene as it is, or as it will be where the session watches its records   @param options  that they are rendered with
+/// @throws as render(); what `camera_of` throws
+RCS_API AheadStats walk_ahead(Session& session, std::size_t views, const CameraFunction& camera_of,
+                              const RenderOptions& options, const RenderHooks& hooks = {});
 
 /// What which error would cost: stops before the main work. Its `forecast` is empty where there is no indirect light.
 /// @param options  with a target or a budget

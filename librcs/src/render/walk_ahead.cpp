@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cstddef>
-#include <functional>
 #include <optional>
 #include <span>
 #include <utility>
@@ -10,6 +9,7 @@
 #include "rcs/render.h"
 #include "render/frame.h"
 #include "render/light_search.h"
+#include "render/upkeep.h"
 
 namespace rcs {
 namespace {
@@ -21,13 +21,13 @@ constexpr std::size_t kNear = 4;
 constexpr double kFewNew = 0.01;
 
 /// What a look at a view came to.
-struct Look {
+struct ViewLook {
     double fresh = 0.0;          // part of the view's records that is new
     bool gathers_lamps = false;  // with their light
 };
 
-Look look_at_view(Session& session, const Camera& camera, const RenderOptions& options, const RenderHooks& hooks,
-                  AheadStats& stats)
+ViewLook look_at_view(Session& session, const Camera& camera, const RenderOptions& options, const RenderHooks& hooks,
+                      AheadStats& stats)
 {
     Frame frame = begin_frame(session, camera, options, hooks);
     try {
@@ -37,6 +37,7 @@ Look look_at_view(Session& session, const Camera& camera, const RenderOptions& o
             if (frame.settings.has_lamps) timed(frame, "lamps", [&] { part_lamps(frame); });
             look_around(frame);
             place_plain_records(frame);
+            watch_records(frame);
         }
     } catch (...) {
         give_back(frame);
@@ -58,7 +59,7 @@ Look look_at_view(Session& session, const Camera& camera, const RenderOptions& o
 
 }  // namespace
 
-AheadStats walk_ahead(Session& session, std::span<const Camera> cameras, const RenderOptions& asked,
+AheadStats walk_ahead(Session& session, std::size_t views, const CameraFunction& camera_of, const RenderOptions& asked,
                       const RenderHooks& hooks)
 {
     AheadStats stats;
@@ -70,17 +71,22 @@ AheadStats walk_ahead(Session& session, std::span<const Camera> cameras, const R
     options.layers.emplace();
     options.motion = std::nullopt;
     const RenderHooks quiet{.progress = hooks.progress};
-    const auto look = [&](std::size_t i) { return look_at_view(session, cameras[i], options, quiet, stats); };
-    if (std::adjacent_find(cameras.begin(), cameras.end(), std::not_equal_to<>()) == cameras.end()) return stats;
+    const auto look = [&](std::size_t i) {
+        const std::optional<Camera> camera = camera_of(i);
+        return camera ? look_at_view(session, *camera, options, quiet, stats) : ViewLook{.fresh = 1.0};
+    };
+    if (views < 2) return stats;
+    const std::size_t end = views - 1;
+    if (const auto first = camera_of(0); first == camera_of(end) && first == camera_of(end / 2)) return stats;
     // Another view may gather the light of other lamps, and could not use those records.
     if (look(0).gathers_lamps) return stats;
-    look(cameras.size() - 1);
+    look(end);
     // Kept or dropped, more would push out what is there.
     const auto is_full = [&] {
         const std::size_t records = std::max<std::size_t>(session.records().size(), stats.records);
         return 2 * records > session.state().options.most_records;
     };
-    std::vector<std::pair<std::size_t, std::size_t>> between{{0, cameras.size() - 1}};
+    std::vector<std::pair<std::size_t, std::size_t>> between{{0, end}};
     while (!between.empty() && !is_full()) {
         const auto [first, last] = between.back();
         between.pop_back();
