@@ -24,6 +24,8 @@ FramesAhead::FramesAhead(const BatchArguments& arguments, bool is_animated, cons
     // A part with records begins with what its overture has seen: all of it where the scene stands still.
     const bool is_part = arguments.task.kind == TaskKind::part;
     if (is_part && !is_animated && !arguments.records_file.empty()) return;
+    // Where it moves, an overture makes frames that lie far apart, and each moment of a shutter is a scene to follow.
+    if (is_animated && (arguments.task.kind == TaskKind::overture || arguments.shutter.blurs())) return;
     numbers_ = is_part ? frames_of(arguments.task, all) : all;
 }
 
@@ -51,6 +53,7 @@ void FramesAhead::look(Session& session, int number, const RenderOptions& option
         found = walk_ahead(session, frames.size(), camera, options, hooks);
     } catch (const Error& e) {
         if (e.code() == ErrorCode::cancelled) throw;
+        session.forget_light();  // it may be half up to date
         if (hooks.log) hooks.log(LogLevel::info, std::string("no records are placed beforehand: ") + e.what());
     }
     if (found.views > 0 && hooks.log)

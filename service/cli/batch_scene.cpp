@@ -87,10 +87,13 @@ void BatchScene::show(Session& session, double time, const LogFunction& log)
 Camera BatchScene::camera(const Session& session, double time, const LogFunction& log) const
 {
     const CameraChoice asked = camera_at(time);
-    if (!is_animated_ || asked.given) return choose_camera(session.scene(), asked);
+    if (!is_animated_ || asked.given || shown_ == time) return choose_camera(session.scene(), asked);
     SceneChoice choice = scene_choice(arguments_);
     choice.time = time;
-    return choose_camera(load_scene(choice, log, &session.scene()), asked);
+    const Scene then = load_scene(choice, log, &session.scene());
+    Camera camera = choose_camera(then, asked);
+    camera.world_from_view[3] += glm::dvec4(then.origin - session.scene().origin, 0.0);
+    return camera;
 }
 
 MomentFunction BatchScene::moments(const Session& session, const Shutter& shutter, double time)

@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <glm/gtc/matrix_transform.hpp>
@@ -319,6 +321,34 @@ TEST(Session, OfTheOneShotRenderGivesTheSamePicture)
     const RenderResult result = render(scene, scene.cameras[0], small());
     EXPECT_FALSE(result.records.empty());
     expect_same(result.image, test::render_view(scene, scene.cameras[0], small()).image);
+}
+
+TEST(Session, KeepsNoRecordOfAnotherSceneThatNobodyFollows)
+{
+    ThreadPool pool(2);
+    Session session(test::shared_gl(), pool, {.keep_records = true, .watch_records = true});
+    const auto room_with_block_at = [](double x) {
+        Scene scene = test::furnished_room();
+        scene.instances[1].world_from_object = glm::translate(glm::dmat4(1.0), glm::dvec3(x, 0.0, 0.0));
+        return scene;
+    };
+    const auto unwatched = [&] {
+        return std::count_if(session.records().begin(), session.records().end(),
+                             [](const Record& r) { return r.watch.seen.empty(); });
+    };
+    const Camera camera = room_with_block_at(0.0).cameras[0];
+    Camera away = camera;
+    away.world_from_view = camera.world_from_view * glm::rotate(glm::dmat4(1.0), 3.1, glm::dvec3(0.0, 1.0, 0.0));
+    for (const double x : {0.0, 0.3}) {
+        session.show(room_with_block_at(x));
+        render(session, camera, small());
+    }
+    EXPECT_GT(unwatched(), 0) << "on the block, which may move on";
+    Scene lit = room_with_block_at(0.3);
+    lit.lights.push_back(test::point_light({-1.5, 2.0, 1.0}, {3.0f, 1.0f, 0.5f}));
+    session.show(std::move(lit));
+    render(session, away, small());
+    EXPECT_EQ(unwatched(), 0);
 }
 
 }  // namespace

@@ -31,7 +31,7 @@ struct RecordWatch {
     glm::vec3 origin{0.0f};            ///< of the rays [m]
     glm::vec3 geometric_normal{0.0f};  ///< unit; 0: nothing is known of it
     std::uint32_t instance = 0;        ///< it lies on
-    std::uint32_t state = 0;           ///< of the scene, counted by the session, when it was looked at
+    std::uint32_t state = 0;           ///< of the scene, counted by the session, whose light it has, as far as is known
     std::uint32_t gathered = 0;        ///< ... when it was gathered
     std::uint32_t touched = 0;         ///< ... when it or a record around last saw a change
     std::uint32_t view = 0;            ///< of the session, the last one that it was in

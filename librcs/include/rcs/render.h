@@ -208,7 +208,7 @@ using CameraFunction = std::function<std::optional<Camera>(std::size_t)>;
 /// and the last one, and in between where views need what there is not yet, leaving to the views themselves what lies
 /// closer. Does nothing where the camera stands still (the first, the middle and the last one are the same), the
 /// session keeps no records, or options aim at an error or a time.
-/// @param views  how many   @param camera_of  asked for those alone that are looked at, and the middle one: of the
+/// @param views  how many   @param camera_of  asked once for those that are looked at, and the middle one: of the
 /// scene as it is, or as it will be where the session watches its records   @param options  that they are rendered with
 /// @throws as render(); what `camera_of` throws
 RCS_API AheadStats walk_ahead(Session& session, std::size_t views, const CameraFunction& camera_of,

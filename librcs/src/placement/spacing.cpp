@@ -245,6 +245,7 @@ void SpacingLimiter::limit(std::vector<Record>& records, std::size_t first, Thre
     pool.parallel_for(records.size() - first, 256, [&](std::size_t begin, std::size_t end, int) {
         for (std::size_t k = first + begin; k < first + end; ++k) {
             const std::uint32_t i = order_[k];
+            const float near = near_[i], steep = steep_[i];
             // It falls with the distance no faster than that grows, so the record before says how high it is at most;
             // a little more, for rounding, so that the search finds the value itself.
             if (k > first + begin) {
@@ -254,7 +255,6 @@ void SpacingLimiter::limit(std::vector<Record>& records, std::size_t first, Thre
                     near_[i] =
                         std::min(near_[i], kBarelyMore * (its + glm::distance(records[i].position, before.position)));
             }
-            const float near = near_[i], steep = steep_[i];
             // The minimum over all neighbours is the least of those over the records of each tree.
             for (std::size_t t = 0; t < trees.list.size(); ++t) {
                 if (trees.newest[t] <= seen_[i]) continue;

@@ -20,7 +20,8 @@ void find_met(const Bounds& box, const Reach::Ways& ways, std::uint8_t* met)
     const float *ox = ways.origin[0].data(), *oy = ways.origin[1].data(), *oz = ways.origin[2].data();
     const float *dx = ways.direction[0].data(), *dy = ways.direction[1].data(), *dz = ways.direction[2].data();
     const float* length = ways.length.data();
-    for (std::size_t i = 0; i < ways.count; ++i) {
+    const std::size_t count = ways.count;
+    for (std::size_t i = 0; i < count; ++i) {
         // Of a slab along the ray both are infinite: of one sign beside it, of two within, not a number at its rim.
         const float ix = 1.0f / dx[i], iy = 1.0f / dy[i], iz = 1.0f / dz[i];
         const float ax = (low.x - ox[i]) * ix, bx = (high.x - ox[i]) * ix;

@@ -35,10 +35,25 @@ void bring_up_to_date(Frame& f)
                                          " of them are gathered again");
 }
 
+namespace {
+
+/// Those that are not watched are not stale as long as the scene stays.
+void hold_in_this_scene(std::vector<Record>& records, const SceneStates& states)
+{
+    for (Record& r : records)
+        if (r.watch.seen.empty()) r.watch.state = states.now;
+}
+
+}  // namespace
+
 void watch_records(Frame& f)
 {
     Session::State& session = f.session.state();
-    if (!session.watches() || !f.needs(Effect::indirect_diffuse) || f.gathered.any()) return;
+    if (!session.watches() || !f.needs(Effect::indirect_diffuse)) return;
+    if (f.gathered.any()) {
+        for (std::vector<Record>* part : {&f.records, &session.contacts}) hold_in_this_scene(*part, session.states());
+        return;
+    }
     timed(f, "watch", [&] {
         const LitScene lit{f.rays, f.light_cache, nullptr, &f.gathered};
         RecordStats& stats = f.stats().records;

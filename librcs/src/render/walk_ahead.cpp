@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
 #include <utility>
@@ -26,10 +28,22 @@ struct ViewLook {
     bool gathers_lamps = false;  // with their light
 };
 
+/// New records on what has just moved: the next scene has others.
+std::uint64_t of_things_in_motion(const Frame& f)
+{
+    const SceneStates states = f.session.state().states();
+    const std::span<const std::uint32_t> moving = states.in_motion();
+    return static_cast<std::uint64_t>(std::count_if(f.records.begin(), f.records.end(), [&](const Record& r) {
+        return r.watch.seen.empty() && r.watch.state != states.now &&
+               std::binary_search(moving.begin(), moving.end(), r.watch.instance);
+    }));
+}
+
 ViewLook look_at_view(Session& session, const Camera& camera, const RenderOptions& options, const RenderHooks& hooks,
                       AheadStats& stats)
 {
     Frame frame = begin_frame(session, camera, options, hooks);
+    std::uint64_t passing = 0;
     try {
         if (frame.needs(Effect::indirect_diffuse) && begin_pass(frame)) {
             draw_gbuffer(frame);
@@ -37,6 +51,7 @@ ViewLook look_at_view(Session& session, const Camera& camera, const RenderOption
             if (frame.settings.has_lamps) timed(frame, "lamps", [&] { part_lamps(frame); });
             look_around(frame);
             place_plain_records(frame);
+            passing = of_things_in_motion(frame);
             watch_records(frame);
         }
     } catch (...) {
@@ -44,8 +59,8 @@ ViewLook look_at_view(Session& session, const Camera& camera, const RenderOption
         throw;
     }
     const RecordStats& made = frame.stats().records;
-    const double part =
-        static_cast<double>(made.records) / static_cast<double>(std::max<std::size_t>(1, frame.records.size()));
+    const double part = static_cast<double>(made.records - std::min(made.records, passing)) /
+                        static_cast<double>(std::max<std::size_t>(1, frame.records.size()));
     ++stats.views;
     stats.records += made.records;
     // It is no view: what those before it have is no older for it.
@@ -71,16 +86,21 @@ AheadStats walk_ahead(Session& session, std::size_t views, const CameraFunction&
     options.layers.emplace();
     options.motion = std::nullopt;
     const RenderHooks quiet{.progress = hooks.progress};
+    std::map<std::size_t, std::optional<Camera>> cameras;
+    const auto camera_at = [&](std::size_t i) {
+        const auto [known, is_new] = cameras.try_emplace(i);
+        if (is_new) known->second = camera_of(i);
+        return known->second;
+    };
     const auto look = [&](std::size_t i) {
-        const std::optional<Camera> camera = camera_of(i);
+        const std::optional<Camera> camera = camera_at(i);
         return camera ? look_at_view(session, *camera, options, quiet, stats) : ViewLook{.fresh = 1.0};
     };
     if (views < 2) return stats;
     const std::size_t end = views - 1;
-    if (const auto first = camera_of(0); first == camera_of(end) && first == camera_of(end / 2)) return stats;
+    if (const auto first = camera_at(0); first == camera_at(end) && first == camera_at(end / 2)) return stats;
     // Another view may gather the light of other lamps, and could not use those records.
-    if (look(0).gathers_lamps) return stats;
-    look(end);
+    if (look(0).gathers_lamps || look(end).gathers_lamps) return stats;
     // Kept or dropped, more would push out what is there.
     const auto is_full = [&] {
         const std::size_t records = std::max<std::size_t>(session.records().size(), stats.records);

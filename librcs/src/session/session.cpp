@@ -320,6 +320,10 @@ void Session::State::put_back(std::vector<Record> kept, const RenderOptions& ask
 {
     if (!options.keep_records) return;
     for (std::vector<Record>* part : {&kept, &contacts}) {
+        // Nobody knows what those that are not watched would be in another scene than theirs.
+        if (watches())
+            std::erase_if(*part,
+                          [&](const Record& r) { return r.watch.seen.empty() && r.watch.state != scene_number; });
         if (part->size() > options.most_records) std::erase_if(*part, [&](const Record& r) { return !shows(view, r); });
         if (part->size() > options.most_records) *part = {};
     }
