@@ -101,6 +101,31 @@ double spread(const std::vector<double>& values, double floor)
     return mean + floor > 0.0 ? std::sqrt(squares / (count - 1.0)) / (mean + floor) : 0.0;
 }
 
+/// The same of what differs from the mean of its neighbours in time.
+double sudden_spread(const std::vector<double>& values, double floor)
+{
+    // Of independent values that has so many times their variance.
+    constexpr double kOfDifference = 1.5;
+    double sum = 0.0, squares = 0.0;
+    for (const double value : values) sum += value;
+    for (std::size_t i = 1; i + 1 < values.size(); ++i) {
+        const double off = values[i] - 0.5 * (values[i - 1] + values[i + 1]);
+        squares += off * off;
+    }
+    const double mean = sum / static_cast<double>(values.size());
+    const double variance = squares / (kOfDifference * static_cast<double>(values.size() - 2));
+    return mean + floor > 0.0 ? std::sqrt(variance) / (mean + floor) : 0.0;
+}
+
+/// @param spreads  one or more
+Deviations deviations(std::vector<double> spreads)
+{
+    std::sort(spreads.begin(), spreads.end());
+    const double last = static_cast<double>(spreads.size() - 1);
+    const auto at = [&](double part) { return spreads[static_cast<std::size_t>(part * last + 0.5)]; };
+    return {std::accumulate(spreads.begin(), spreads.end(), 0.0) / (last + 1.0), at(0.5), at(0.95)};
+}
+
 template <typename Use>
 void for_each_pixel(const Image& image, const Use& use)
 {
@@ -135,21 +160,17 @@ Flicker measure_flicker(const std::vector<FlickerFrame>& frames)
             throw Error(ErrorCode::bad_argument, "the frames are of different sizes");
     Flicker flicker;
     const double floor = kRelativeErrorFloor * mean_of(last);
-    std::vector<double> spreads;
+    std::vector<double> spreads, sudden;
     for_each_pixel(last, [&](glm::dvec2 at) {
         const std::vector<double> values = track(frames, at);
-        if (!values.empty()) spreads.push_back(spread(values, floor));
+        if (values.empty()) return;
+        spreads.push_back(spread(values, floor));
+        if (values.size() > 2) sudden.push_back(sudden_spread(values, floor));
     });
     for (std::size_t i = 1; i < frames.size(); ++i) flicker.steps.push_back(change_between(frames[i - 1], frames[i]));
-    if (spreads.empty()) return flicker;
-    std::sort(spreads.begin(), spreads.end());
-    const auto at = [&](double part) {
-        return spreads[static_cast<std::size_t>(part * static_cast<double>(spreads.size() - 1) + 0.5)];
-    };
     flicker.points = spreads.size();
-    flicker.mean = std::accumulate(spreads.begin(), spreads.end(), 0.0) / static_cast<double>(spreads.size());
-    flicker.median = at(0.5);
-    flicker.p95 = at(0.95);
+    if (!spreads.empty()) flicker.all = deviations(std::move(spreads));
+    if (!sudden.empty()) flicker.sudden = deviations(std::move(sudden));
     return flicker;
 }
 

@@ -16,13 +16,19 @@ struct FlickerFrame {
     std::optional<Image> depth;   ///< tells points that were hidden in the frame before; with motion only
 };
 
+/// How points deviate in time, relative to their mean.
+struct Deviations {
+    double mean = 0.0, median = 0.0, p95 = 0.0;
+};
+
 /// Over points that show in all frames, each followed from the last frame back to the first.
 struct Flicker {
     std::size_t points = 0;
-    double mean = 0.0;  ///< of the points' temporal standard deviation over their mean in time
-    double median = 0.0;
-    double p95 = 0.0;
-    std::vector<double> steps;  ///< change_between() of each frame and the one before it
+    Deviations all;                    ///< standard deviations
+    std::optional<Deviations> sudden;  ///< from frame to frame: what leaves out light that changes steadily, by
+                                       ///< deviations from the mean of the frames before and after, scaled so that it
+                                       ///< is `all` where frames have nothing in common; none: there are two frames
+    std::vector<double> steps;         ///< change_between() of each frame and the one before it
 };
 
 /// @param frames  two or more of the same size @throws rcs::Error bad_argument

@@ -45,18 +45,29 @@ void print_flicker(const FlickerArguments& arguments)
     const bool followed =
         std::any_of(frames.begin() + 1, frames.end(), [](const auto& f) { return f.motion.has_value(); });
     if (arguments.json) {
+        const nlohmann::ordered_json sudden = flicker.sudden
+                                                  ? nlohmann::ordered_json{{"mean", flicker.sudden->mean},
+                                                                           {"median", flicker.sudden->median},
+                                                                           {"p95", flicker.sudden->p95}}
+                                                  : nlohmann::ordered_json(nullptr);
         const nlohmann::ordered_json json{
-            {"version", kVersion},  {"command", "flicker"},     {"frames", frames.size()}, {"layer", arguments.layer},
-            {"followed", followed}, {"points", flicker.points}, {"mean", flicker.mean},    {"median", flicker.median},
-            {"p95", flicker.p95},   {"steps", flicker.steps}};
+            {"version", kVersion},      {"command", "flicker"},         {"frames", frames.size()},
+            {"layer", arguments.layer}, {"followed", followed},         {"points", flicker.points},
+            {"mean", flicker.all.mean}, {"median", flicker.all.median}, {"p95", flicker.all.p95},
+            {"sudden", sudden},         {"steps", flicker.steps}};
         std::printf("%s\n", json.dump(2).c_str());
         return;
     }
     std::printf("%zu frames, layer %s, %zu points %s\n\n", frames.size(), arguments.layer.c_str(), flicker.points,
                 followed ? "followed by the layer motion" : "that stay in their pixels");
-    std::printf("temporal standard deviation over mean\n");
-    std::printf("mean            %s\nmedian          %s\np95             %s\n", percent_text(flicker.mean).c_str(),
-                percent_text(flicker.median).c_str(), percent_text(flicker.p95).c_str());
+    std::printf("temporal standard deviation over mean, and what of it is from frame to frame, not steady change\n");
+    const auto print = [&](const char* name, double Deviations::* which) {
+        std::printf("%-16s%-10s%s\n", name, percent_text(flicker.all.*which).c_str(),
+                    flicker.sudden ? percent_text((*flicker.sudden).*which).c_str() : "needs three frames");
+    };
+    print("mean", &Deviations::mean);
+    print("median", &Deviations::median);
+    print("p95", &Deviations::p95);
 }
 
 }  // namespace

@@ -2,7 +2,9 @@
 
 #include <cmath>
 #include <functional>
+#include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -121,10 +123,40 @@ TEST(FlickerMeasure, IsTheTemporalStandardDeviation)
     const auto frame = [](float left) { return frame_of(2, 1, [=](int x, int) { return x == 0 ? left : 2.0f; }); };
     const Flicker flicker = measure_flicker({frame(1.0f), frame(2.0f), frame(3.0f)});
     EXPECT_EQ(flicker.points, 2u);
-    EXPECT_NEAR(flicker.mean, 0.5 * 1.0 / (2.0 + 0.025), 1e-6);
-    EXPECT_NEAR(flicker.p95, 1.0 / (2.0 + 0.025), 1e-6);
+    EXPECT_NEAR(flicker.all.mean, 0.5 * 1.0 / (2.0 + 0.025), 1e-6);
+    EXPECT_NEAR(flicker.all.p95, 1.0 / (2.0 + 0.025), 1e-6);
     ASSERT_EQ(flicker.steps.size(), 2u);
     EXPECT_NEAR(flicker.steps[0], 0.5 * 1.0 / (std::sqrt(2.0) * (1.5 + 0.02)), 1e-6);
+}
+
+TEST(FlickerMeasure, TellsSteadyChangeFromNoise)
+{
+    constexpr int kFrames = 24;
+    const auto measure = [](float slope, float noise) {
+        std::mt19937 random(7);
+        std::normal_distribution<float> chance(0.0f, noise);
+        std::vector<FlickerFrame> frames;
+        for (int k = 0; k < kFrames; ++k) {
+            FlickerFrame frame{Image(40, 40, 1), {}, {}};
+            for (float& pixel : frame.light.pixels) pixel = 10.0f + slope * static_cast<float>(k) + chance(random);
+            frames.push_back(std::move(frame));
+        }
+        const Flicker flicker = measure_flicker(frames);
+        return std::pair{flicker.all.mean, flicker.sudden->mean};
+    };
+    const auto expected = [](float slope) {
+        const float mean = 10.0f + 0.5f * slope * (kFrames - 1), last = 10.0f + slope * (kFrames - 1);
+        return static_cast<double>(0.1f / (mean + 0.01f * last));
+    };
+    const auto [still, same] = measure(0.0f, 0.1f);
+    EXPECT_NEAR(still / expected(0.0f), 1.0, 0.04);
+    EXPECT_NEAR(same / still, 1.0, 0.04) << "the same where frames have nothing in common";
+    const auto [rising, sudden] = measure(0.05f, 0.1f);
+    EXPECT_GT(rising, 0.03);
+    EXPECT_NEAR(sudden / expected(0.05f), 1.0, 0.04);
+    EXPECT_LT(measure(0.05f, 1e-6f).second, 1e-5);
+    const auto grey = [](float value) { return frame_of(2, 2, [=](int, int) { return value; }); };
+    EXPECT_FALSE(measure_flicker({grey(1.0f), grey(2.0f)}).sudden);
 }
 
 TEST(FlickerMeasure, FollowsWhatMoves)
@@ -141,9 +173,9 @@ TEST(FlickerMeasure, FollowsWhatMoves)
     const Flicker followed = measure_flicker(frames);
     EXPECT_GT(followed.points, 60u);
     EXPECT_LT(followed.points, 16u * 12u) << "some come from outside";
-    EXPECT_LT(followed.p95, 1e-6);
+    EXPECT_LT(followed.all.p95, 1e-6);
     for (FlickerFrame& frame : frames) frame.motion.reset();
-    EXPECT_GT(measure_flicker(frames).median, 0.01);
+    EXPECT_GT(measure_flicker(frames).all.median, 0.01);
 }
 
 TEST(FlickerMeasure, LeavesOutWhatWasHidden)
@@ -173,7 +205,7 @@ TEST(FlickerMeasure, LeavesOutWhatLiesBetweenThings)
     EXPECT_EQ(measure_flicker({halves(5.1f), halves(5.1f)}).points, 7u) << "the first one comes from outside";
     const Flicker apart = measure_flicker({halves(9.0f), halves(9.0f)});
     EXPECT_EQ(apart.points, 6u);
-    EXPECT_EQ(apart.p95, 0.0);
+    EXPECT_EQ(apart.all.p95, 0.0);
 }
 
 }  // namespace
