@@ -6,13 +6,16 @@ what the frames are off by and how calm they are.
 
 Cost is the processor time of the batch over that of one `rcsplat render` for each of its frames, processes with all
 that they do; --every N times every N-th of the latter alone and takes the rest for alike. Errors are those of indirect
-light against `rcsplat reference` at --spp paths of every third pixel of every third row, its noise included; beside
-them the frames' own estimates. Flicker is `rcsplat flicker` of the layer irradiance, points followed by the layer
-motion, in the median; only where no light changes. Errors and flicker are told at --aa 1. References are kept in the
+light against `rcsplat reference` at every third pixel of every third row, by so many paths a case (or --spp) that its
+noise is about a third of what is measured; that noise is not taken off, and told beside: what one frame's reference and
+another one of a quarter of its paths differ by, over the root of 5. Beside errors the frames' own estimates. Flicker is
+`rcsplat flicker` of the layer irradiance, points followed by the layer motion, in the median: over the frames in which
+no light changes by much, the worst of several parts. Errors and flicker are told at --aa 1. References are kept in the
 output folder.
 """
 import argparse
 import json
+import math
 import pathlib
 import resource
 import shutil
@@ -25,10 +28,11 @@ LAYERS = "indirect,irradiance,depth,motion"
 WALK = {"fps": FPS, "keys": [{"frame": 1, "eye": [-9, 3, -0.9], "target": [0, 2.6, 0], "fov": 60},
                              {"frame": 48, "eye": [-7, 2.6, -0.5], "target": [1, 2.6, 0], "fov": 60}]}
 CASES = [
-    # name, scene, camera, what part of single renders' time is wanted at --aa 1 and 4
-    ("static scene, moving camera", "sponza.glb", ["--camera-path", "walk.json"], {1: 0.20, 4: 0.40}),
-    ("things, a lamp and the camera move", "demo:atrium", ["--camera", "walk"], {1: 0.30, 4: 0.50}),
-    ("all is skinned or moves", "cornell-animated.glb", [], {1: 1.05, 4: 1.05}),
+    # name, scene, camera, what part of single renders' time is wanted at --aa 1 and 4, paths of references,
+    # parts in which light is steady
+    ("static scene, moving camera", "sponza.glb", ["--camera-path", "walk.json"], {1: 0.20, 4: 0.40}, 12032, [(1, 48)]),
+    ("things, a lamp and the camera move", "demo:atrium", ["--camera", "walk"], {1: 0.30, 4: 0.50}, 9600, [(1, 11), (42, 48)]),
+    ("all is skinned or moves", "cornell-animated.glb", [], {1: 1.05, 4: 1.05}, 24064, []),
 ]
 
 
@@ -39,7 +43,7 @@ def parse():
     parser.add_argument("-o", "--output", type=pathlib.Path, required=True)
     parser.add_argument("--size", default="320x180")
     parser.add_argument("--frames", type=int, default=48)
-    parser.add_argument("--spp", type=int, default=1504)
+    parser.add_argument("--spp", type=int, help="paths of references; default: what each case takes")
     parser.add_argument("--every", type=int, default=1)
     parser.add_argument("--aa", type=int, nargs="+", default=[1, 4])
     parser.add_argument("--case", help="part of a case's name or scene: the others are left out")
@@ -78,23 +82,30 @@ class Runner:
         some = range(1, self.arguments.frames + 1, self.arguments.every)
         return statistics.mean(self.single(scene, camera, aa, n, folder) for n in some) * self.arguments.frames
 
-    def reference(self, scene, camera, frame, folder):
+    def reference(self, scene, camera, paths, frame, folder, seed=1):
         folder.mkdir(parents=True, exist_ok=True)
-        file = folder / f"r.{self.arguments.size}.{self.arguments.spp}.{frame:04}.exr"
+        file = folder / f"r.{self.arguments.size}.{paths}.{seed}.{frame:04}.exr"
         if not file.exists():
             self.run("reference", scene, *camera, "--time", repr(frame / FPS), "--size", self.arguments.size, "--spp",
-                     self.arguments.spp, "--stride", 3, "-o", file)
+                     paths, "--seed", seed, "--stride", 3, "-o", file)
         return file
+
+    def compare(self, picture, reference):
+        return json.loads(self.run("compare", picture, reference, "--layer", "indirect", "--json")[0])
 
     def errors(self, pictures, references):
         """Means over frames: error, ratio of means less 1."""
-        found = [json.loads(self.run("compare", pictures / f"f.{n:04}.exr", r, "--layer", "indirect", "--json")[0])
-                 for n, r in references.items()]
+        found = [self.compare(pictures / f"f.{n:04}.exr", r) for n, r in references.items()]
         return (statistics.mean(f["mean_relative_error"] for f in found),
                 statistics.mean(f["ratio_of_means"] for f in found) - 1)
 
-    def flicker(self, pictures):
-        files = sorted(pictures.glob("f.*.exr"))
+    def noise(self, scene, camera, paths, references):
+        frame, reference = sorted(references.items())[len(references) // 2]
+        other = self.reference(scene, camera, paths // 4, frame, reference.parent, seed=2)
+        return self.compare(other, reference)["mean_relative_error"] / math.sqrt(5)
+
+    def flicker(self, pictures, first, last):
+        files = [pictures / f"f.{n:04}.exr" for n in range(first, last + 1)]
         return json.loads(self.run("flicker", *files, "--layer", "irradiance", "--json")[0])["median"]
 
     def estimate(self, pictures, frames):
@@ -103,22 +114,26 @@ class Runner:
         return statistics.mean(told[n] for n in frames)
 
 
-def row(runner, file, name, scene, camera, aa, wanted, folder):
+def row(runner, case, scene, camera, aa, folder):
+    name, file, _, wanted, paths, steady = case
+    wanted, paths = wanted[aa], runner.arguments.spp or paths
     pictures, alone = folder / f"batch{aa}", folder / f"alone{aa}"
     seconds = runner.batch(scene, camera, aa, pictures)
     by_itself = runner.singles(scene, camera, aa, folder)
     cells = [f"{file}: {name}", f"`--aa {aa}`", f"{seconds:.0f} of {by_itself:.0f} s",
              f"{100 * seconds / by_itself:.0f} % ({100 * wanted:.0f})"]
     if aa > 1:
-        return "| " + " | ".join(cells + [""] * 7) + " |"
+        return "| " + " | ".join(cells + [""] * 8) + " |"
     runner.batch(scene, camera, aa, alone, "--independent-frames")
     judged = range(6, runner.arguments.frames + 1, 6)
-    references = {n: runner.reference(scene, camera, n, folder / "references") for n in judged}
-    (mine, bias), (theirs, _) = runner.errors(pictures, references), runner.errors(alone, references)
-    cells += [f"{100 * mine:.1f} %", f"{100 * bias:+.1f} %", f"{100 * runner.estimate(pictures, judged):.1f} %",
-              f"{100 * theirs:.1f} %"]
-    if name.startswith("static"):
-        calm, restless = runner.flicker(pictures), runner.flicker(alone)
+    references = {n: runner.reference(scene, camera, paths, n, folder / "references") for n in judged}
+    (mine, bias), (theirs, their_bias) = runner.errors(pictures, references), runner.errors(alone, references)
+    told, noise = runner.estimate(pictures, judged), runner.noise(scene, camera, paths, references)
+    cells += [f"{100 * mine:.1f} of {100 * theirs:.1f} %", f"{100 * noise:.1f} %",
+              f"{100 * bias:+.1f} of {100 * their_bias:+.1f} %", f"{100 * told:.1f} %", f"{told / mine:.2f}"]
+    parts = [(first, last) for first, last in steady if last <= runner.arguments.frames]
+    if parts:
+        calm, restless = max((runner.flicker(pictures, *part), runner.flicker(alone, *part)) for part in parts)
         cells += [f"{100 * calm:.2f} %", f"{100 * restless:.2f} %", f"{calm / restless:.2f}"]
     else:
         cells += [""] * 3
@@ -131,10 +146,11 @@ def main():
     walk = arguments.output / "walk.json"
     walk.write_text(json.dumps(WALK))
     runner = Runner(arguments)
-    print("| | | processor time, batch of single renders | part (wanted) | MRE, every sixth frame | bias | estimated "
-          "| MRE of independent frames | flicker | of independent frames | ratio |")
-    print("|" + " --- |" * 11)
-    for number, (name, file, camera, wanted) in enumerate(CASES):
+    print("| | | processor time, batch of single renders | part (wanted) | MRE of every sixth frame, of independent "
+          "frames | noise in it | bias | estimated | of the MRE | flicker | of independent frames | ratio |")
+    print("|" + " --- |" * 12)
+    for number, case in enumerate(CASES):
+        name, file, camera, wanted, *_ = case
         scene = file if file.startswith("demo:") else arguments.scenes / file
         if arguments.case and arguments.case not in name + file:
             continue
@@ -144,8 +160,7 @@ def main():
         camera = [str(walk) if word == "walk.json" else word for word in camera]
         for aa in arguments.aa:
             if aa in wanted:
-                print(row(runner, file, name, scene, camera, aa, wanted[aa],
-                          arguments.output / f"case{number}"), flush=True)
+                print(row(runner, case, scene, camera, aa, arguments.output / f"case{number}"), flush=True)
 
 
 if __name__ == "__main__":
