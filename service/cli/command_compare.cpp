@@ -33,7 +33,7 @@ void print_table(const CompareArguments& arguments, const ErrorMetrics& metrics)
     for (const MetricRow& row : metric_table()) {
         std::printf("%-15s ", row.words);
         if (std::isnan(metrics.*row.value))
-            std::printf("not defined: the pixels of the reference are not neighbours");
+            std::printf("not defined: %s", row.why_undefined);
         else
             std::printf(row.format, row.scale * metrics.*row.value);
         std::printf("\n");

@@ -7,15 +7,13 @@ what the frames are off by and how calm they are.
 Cost is the processor time of the batch over that of one `rcsplat render` for each of its frames, processes with all
 that they do; --every N times every N-th of the latter alone and takes the rest for alike. Errors are those of indirect
 light against `rcsplat reference` at every third pixel of every third row, by so many paths a case (or --spp) that its
-noise is about a third of what is measured; that noise is not taken off, and told beside: what one frame's reference and
-another one of a quarter of its paths differ by, over the root of 5. Beside errors the frames' own estimates. Flicker is
-`rcsplat flicker` of the layer irradiance, points followed by the layer motion, in the median: over the frames in which
-no light changes by much, the worst of several parts. Errors and flicker are told at --aa 1. References are kept in the
-output folder.
+noise is about a third of what is measured; that noise is not taken off, and told beside. Then the frames' own
+estimates. Flicker is `rcsplat flicker` of the layer irradiance, points followed by the layer motion, in the median:
+over the frames in which no light changes by much, the worst of several parts. Errors and flicker are told at --aa 1.
+References are kept in the output folder.
 """
 import argparse
 import json
-import math
 import pathlib
 import resource
 import shutil
@@ -82,27 +80,20 @@ class Runner:
         some = range(1, self.arguments.frames + 1, self.arguments.every)
         return statistics.mean(self.single(scene, camera, aa, n, folder) for n in some) * self.arguments.frames
 
-    def reference(self, scene, camera, paths, frame, folder, seed=1):
+    def reference(self, scene, camera, paths, frame, folder):
         folder.mkdir(parents=True, exist_ok=True)
-        file = folder / f"r.{self.arguments.size}.{paths}.{seed}.{frame:04}.exr"
+        file = folder / f"r.{self.arguments.size}.{paths}.{frame:04}.exr"
         if not file.exists():
             self.run("reference", scene, *camera, "--time", repr(frame / FPS), "--size", self.arguments.size, "--spp",
-                     paths, "--seed", seed, "--stride", 3, "-o", file)
+                     paths, "--stride", 3, "-o", file)
         return file
 
-    def compare(self, picture, reference):
-        return json.loads(self.run("compare", picture, reference, "--layer", "indirect", "--json")[0])
-
     def errors(self, pictures, references):
-        """Means over frames: error, ratio of means less 1."""
-        found = [self.compare(pictures / f"f.{n:04}.exr", r) for n, r in references.items()]
-        return (statistics.mean(f["mean_relative_error"] for f in found),
-                statistics.mean(f["ratio_of_means"] for f in found) - 1)
-
-    def noise(self, scene, camera, paths, references):
-        frame, reference = sorted(references.items())[len(references) // 2]
-        other = self.reference(scene, camera, paths // 4, frame, reference.parent, seed=2)
-        return self.compare(other, reference)["mean_relative_error"] / math.sqrt(5)
+        """Means over frames: error, ratio of means, the references' noise."""
+        found = [json.loads(self.run("compare", pictures / f"f.{n:04}.exr", r, "--layer", "indirect", "--json")[0])
+                 for n, r in references.items()]
+        return [statistics.mean(f[name] for f in found)
+                for name in ("mean_relative_error", "ratio_of_means", "reference_noise")]
 
     def flicker(self, pictures, first, last):
         files = [pictures / f"f.{n:04}.exr" for n in range(first, last + 1)]
@@ -127,10 +118,11 @@ def row(runner, case, scene, camera, aa, folder):
     runner.batch(scene, camera, aa, alone, "--independent-frames")
     judged = range(6, runner.arguments.frames + 1, 6)
     references = {n: runner.reference(scene, camera, paths, n, folder / "references") for n in judged}
-    (mine, bias), (theirs, their_bias) = runner.errors(pictures, references), runner.errors(alone, references)
-    told, noise = runner.estimate(pictures, judged), runner.noise(scene, camera, paths, references)
+    mine, ratio, noise = runner.errors(pictures, references)
+    theirs, their_ratio, _ = runner.errors(alone, references)
+    told = runner.estimate(pictures, judged)
     cells += [f"{100 * mine:.1f} of {100 * theirs:.1f} %", f"{100 * noise:.1f} %",
-              f"{100 * bias:+.1f} of {100 * their_bias:+.1f} %", f"{100 * told:.1f} %", f"{told / mine:.2f}"]
+              f"{100 * (ratio - 1):+.1f}, {100 * (their_ratio - 1):+.1f} %", f"{100 * told:.1f} %", f"{told / mine:.2f}"]
     parts = [(first, last) for first, last in steady if last <= runner.arguments.frames]
     if parts:
         calm, restless = max((runner.flicker(pictures, *part), runner.flicker(alone, *part)) for part in parts)

@@ -3,11 +3,10 @@
 as Markdown. One set of options for all scenes. References are kept in the output folder and made only when missing,
 so a run may be broken off and taken up again.
 
-A reference has noise of its own, which counts as error of the picture. The table states it: the mean over the picture
-of 0.8 s / (R + 0.01 mean R), with s the luminance of its layer standard_error (0.8 s is the mean of |error| of a
-normal distribution). Views with more noise than --noise get as many more paths, up to --max-spp.
+A reference has noise of its own, which counts as error of the picture. The table states it, as `rcsplat compare` does.
+Views with more noise than --noise get as many more paths, up to --max-spp.
 
-Needs `pip install numpy OpenEXR flip-evaluator` (FLIP: Andersson et al. 2020).
+Needs `pip install flip-evaluator` (FLIP: Andersson et al. 2020).
 
     tests/bench/scene_table.py build/release/bin/rcsplat ../shared/scenes -o /tmp/table > table.md
 """
@@ -20,11 +19,8 @@ import subprocess
 import sys
 
 import flip_evaluator
-import numpy
-import OpenEXR
 
 LIMITS = {"mre": 0.06, "bias": 0.01, "flip": 0.05}
-LUMINANCE = numpy.array([0.2126, 0.7152, 0.0722])
 
 SHARED = {
     "sponza.glb": ["atrium", "arcade", "gallery"],
@@ -53,19 +49,16 @@ def flip(reference, image):
     return float(flip_evaluator.evaluate(str(reference), str(image), "LDR")[1])
 
 
-def noise(reference):
-    """Mean relative error that the reference's own standard errors make."""
-    channels = OpenEXR.File(str(reference)).channels()
-    beauty = next(channels[name] for name in ("RGBA", "RGB") if name in channels).pixels[..., :3] @ LUMINANCE
-    error = channels["standard_error"].pixels @ LUMINANCE
-    return float(numpy.mean(0.8 * error / (beauty + 0.01 * beauty.mean())))
-
-
 def run(arguments):
     result = subprocess.run(arguments, capture_output=True, text=True)
     if result.returncode != 0:
         sys.exit(f"{' '.join(map(str, arguments))}\nfailed with {result.returncode}: {result.stderr.strip()}")
     return json.loads(result.stdout) if result.stdout.startswith("{") else None
+
+
+def noise(args, reference):
+    """Mean relative error that the reference's own standard errors make."""
+    return run([args.rcsplat, "compare", reference, reference, "--json"])["reference_noise"]
 
 
 def children_seconds():
@@ -88,7 +81,7 @@ def trace_quietly(args, common, stem):
     spp = args.spp
     while True:
         exr, png, stats = trace(args, common, stem, spp)
-        reached = noise(exr)
+        reached = noise(args, exr)
         if reached <= args.noise or spp >= args.max_spp:
             return exr, png, stats, spp, reached
         doublings = max(1, math.ceil(2.0 * math.log2(reached / args.noise)))

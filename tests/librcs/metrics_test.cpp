@@ -142,6 +142,29 @@ TEST(Metrics, LowFrequencyLeavesOutWhatIsNotFinite)
     EXPECT_TRUE(std::isnan(none.low_frequency_error) && std::isnan(none.low_frequency_ratio));
 }
 
+TEST(Metrics, KnowTheNoiseOfTheReference)
+{
+    constexpr int kSide = 200;
+    std::mt19937 engine(11);
+    std::normal_distribution<float> normal;
+    const auto deviation = [](std::size_t i) { return i % 4 == 0 ? 0.04f : 0.005f; };
+    std::vector<float> truth(kSide * kSide), noisy(truth.size()), deviations(truth.size());
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+        truth[i] = i % 2 == 0 ? 1.0f : 3.0f;
+        deviations[i] = deviation(i);
+        noisy[i] = truth[i] + deviation(i) * normal(engine);
+    }
+    LayeredImage reference = grey(kSide, kSide, noisy);
+    EXPECT_TRUE(std::isnan(compare_images(grey(kSide, kSide, truth), reference).reference_noise));
+    reference.layers["standard_error"] = grey(kSide, kSide, deviations).layers.at("beauty");
+    const ErrorMetrics m = compare_images(grey(kSide, kSide, truth), reference);
+    EXPECT_NEAR(m.reference_noise / m.mean_relative_error, 1.0, 0.02) << "there is no other error";
+    reference.layers["indirect"] = reference.layers.at("beauty");
+    const LayeredImage image{{{"indirect", reference.layers.at("indirect")}}, {}, {}, {}};
+    EXPECT_TRUE(std::isnan(compare_images(image, reference, "indirect").reference_noise))
+        << "that of beauty is another";
+}
+
 TEST(Metrics, CountPixelsThatAreNotFiniteAndLeaveThemOut)
 {
     const float nan = std::numeric_limits<float>::quiet_NaN();

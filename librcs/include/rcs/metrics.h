@@ -33,6 +33,10 @@ struct ErrorMetrics {
     /// low_frequency_error over that of white noise of the same MRE: 1 for noise of pixels that know nothing of each
     /// other, 28 where the error keeps its sign over much more than 8 pixels; 0 without any error; NaN as for FLIP.
     double low_frequency_ratio = std::numeric_limits<double>::quiet_NaN();
+    /// The part of these errors that is the reference's own: the MRE that its noise alone would make, at most. Noise
+    /// that is independent adds to an error as squares do: of an MRE of three times this one, a twentieth is noise. NaN
+    /// where the reference says no standard errors of the layer (beauty and indirect light of a path-traced one).
+    double reference_noise = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// A metric as files and tables show it.
@@ -44,6 +48,7 @@ struct MetricRow {
     const char* format;            ///< printf's, of the value times `scale`
     double scale;                  ///< of what is shown
     double if_null;                ///< what JSON's null stands for, which knows no infinity and no NaN
+    const char* why_undefined;     ///< for people, where it is NaN; null: it never is
 };
 /// All metrics of ErrorMetrics, in the order that they are shown in.
 RCS_API std::span<const MetricRow> metric_table();

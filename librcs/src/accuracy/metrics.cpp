@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <numbers>
 #include <vector>
 
 #include "accuracy/flip.h"
@@ -205,18 +206,48 @@ std::optional<LayeredImage> part_shown(const LayeredImage& whole, const LayeredI
     return shown;
 }
 
+/// MRE that the standard errors of the reference's layer would make by themselves; NaN where it has none.
+/// @param eps  as relative errors have it
+double noise_of(const LayeredImage& reference, const std::string& layer, double eps)
+{
+    const auto found = reference.layers.find(layer == "beauty" ? "standard_error" : layer + "_standard_error");
+    if (found == reference.layers.end()) return kUndefined;
+    const Image& values = layer_of(reference, layer, "reference");
+    const Image& errors = found->second;
+    if (errors.width != values.width || errors.height != values.height) return kUndefined;
+    double sum = 0.0;
+    std::size_t count = 0;
+    for (int y = 0; y < values.height; ++y) {
+        for (int x = 0; x < values.width; ++x) {
+            const double r = level(values.at(x, y), values.channels), e = level(errors.at(x, y), errors.channels);
+            if (!std::isfinite(r) || !std::isfinite(e)) continue;
+            sum += ratio(e, std::abs(r) + eps, 0.0);
+            ++count;
+        }
+    }
+    // Mean of |x|, x normal, over its deviation.
+    constexpr double kOfDeviation = std::numbers::sqrt2 * std::numbers::inv_sqrtpi;
+    return count > 0 ? kOfDeviation * sum / static_cast<double>(count) : kUndefined;
+}
+
+constexpr const char* kNoNeighbours = "the pixels of the reference are not neighbours";
+
 using M = ErrorMetrics;
 constexpr MetricRow kMetrics[] = {
-    {&M::mean_relative_error, "mean_relative_error", "mre", "MRE", "%.4f %%", 100.0, kInfinity},
-    {&M::median_relative_error, "median_relative_error", "median", "median", "%.4f %%", 100.0, kInfinity},
-    {&M::p95_relative_error, "p95_relative_error", "p95", "p95", "%.4f %%", 100.0, kInfinity},
-    {&M::relmse, "relmse", "relmse", "relMSE", "%.6g", 1.0, kInfinity},
-    {&M::rmse, "rmse", "rmse", "RMSE", "%.6g", 1.0, kInfinity},
-    {&M::ratio_of_means, "ratio_of_means", "ratio_of_means", "ratio of means", "%.6f", 1.0, kInfinity},
-    {&M::display_psnr, "display_psnr", "display_psnr", "display PSNR", "%.2f dB", 1.0, kInfinity},
-    {&M::flip, "flip", "flip", "FLIP", "%.4f", 1.0, kUndefined},
-    {&M::low_frequency_error, "low_frequency_error", "low_frequency", "low frequency", "%.4f %%", 100.0, kUndefined},
-    {&M::low_frequency_ratio, "low_frequency_ratio", "low_frequency_ratio", "x white noise", "%.2f", 1.0, kUndefined},
+    {&M::mean_relative_error, "mean_relative_error", "mre", "MRE", "%.4f %%", 100.0, kInfinity, nullptr},
+    {&M::median_relative_error, "median_relative_error", "median", "median", "%.4f %%", 100.0, kInfinity, nullptr},
+    {&M::p95_relative_error, "p95_relative_error", "p95", "p95", "%.4f %%", 100.0, kInfinity, nullptr},
+    {&M::relmse, "relmse", "relmse", "relMSE", "%.6g", 1.0, kInfinity, nullptr},
+    {&M::rmse, "rmse", "rmse", "RMSE", "%.6g", 1.0, kInfinity, nullptr},
+    {&M::ratio_of_means, "ratio_of_means", "ratio_of_means", "ratio of means", "%.6f", 1.0, kInfinity, nullptr},
+    {&M::display_psnr, "display_psnr", "display_psnr", "display PSNR", "%.2f dB", 1.0, kInfinity, nullptr},
+    {&M::flip, "flip", "flip", "FLIP", "%.4f", 1.0, kUndefined, kNoNeighbours},
+    {&M::low_frequency_error, "low_frequency_error", "low_frequency", "low frequency", "%.4f %%", 100.0, kUndefined,
+     kNoNeighbours},
+    {&M::low_frequency_ratio, "low_frequency_ratio", "low_frequency_ratio", "x white noise", "%.2f", 1.0, kUndefined,
+     kNoNeighbours},
+    {&M::reference_noise, "reference_noise", "noise", "noise in it", "%.4f %%", 100.0, kUndefined,
+     "the reference says no standard error of this layer"},
 };
 
 }  // namespace
@@ -245,6 +276,7 @@ ErrorMetrics compare_images(const LayeredImage& image, const LayeredImage& refer
     }
     const double mean_reference = mean(samples.reference);
     const double eps = epsilon(mean_reference);
+    metrics.reference_noise = noise_of(reference, layer, eps);
     std::vector<double> relative(metrics.pixels);
     double square = 0.0, relative_square = 0.0;
     for (std::size_t i = 0; i < metrics.pixels; ++i) {
