@@ -28,8 +28,10 @@ WALK = {"fps": FPS, "keys": [{"frame": 1, "eye": [-9, 3, -0.9], "target": [0, 2.
 CASES = [
     # name, scene, camera, what part of single renders' time is wanted at --aa 1 and 4, paths of references,
     # parts in which light is steady
-    ("static scene, moving camera", "sponza.glb", ["--camera-path", "walk.json"], {1: 0.20, 4: 0.40}, 12032, [(1, 48)]),
-    ("things, a lamp and the camera move", "demo:atrium", ["--camera", "walk"], {1: 0.30, 4: 0.50}, 9600, [(1, 11), (42, 48)]),
+    ("static scene, moving camera", "sponza.glb", ["--camera-path", "walk.json"],
+     {1: 0.20, 4: 0.40}, 12032, [(1, 48)]),
+    ("things, a lamp and the camera move", "demo:atrium", ["--camera", "walk"],
+     {1: 0.30, 4: 0.50}, 9600, [(1, 11), (42, 48)]),
     ("all is skinned or moves", "cornell-animated.glb", [], {1: 1.05, 4: 1.05}, 24064, []),
 ]
 
@@ -122,7 +124,8 @@ def row(runner, case, scene, camera, aa, folder):
     theirs, their_ratio, _ = runner.errors(alone, references)
     told = runner.estimate(pictures, judged)
     cells += [f"{100 * mine:.1f} of {100 * theirs:.1f} %", f"{100 * noise:.1f} %",
-              f"{100 * (ratio - 1):+.1f}, {100 * (their_ratio - 1):+.1f} %", f"{100 * told:.1f} %", f"{told / mine:.2f}"]
+              f"{100 * (ratio - 1):+.1f}, {100 * (their_ratio - 1):+.1f} %", f"{100 * told:.1f} %",
+              f"{told / mine:.2f}"]
     parts = [(first, last) for first, last in steady if last <= runner.arguments.frames]
     if parts:
         calm, restless = max((runner.flicker(pictures, *part), runner.flicker(alone, *part)) for part in parts)
