@@ -172,7 +172,7 @@ TEST(MotionBlur, IsTheMeanOfTheMomentsInAllKindsOfLight)
 
 TEST(MotionBlur, OfWhatStandsIsThePictureOfOneMoment)
 {
-    RenderOptions options = options_of(24, 4);
+    RenderOptions options = options_of(64, 4);
     options.effects.with.set(Effect::anti_aliasing);  // else samples of one moment are shared
     const Scene scene = test::furnished_room();
     const RenderResult still = test::render_view(scene, scene.cameras[0], options);

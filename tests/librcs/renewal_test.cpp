@@ -32,9 +32,7 @@ RenderOptions small()
 RecordSettings settings()
 {
     RenderOptions options = small();
-    RecordSettings settings;
-    settings.rays = settings_of(options).rays;
-    return settings;
+    return {.rays = settings_of(options).rays};
 }
 
 /// The block of the furnished room moved along the floor.
@@ -366,10 +364,12 @@ TEST(Renewal, EveryRecordIsGatheredAgainOnceItsLifeIsOver)
 TEST(Renewal, RecordsOfAFileFollowOnceItIsKnownWhatTheySee)
 {
     Walk first;
+    first.options.width = first.options.height = 64;  // of smaller pictures, chance says whether looks do good
     first.show(moved_by(0.0));
     const std::string file = to_bytes({"scene", "settings"}, first.session.records());
     const auto frame_after = [&](bool watched) {
         Walk later;
+        later.options = first.options;
         later.session.show(moved_by(0.0));
         later.session.begin_with(parse_records(file, "file").records);
         if (watched) begin_watching(later.session, moved_by(0.0).cameras[0], later.options);

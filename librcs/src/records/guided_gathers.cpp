@@ -17,9 +17,11 @@
 namespace rcs {
 namespace {
 
-constexpr std::size_t kTrials = 192;
-// Lit points to begin with, per pixel, and at least.
-constexpr double kPointsPerPixel = 0.3, kLeastPoints = 16384.0;
+// A small picture has few records, which what tells them where to look must not outweigh: at the most one trial for so
+// many pixels.
+constexpr std::size_t kMostTrials = 192, kFewestTrials = 32, kPixelsPerTrial = 8;
+// Lit points to begin with, per pixel, and at least; of a small picture no more per pixel than that.
+constexpr double kPointsPerPixel = 0.3, kLeastPoints = 16384.0, kMostPointsPerPixel = 4.0;
 // What the points that all records share may bring of error, relative to what a record receives. It takes so many times
 // the first points at the most; where it stays large even so, points are no use. Hardly more are not worth it.
 constexpr double kErrorOfPoints = 0.01, kMostErrorOfPoints = 0.025, kMostMore = 8.0, kHardlyMore = 1.5,
@@ -275,9 +277,11 @@ Trial try_looks(const Probes& probes, const View& view, const RecordSettings& se
         if (best.share == 0.0f) trial.guide.reset();
         return trial;
     };
-    const double points = std::max(kLeastPoints, kPointsPerPixel * static_cast<double>(probes.gbuffer.size()));
+    const auto pixels = static_cast<double>(probes.gbuffer.size());
+    const double least = std::min(kLeastPoints, kMostPointsPerPixel * pixels);
+    const double points = std::max(least, kPointsPerPixel * pixels);
     // A few points tell whether looks do any good, if not yet how many it takes.
-    const double few = std::max(kLeastPoints, kFewPoints * points);
+    const double few = std::max(least, kFewPoints * points);
     if (points > kManyMore * few && !try_with(few, kLeastGain).guide) return {};
     Trial trial = try_with(points, kLeastGain);
     if (!trial.guide) return {};
@@ -296,7 +300,8 @@ LightSearch search_light(const LitScene& scene, const GBuffer& gbuffer, const Vi
 {
     if (settings.bounces == 0) return {};
     const LitScene plain{scene.rays, settings.bounces > 1 ? scene.cache : nullptr, nullptr, scene.gathered};
-    const Probes probes{gbuffer, spread_pixels(gbuffer, kTrials, settings.seed), settings.seed, pool};
+    const std::size_t trials = std::clamp(gbuffer.size() / kPixelsPerTrial, kFewestTrials, kMostTrials);
+    const Probes probes{gbuffer, spread_pixels(gbuffer, trials, settings.seed), settings.seed, pool};
     const Errors errors =
         gather_at(probes, Gatherer(plain, settings), {make_hemisphere_grid(settings.rays), 0}, 0, nullptr);
     if (!(errors.all > 0.0)) return {};
