@@ -20,7 +20,7 @@ namespace rcs {
 namespace {
 
 // A change beyond this part of the light is no mere correction: spacing rests on the light as it was.
-constexpr float kMostChange = 0.2f;
+constexpr float kMostChange = 0.3f;
 // Where it is darker than this part of the mean, changes are judged as if it were as bright: they can hardly be seen.
 constexpr float kDarkChange = 0.01f;
 // So many scenes after the last gather a record is gathered again whatever was seen; those of a picture take turns.
