@@ -19,9 +19,9 @@ namespace {
 
 // A small picture has few records, which what tells them where to look must not outweigh: at the most one trial for so
 // many pixels.
-constexpr std::size_t kMostTrials = 192, kFewestTrials = 32, kPixelsPerTrial = 8;
+constexpr std::size_t kMostTrials = 192, kFewestTrials = 32, kPixelsPerTrial = 5;
 // Lit points to begin with, per pixel, and at least; of a small picture no more per pixel than that.
-constexpr double kPointsPerPixel = 0.3, kLeastPoints = 16384.0, kMostPointsPerPixel = 4.0;
+constexpr double kPointsPerPixel = 0.3, kLeastPoints = 16384.0, kMostPointsPerPixel = 16.0;
 // What the points that all records share may bring of error, relative to what a record receives. It takes so many times
 // the first points at the most; where it stays large even so, points are no use. Hardly more are not worth it.
 constexpr double kErrorOfPoints = 0.01, kMostErrorOfPoints = 0.025, kMostMore = 8.0, kHardlyMore = 1.5,
