@@ -91,14 +91,19 @@ std::vector<double> track(const std::vector<FlickerFrame>& frames, glm::dvec2 at
     return values;
 }
 
+double mean_of(const std::vector<double>& values)
+{
+    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
 /// Standard deviation over mean.
 double spread(const std::vector<double>& values, double floor)
 {
-    const double count = static_cast<double>(values.size());
-    const double mean = std::accumulate(values.begin(), values.end(), 0.0) / count;
+    const double mean = mean_of(values);
     double squares = 0.0;
     for (const double value : values) squares += (value - mean) * (value - mean);
-    return mean + floor > 0.0 ? std::sqrt(squares / (count - 1.0)) / (mean + floor) : 0.0;
+    const double variance = squares / static_cast<double>(values.size() - 1);
+    return mean + floor > 0.0 ? std::sqrt(variance) / (mean + floor) : 0.0;
 }
 
 /// The same of what differs from the mean of its neighbours in time.
@@ -106,13 +111,12 @@ double sudden_spread(const std::vector<double>& values, double floor)
 {
     // Of independent values that has so many times their variance.
     constexpr double kOfDifference = 1.5;
-    double sum = 0.0, squares = 0.0;
-    for (const double value : values) sum += value;
+    double squares = 0.0;
     for (std::size_t i = 1; i + 1 < values.size(); ++i) {
         const double off = values[i] - 0.5 * (values[i - 1] + values[i + 1]);
         squares += off * off;
     }
-    const double mean = sum / static_cast<double>(values.size());
+    const double mean = mean_of(values);
     const double variance = squares / (kOfDifference * static_cast<double>(values.size() - 2));
     return mean + floor > 0.0 ? std::sqrt(variance) / (mean + floor) : 0.0;
 }
@@ -123,7 +127,7 @@ Deviations deviations(std::vector<double> spreads)
     std::sort(spreads.begin(), spreads.end());
     const double last = static_cast<double>(spreads.size() - 1);
     const auto at = [&](double part) { return spreads[static_cast<std::size_t>(part * last + 0.5)]; };
-    return {std::accumulate(spreads.begin(), spreads.end(), 0.0) / (last + 1.0), at(0.5), at(0.95)};
+    return {mean_of(spreads), at(0.5), at(0.95)};
 }
 
 template <typename Use>

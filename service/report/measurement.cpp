@@ -29,6 +29,8 @@ ErrorMetrics metrics_from(const Json& json)
     metrics.pixels = json.at("pixels");
     metrics.not_finite = json.at("not_finite");
     for (const MetricRow& row : metric_table()) {
+        // What may be undefined may also be of a later version than the file.
+        if (std::isnan(row.if_null) && !json.contains(row.name)) continue;
         const Json& value = json.at(row.name);
         metrics.*row.value = value.is_null() ? row.if_null : value.get<double>();
     }

@@ -159,6 +159,9 @@ TEST(Metrics, KnowTheNoiseOfTheReference)
     reference.layers["standard_error"] = grey(kSide, kSide, deviations).layers.at("beauty");
     const ErrorMetrics m = compare_images(grey(kSide, kSide, truth), reference);
     EXPECT_NEAR(m.reference_noise / m.mean_relative_error, 1.0, 0.02) << "there is no other error";
+    LayeredImage crop = grey(kSide / 2, kSide, std::vector<float>(kSide * kSide / 2, 2.0f));
+    crop.window = ImageWindow{kSide / 2, 0, kSide, kSide};
+    EXPECT_NEAR(compare_images(crop, reference).reference_noise, m.reference_noise, 0.03 * m.reference_noise);
     reference.layers["indirect"] = reference.layers.at("beauty");
     const LayeredImage image{{{"indirect", reference.layers.at("indirect")}}, {}, {}, {}};
     EXPECT_TRUE(std::isnan(compare_images(image, reference, "indirect").reference_noise))

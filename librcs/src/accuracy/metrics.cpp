@@ -191,6 +191,12 @@ LowFrequency low_frequency_of(const Pair& pair)
     return low_frequency(signed_errors(pair), pair.reference.width, pair.reference.height);
 }
 
+/// The layer that has a layer's standard errors, where a picture has one.
+std::string errors_of(const std::string& layer)
+{
+    return layer == "beauty" ? "standard_error" : layer + "_standard_error";
+}
+
 /// The part of a whole picture that a crop of one of its size shows; none where it is none.
 std::optional<LayeredImage> part_shown(const LayeredImage& whole, const LayeredImage& crop, const std::string& layer,
                                        const char* which)
@@ -203,6 +209,8 @@ std::optional<LayeredImage> part_shown(const LayeredImage& whole, const LayeredI
         part.width > from.width - w.x || part.height > from.height - w.y)
         return std::nullopt;
     LayeredImage shown{{{layer, cut(from, w.x, w.y, part.width, part.height)}}, w, whole.metadata, {}};
+    if (const auto errors = whole.layers.find(errors_of(layer)); errors != whole.layers.end())
+        shown.layers.emplace(errors->first, cut(errors->second, w.x, w.y, part.width, part.height));
     return shown;
 }
 
@@ -210,7 +218,7 @@ std::optional<LayeredImage> part_shown(const LayeredImage& whole, const LayeredI
 /// @param eps  as relative errors have it
 double noise_of(const LayeredImage& reference, const std::string& layer, double eps)
 {
-    const auto found = reference.layers.find(layer == "beauty" ? "standard_error" : layer + "_standard_error");
+    const auto found = reference.layers.find(errors_of(layer));
     if (found == reference.layers.end()) return kUndefined;
     const Image& values = layer_of(reference, layer, "reference");
     const Image& errors = found->second;
