@@ -203,9 +203,12 @@ TEST(Session, LaysRecordsOutOfSightAsideAndForgetsThemInTime)
     const std::uint64_t second = render(session, aside, tiny).stats.records.records;
     ASSERT_GT(second, 4u);
     EXPECT_EQ(session.records().size(), first + second);
-    EXPECT_EQ(render(session, scene.cameras[0], tiny).stats.records.records, 0u) << "they come back";
+    // What was found aside limits the reach of its neighbours: a few holes open, and stay filled.
+    const std::uint64_t holes = render(session, scene.cameras[0], tiny).stats.records.records;
+    EXPECT_LT(holes, first / 2) << "they come back";
+    EXPECT_EQ(render(session, scene.cameras[0], tiny).stats.records.records, 0u) << "all of them are there";
     for (int view = 0; view < 242; ++view) render(session, scene.cameras[0], tiny);
-    EXPECT_LT(session.records().size(), first + second) << "a few reach into the picture";
+    EXPECT_LT(session.records().size(), first + second + holes) << "a few reach into the picture";
 }
 
 TEST(Session, KeepsWhereToLookForLightWhereRecordsAreKept)
