@@ -94,7 +94,7 @@ struct RenderOptions {
     int lamp_picks = 0;                   ///< so many emissive triangles, picked by what they would send, stand for all
                                           ///< (DirectSettings); 0: none is left out
     int lobe_rays = 16;    ///< rays a pixel along lobes too narrow for records, shared between neighbours
-    float overlap = 3.0f;  ///< influence radius of the last splat, in spacing radii
+    float overlap = 3.5f;  ///< influence radius of the last splat, in spacing radii
     SplatMethod splat = SplatMethod::automatic;     ///< how records reach the image
     GatherMethod gather = GatherMethod::automatic;  ///< what traces the rays of records
     int device = -1;                                ///< graphics device by its number; -1: hardware before software

@@ -12,6 +12,7 @@
 #include "placement/allotment.h"
 #include "placement/forecast.h"
 #include "rcs/metrics.h"
+#include "splat/corrections.h"
 #include "splat/gpu_records.h"
 #include "util/color.h"
 
@@ -54,7 +55,7 @@ struct StepLimits {
 class Steering {
 public:
     Steering(Placement& placement, Probes& probes, const View& view, float overlap, ThreadPool& pool,
-             const std::vector<Record>& records, const RecordStats& stats,
+             std::vector<Record>& records, const RecordStats& stats,
              const std::function<void(const RecordLook&)>& after_step)
         : placement_(placement),
           probes_(probes),
@@ -103,7 +104,7 @@ private:
     const View& view_;
     float tolerance_, overlap_;
     ThreadPool& pool_;
-    const std::vector<Record>& records_;
+    std::vector<Record>& records_;
     const RecordStats& stats_;
     const std::function<void(const RecordLook&)>& after_step_;
     double taken_over_ = 0.0;  // rays of records that other views gathered
@@ -126,6 +127,7 @@ void Steering::look()
 {
     const Clock::time_point start = Clock::now();
     SplatStats stats;
+    set_corrections(records_, {tolerance_, overlap_}, pool_);
     sums_ = splat_tiles(records_, placement_.surfaces(), view_, {tolerance_, overlap_}, pool_, stats);
     map_ = error_map(sums_, stats, overlap_, pool_);
     probes_.spend(Probes::worth(taken_over_ + static_cast<double>(gathered())), sums_, map_);

@@ -28,8 +28,8 @@ template <typename AnyRecord, typename Visit>
 void visit_fields(AnyRecord& record, const Visit& visit)
 {
     auto& [position, normal, irradiance, of_lamps, rotation_gradient, translation_gradient, harmonic_mean_distance,
-           minimum_distance, gradient_reach, rays, footprint, noise, spacing_radius, gradient_scale, closeness, breadth,
-           gathered_lamps, radiance, radiance_of_lamps, watch] = record;
+           minimum_distance, gradient_reach, rays, footprint, noise, spacing_radius, gradient_scale, closeness,
+           correction, breadth, gathered_lamps, radiance, radiance_of_lamps, watch] = record;
     const auto vector = [&](auto& v) {
         for (int i = 0; i < 3; ++i) visit(v[i]);
     };

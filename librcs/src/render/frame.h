@@ -140,7 +140,7 @@ struct RecordedLight {
     SplatBuffer all, of_lamps;
     SplatStats stats;
 };
-RecordedLight splat_light(Frame& frame, const std::vector<Record>& records);
+RecordedLight splat_light(Frame& frame, std::vector<Record>& records);
 
 /// Looks at new records, so that it can be seen what changes; only if the session wants that.
 void watch_records(Frame& frame);

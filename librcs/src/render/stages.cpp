@@ -15,6 +15,7 @@
 #include "render/light_search.h"
 #include "render/moments.h"
 #include "render/upkeep.h"
+#include "splat/corrections.h"
 #include "splat/splat_choice.h"
 #include "util/random.h"
 
@@ -283,18 +284,24 @@ void forecast_records(Frame& f)
     timed(f, "records", [&] { steer_records(f, false); });
 }
 
-RecordedLight splat_light(Frame& f, const std::vector<Record>& records)
+RecordedLight splat_light(Frame& f, std::vector<Record>& records)
 {
     SplatSettings settings = f.settings.splat;
     settings.error_tolerance = f.course.records.error_tolerance;
     const Shading* const glossy = f.settings.records.radiance ? &f.shading : nullptr;
     RecordedLight light;
-    light.all = timed(f, "splat", [&] { return splat(f, records, settings, light.stats, glossy); });
+    light.all = timed(f, "splat", [&] {
+        set_corrections(records, settings, f.session.pool());
+        return splat(f, records, settings, light.stats, glossy);
+    });
     if (f.gathered.any()) {
         settings.error_sums = true;
         SplatStats again;
-        light.of_lamps =
-            timed(f, "splat", [&] { return splat(f, of_gathered_lamps(records), settings, again, glossy); });
+        light.of_lamps = timed(f, "splat", [&] {
+            std::vector<Record> lamps = of_gathered_lamps(records);
+            set_corrections(lamps, settings, f.session.pool());
+            return splat(f, lamps, settings, again, glossy);
+        });
     }
     RenderStats& stats = f.stats();
     ++(glossy ? stats.counts.glossy_splats : stats.counts.splats);

@@ -61,7 +61,7 @@ void append_gpu_records(std::span<const Record> records, glm::dvec3 camera_posit
         gpu::GpuRecord out{};
         out.position = glm::vec4(glm::vec3(relative), 1.0f / radius);
         out.normal = glm::vec4(record.normal, inv_normal_tolerance);
-        out.irradiance = glm::vec4(record.irradiance, per_unit);
+        out.irradiance = glm::vec4(record.irradiance + record.correction, per_unit);
         for (std::size_t color = 0; color < 3; ++color) {
             out.rotation_gradient[color] = glm::vec4(record.rotation_gradient[color], 0.0f);
             out.translation_gradient[color] =
