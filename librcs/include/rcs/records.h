@@ -64,8 +64,8 @@ struct Record {
     float closeness =
         1.0f;  ///< its least R_k over RecordSettings::min_reach, in (0, 1]: less where the error asks for it
     glm::vec3 correction{0.0f};  ///< what the last splat adds to E_k, for what light does between records [W m^-2]
-    float breadth = 1.0f;  ///< of the last splat's influence, in (0, 1]: less than 1 where records lie as close
-                           ///< as they may and their expansions still disagree
+    float breadth = 1.0f;        ///< of the last splat's influence, in (0, 1]: less than 1 where records lie as close
+                                 ///< as they may and their expansions still disagree
     std::uint32_t gathered_lamps = 0;  ///< GatheredLamps::id; records of others must not be mixed with them
     /// Incoming radiance times cosine in spherical harmonics of scene space (Krivanek et al. 2005, with the cosine
     /// taken in), that of gathered lamps left out: 36 coefficients of red, of green, of blue [W m^-2]. Empty unless

@@ -17,7 +17,7 @@ namespace {
 
 // Measured against path-traced references of the shared and built-in scenes (docs/accuracy.md): the spread of the
 // extrapolations is somewhat more than the error of their mean.
-constexpr float kErrorOfSpread = 0.7f;
+constexpr float kErrorOfSpread = 0.5f;
 
 constexpr std::size_t kPixels = 4096;  // at a time
 

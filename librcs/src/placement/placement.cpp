@@ -25,10 +25,10 @@ constexpr float kHardlyMore = 1.05f;  // times the closest spacing: as close as 
 
 // Spread of the records' extrapolations, relative to their light and over Ward's error tolerance, beyond which they
 // come closer, and how often that is asked (docs/method.md, Spacing).
-constexpr float kMostSpread = 0.5f;
+constexpr float kMostSpread = 0.36f;
 constexpr int kSharpenings = 2;
 // ... and over the noise there, with which what is told of spread scatters.
-constexpr float kOfNoise = 0.7f;
+constexpr float kOfNoise = 0.5f;
 constexpr float kUsualOverlap = 3.0f;
 constexpr float kMostCloser = 8.0f;  // times as many, at a time
 // A few new records beside those of other views are as close as those are.

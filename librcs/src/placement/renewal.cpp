@@ -29,8 +29,10 @@ constexpr std::uint32_t kLife = 128;
 // ... where neither it nor the records around have seen any change since.
 constexpr std::uint32_t kQuietLife = 256;
 // One that is gathered again may be so much noisier than is wanted at a pixel, where several are averaged: it takes no
-// more rays than for that.
+// more rays than for that...
 constexpr float kNoisier = 1.5f;
+// ... nor is the mean of all to be noisier than by so much, where light changes at most of them.
+constexpr float kNoisierMean = 0.15f;
 // Of an object's extent: as near to its bounds a place is not inside.
 constexpr double kRim = 0.02;
 
@@ -203,6 +205,14 @@ private:
     RecordGatherer gatherer_;
 };
 
+/// How much noisier than is wanted records may become that follow changes.
+float noisier(std::span<const ChangesAround::Part> parts, std::size_t records)
+{
+    const auto changed = std::count_if(parts.begin(), parts.end(), [](const auto& p) { return p.change > 0.0f; });
+    const float share = static_cast<float>(changed) / static_cast<float>(std::max<std::size_t>(1, records));
+    return share > 0.0f ? std::min(kNoisier, 1.0f + kNoisierMean / share) : kNoisier;
+}
+
 }  // namespace
 
 bool are_stale(std::span<const Record> records, const SceneStates& states)
@@ -219,15 +229,18 @@ void renew_records(const Renewal& n, ThreadPool& pool, std::vector<Record>& reco
     const RecordWatcher watcher(n.scene, n.settings);
     const std::vector<Record> changes = watcher.look(records, stale.records, n.states, pool, stats);
     const ChangesAround around(n, records, stale, changes, pool);
+    std::vector<ChangesAround::Part> parts(seen.size());
+    for (std::size_t k = 0; k < seen.size(); ++k) parts[k] = around.at(k, records[stale.records[k]], changes[k]);
+    const float wanted = noisier(parts, records.size()) * n.settings.noise_target;
     const float widest = n.settings.error_tolerance * n.settings.max_reach;
     std::vector<std::uint32_t> again;
     std::vector<int> rays, more(records.size(), 0);
     const FreshGathers fresh(n);
     for (std::size_t k = 0; k < seen.size(); ++k) {
         Record& r = records[stale.records[k]];
-        const ChangesAround::Part part = around.at(k, r, changes[k]);
+        const ChangesAround::Part& part = parts[k];
         if (part.change > 0.0f) r.watch.touched = n.states.now;
-        const float allowed = kNoisier * n.settings.noise_target * noise_allowed(r, widest);
+        const float allowed = wanted * noise_allowed(r, widest);
         const float noise = r.noise;
         if (part.change > kMostChange || is_over(r, seen[k], n.states.now) || !add_change(r, changes[k])) {
             again.push_back(stale.records[k]);
