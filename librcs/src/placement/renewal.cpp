@@ -30,9 +30,9 @@ constexpr std::uint32_t kLife = 128;
 constexpr std::uint32_t kQuietLife = 256;
 // One that is gathered again may be so much noisier than is wanted at a pixel, where several are averaged: it takes no
 // more rays than for that...
-constexpr float kNoisier = 1.5f;
+constexpr float kNoisier = 1.75f;
 // ... nor is the mean of all to be noisier than by so much, where light changes at most of them.
-constexpr float kNoisierMean = 0.15f;
+constexpr float kNoisierMean = 0.3f;
 // Of an object's extent: as near to its bounds a place is not inside.
 constexpr double kRim = 0.02;
 

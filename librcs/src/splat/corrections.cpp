@@ -120,6 +120,7 @@ public:
         tree_.around(here.position, [&](std::uint32_t k, float radius) {
             const Record& r = records_[k];
             const glm::vec3 d = here.position - r.position;
+            if (!(glm::dot(d, d) < radius * radius)) return;
             const float weight = gpu::rcs_interpolation_weight(scalars(d), scalars(here.normal), scalars(r.normal),
                                                                1.0f / radius, inverse_normal_tolerance_);
             if (weight > 0.0f) add(k, weight, d);
