@@ -49,11 +49,12 @@ std::vector<Case> cases()
     std::vector<Case> all;
     for (const float roughness : {0.1f, 0.35f, 0.7f, 1.0f})
         all.push_back({"sheen " + std::to_string(roughness), cloth(roughness, {0.9f, 0.8f, 1.0f})});
-    // What narrow metal throws on others comes in the right amount, and blurred.
+    // What narrow metal throws on others comes blurred, up to 3 % too little (docs/method.md, Records), give or take
+    // the paths' own noise.
     for (const float strength : {0.0f, 0.8f})
         for (const float roughness : {0.15f, 0.4f, 0.7f})
             all.push_back({"metal " + std::to_string(roughness) + ", brushed " + std::to_string(strength),
-                           brushed(roughness, strength), 0.03, roughness < 0.5f ? 0.07 : 0.05});
+                           brushed(roughness, strength), 0.035, roughness < 0.5f ? 0.07 : 0.05});
     for (const float roughness : {0.2f, 0.8f})
         all.push_back({"leaf " + std::to_string(roughness), leaf(roughness, 0.6f)});
     all.push_back({"paper", leaf(1.0f, 1.0f)});
