@@ -8,6 +8,7 @@
 
 #include "placement/spacing.h"
 #include "records/gather.h"
+#include "util/median_split.h"
 
 namespace rcs {
 
@@ -59,12 +60,8 @@ private:
         }
         nodes_.push_back(node);
         if (end - begin <= kLeaf) return id;
-        const glm::vec3 size = node.high - node.low;
-        const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-        const std::size_t middle = (begin + end) / 2;
-        const auto at = [&](std::size_t k) { return points_.begin() + static_cast<std::ptrdiff_t>(k); };
-        std::nth_element(at(begin), at(middle), at(end),
-                         [&](const Point& a, const Point& b) { return a.position[axis] < b.position[axis]; });
+        const std::size_t middle = split_at_median(points_, begin, end, node.high - node.low,
+                                                   [](const Point& p) -> const glm::vec3& { return p.position; });
         build(begin, middle);
         const std::uint32_t right = build(middle, end);
         nodes_[id].right = right;

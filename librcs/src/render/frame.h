@@ -60,6 +60,7 @@ struct Frame {
     std::optional<SharedSamples> shared = {};
     std::vector<PixelAtContact> contacts = {};  ///< of the view
     std::unique_ptr<Probes> probes = {};        ///< that a goal was steered by, until the first view is judged
+    std::size_t corrected = 0;                  ///< records that there were when their corrections were last set
     ErrorScale error_scale = {};                ///< what probes found of the first view's error map
 
     bool is_glance = false;  ///< what only takes noise away is left out
@@ -140,7 +141,9 @@ struct RecordedLight {
     SplatBuffer all, of_lamps;
     SplatStats stats;
 };
-RecordedLight splat_light(Frame& frame, std::vector<Record>& records);
+RecordedLight splat_light(Frame& frame, const std::vector<Record>& records);
+/// What the records say beyond their own light is set anew, unless only a few have come since.
+void correct_records(Frame& frame);
 
 /// Looks at new records, so that it can be seen what changes; only if the session wants that.
 void watch_records(Frame& frame);

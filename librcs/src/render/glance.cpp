@@ -64,6 +64,7 @@ std::vector<Record> gather_hastily(Frame& f, double seconds, const SplatBuffer& 
 void light_by_records(Frame& f, double seconds)
 {
     if (!f.needs(Effect::indirect_diffuse)) return;
+    correct_records(f);
     RecordedLight light = splat_light(f, f.records);
     if (seconds > 0.0) {
         std::vector<Record> fresh = gather_hastily(f, seconds, light.all);

@@ -98,6 +98,13 @@ ErrorScale probe(Frame& f)
     });
 }
 
+SplatSettings splat_settings(const Frame& f)
+{
+    SplatSettings settings = f.settings.splat;
+    settings.error_tolerance = f.course.records.error_tolerance;
+    return settings;
+}
+
 SplatBuffer splat(Frame& f, const std::vector<Record>& records, const SplatSettings& settings, SplatStats& stats,
                   const Shading* glossy)
 {
@@ -284,16 +291,23 @@ void forecast_records(Frame& f)
     timed(f, "records", [&] { steer_records(f, false); });
 }
 
-RecordedLight splat_light(Frame& f, std::vector<Record>& records)
+void correct_records(Frame& f)
 {
-    SplatSettings settings = f.settings.splat;
-    settings.error_tolerance = f.course.records.error_tolerance;
+    // What a few new ones among them would change is less than what there is.
+    constexpr std::size_t kFew = 16;
+    const bool few_are_new = !f.is_first_view() && !f.moments && f.records.size() >= f.corrected &&
+                             f.records.size() - f.corrected <= f.records.size() / kFew;
+    if (few_are_new) return;
+    timed(f, "splat", [&] { set_corrections(f.records, splat_settings(f), f.session.pool()); });
+    f.corrected = f.records.size();
+}
+
+RecordedLight splat_light(Frame& f, const std::vector<Record>& records)
+{
+    SplatSettings settings = splat_settings(f);
     const Shading* const glossy = f.settings.records.radiance ? &f.shading : nullptr;
     RecordedLight light;
-    light.all = timed(f, "splat", [&] {
-        set_corrections(records, settings, f.session.pool());
-        return splat(f, records, settings, light.stats, glossy);
-    });
+    light.all = timed(f, "splat", [&] { return splat(f, records, settings, light.stats, glossy); });
     if (f.gathered.any()) {
         settings.error_sums = true;
         SplatStats again;
@@ -313,6 +327,7 @@ RecordedLight splat_light(Frame& f, std::vector<Record>& records)
 void splat_records(Frame& f)
 {
     if (!f.needs(Effect::indirect_diffuse)) return;
+    correct_records(f);
     RecordedLight light = splat_light(f, f.records);
     f.light.indirect = std::move(light.all);
     f.light.of_lamps = std::move(light.of_lamps);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -12,6 +13,7 @@
 #include "shared/weight.h"
 #include "splat/gpu_records.h"
 #include "util/color.h"
+#include "util/median_split.h"
 
 namespace rcs {
 namespace {
@@ -79,13 +81,8 @@ private:
         }
         nodes_.push_back(node);
         if (end - begin <= kLeaf) return id;
-        const glm::vec3 size = node.high - node.low;
-        const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-        const std::size_t middle = (begin + end) / 2;
-        const auto at = [&](std::size_t k) { return spheres_.begin() + static_cast<std::ptrdiff_t>(k); };
-        std::nth_element(at(begin), at(middle), at(end), [&](const Sphere& a, const Sphere& b) {
-            return a.centre[axis] != b.centre[axis] ? a.centre[axis] < b.centre[axis] : a.record < b.record;
-        });
+        const std::size_t middle = split_at_median(spheres_, begin, end, node.high - node.low,
+                                                   [](const Sphere& s) -> const glm::vec3& { return s.centre; });
         build(begin, middle);
         const std::uint32_t right = build(middle, end);
         nodes_[id].right = right;
@@ -99,7 +96,7 @@ private:
 /// What a splat is off by at a record.
 struct Residual {
     glm::vec3 light{0.0f};  // what the record holds and the splat does not say
-    float variance = 0.0f;  // of that one's luminance, from the noise that records tell of themselves
+    double variance = 0.0;  // of that one's luminance, from the noise that records tell of themselves
 };
 
 /// Sums over the records around others, as a splat weighs them.
@@ -143,13 +140,12 @@ public:
                                                   scalars(r.rotation_gradient[color])));
             }
             weights += static_cast<double>(weight);
-            variance += static_cast<double>(weight * weight * variance_of(r));
+            variance += static_cast<double>(weight * weight) * variance_of(r);
         });
         if (!(weights > 0.0)) return {};
         // The record itself has weight 1 among them.
-        const double own = static_cast<double>(variance_of(here)) * (1.0 - 2.0 / weights);
-        return {here.irradiance - glm::vec3(light / weights),
-                static_cast<float>(std::max(0.0, own + variance / (weights * weights)))};
+        const double own = variance_of(here) * (1.0 - 2.0 / weights);
+        return {here.irradiance - glm::vec3(light / weights), std::max(0.0, own + variance / (weights * weights))};
     }
 
     /// The residuals around record j, smoothed, as far as they are more than noise.
@@ -158,21 +154,21 @@ public:
         glm::dvec3 light(0.0);
         double weights = 0.0, squares = 0.0, noise = 0.0;
         weigh(j, [&](std::uint32_t k, float weight, glm::vec3) {
-            const float l = luminance(residuals[k].light);
+            const auto l = static_cast<double>(luminance(residuals[k].light));
             light += glm::dvec3(weight * residuals[k].light);
             weights += static_cast<double>(weight);
-            squares += static_cast<double>(weight * l * l);
-            noise += static_cast<double>(weight * residuals[k].variance);
+            squares += static_cast<double>(weight) * l * l;
+            noise += static_cast<double>(weight) * residuals[k].variance;
         });
-        if (!(weights > 0.0 && squares > 0.0)) return glm::vec3(0.0f);
+        if (!(weights > 0.0 && squares > 0.0 && std::isfinite(squares))) return glm::vec3(0.0f);
         const double share = 1.0 - static_cast<double>(kNoiseLeft) * noise / squares;
         return glm::vec3(std::max(0.0, share) / weights * light);
     }
 
 private:
-    static float variance_of(const Record& r)
+    static double variance_of(const Record& r)
     {
-        const float deviation = r.noise * luminance(r.irradiance);
+        const double deviation = static_cast<double>(r.noise) * static_cast<double>(luminance(r.irradiance));
         return deviation * deviation;
     }
 
