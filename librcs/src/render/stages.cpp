@@ -10,13 +10,10 @@
 #include "placement/view_fit.h"
 #include "rcs/error.h"
 #include "rcs/option_table.h"
-#include "records/lamps_to_gather.h"
 #include "render/frame.h"
 #include "render/light_search.h"
 #include "render/moments.h"
 #include "render/upkeep.h"
-#include "splat/corrections.h"
-#include "splat/splat_choice.h"
 #include "util/random.h"
 
 namespace rcs {
@@ -96,29 +93,6 @@ ErrorScale probe(Frame& f)
         session.keep_error_scale(found);
         return found;
     });
-}
-
-SplatSettings splat_settings(const Frame& f)
-{
-    SplatSettings settings = f.settings.splat;
-    settings.error_tolerance = f.course.records.error_tolerance;
-    return settings;
-}
-
-SplatBuffer splat(Frame& f, const std::vector<Record>& records, const SplatSettings& settings, SplatStats& stats,
-                  const Shading* glossy)
-{
-    if (f.splat_method != SplatMethod::tiles) try {
-            SplatStats on_device = stats;
-            SplatBuffer sums = (f.splat_method == SplatMethod::quads ? splat_quads : splat_gpu_tiles)(
-                f.session.gl(), records, f.gbuffer, f.view(), settings, on_device, glossy);
-            stats = on_device;
-            return sums;
-        } catch (const Error& why) {
-            f.splat_method = f.session.state().graphics.give_up_splats(f.session.gl(), why, f.hooks.log);
-            f.stats().splat_method = name_of(f.splat_method);
-        }
-    return splat_tiles(records, f.gbuffer, f.view(), settings, f.session.pool(), stats, glossy);
 }
 
 TracedLight trace_round(Frame& f, int round)
@@ -289,39 +263,6 @@ void forecast_records(Frame& f)
     timed(f, "records", [&] { prepare_records(f); });
     gather_contacts(f);
     timed(f, "records", [&] { steer_records(f, false); });
-}
-
-void correct_records(Frame& f)
-{
-    // What a few new ones among them would change is less than what there is.
-    constexpr std::size_t kFew = 16;
-    const bool few_are_new = !f.is_first_view() && !f.moments && f.records.size() >= f.corrected &&
-                             f.records.size() - f.corrected <= f.records.size() / kFew;
-    if (few_are_new) return;
-    timed(f, "splat", [&] { set_corrections(f.records, splat_settings(f), f.session.pool()); });
-    f.corrected = f.records.size();
-}
-
-RecordedLight splat_light(Frame& f, const std::vector<Record>& records)
-{
-    SplatSettings settings = splat_settings(f);
-    const Shading* const glossy = f.settings.records.radiance ? &f.shading : nullptr;
-    RecordedLight light;
-    light.all = timed(f, "splat", [&] { return splat(f, records, settings, light.stats, glossy); });
-    if (f.gathered.any()) {
-        settings.error_sums = true;
-        SplatStats again;
-        light.of_lamps = timed(f, "splat", [&] {
-            std::vector<Record> lamps = of_gathered_lamps(records);
-            set_corrections(lamps, settings, f.session.pool());
-            return splat(f, lamps, settings, again, glossy);
-        });
-    }
-    RenderStats& stats = f.stats();
-    ++(glossy ? stats.counts.glossy_splats : stats.counts.splats);
-    stats.splats.splats += light.stats.splats;
-    stats.splats.samples += light.stats.samples;
-    return light;
 }
 
 void splat_records(Frame& f)
