@@ -60,7 +60,7 @@ struct Frame {
     std::optional<SharedSamples> shared = {};
     std::vector<PixelAtContact> contacts = {};  ///< of the view
     std::unique_ptr<Probes> probes = {};        ///< that a goal was steered by, until the first view is judged
-    std::size_t corrected = 0;                  ///< records that there were when their corrections were last set
+    std::size_t corrected = 0;                  ///< records when their corrections were last set; 0: they are to be set
     ErrorScale error_scale = {};                ///< what probes found of the first view's error map
 
     bool is_glance = false;  ///< what only takes noise away is left out

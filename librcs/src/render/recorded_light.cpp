@@ -35,9 +35,9 @@ void correct_records(Frame& f)
 {
     // What a few new ones among them would change is less than what there is.
     constexpr std::size_t kFew = 16;
-    const bool few_are_new = !f.is_first_view() && !f.moments && f.records.size() >= f.corrected &&
-                             f.records.size() - f.corrected <= f.records.size() / kFew;
-    if (few_are_new) return;
+    const bool few_are_new =
+        f.records.size() >= f.corrected && f.records.size() - f.corrected <= f.records.size() / kFew;
+    if (f.corrected > 0 && few_are_new) return;
     timed(f, "splat", [&] { set_corrections(f.records, splat_settings(f), f.session.pool()); });
     f.corrected = f.records.size();
 }

@@ -57,6 +57,7 @@ void prepare_records(Frame& f)
 void follow_scene(Frame& f)
 {
     bring_up_to_date(f);
+    f.corrected = 0;
     f.has_moved = false;
 }
 
