@@ -220,8 +220,8 @@ bool are_stale(std::span<const Record> records, const SceneStates& states)
     return std::any_of(records.begin(), records.end(), [&](const Record& r) { return r.watch.state != states.now; });
 }
 
-void renew_records(const Renewal& n, ThreadPool& pool, std::vector<Record>& records, std::vector<Record>& aside,
-                   RecordStats& stats)
+float renew_records(const Renewal& n, ThreadPool& pool, std::vector<Record>& records, std::vector<Record>& aside,
+                    RecordStats& stats)
 {
     const Stale stale = part(n, records, aside);
     std::vector<std::uint32_t> seen(stale.records.size());
@@ -231,7 +231,7 @@ void renew_records(const Renewal& n, ThreadPool& pool, std::vector<Record>& reco
     const ChangesAround around(n, records, stale, changes, pool);
     std::vector<ChangesAround::Part> parts(seen.size());
     for (std::size_t k = 0; k < seen.size(); ++k) parts[k] = around.at(k, records[stale.records[k]], changes[k]);
-    const float wanted = noisier(parts, records.size()) * n.settings.noise_target;
+    const float slack = noisier(parts, records.size()), wanted = slack * n.settings.noise_target;
     const float widest = n.settings.error_tolerance * n.settings.max_reach;
     std::vector<std::uint32_t> again;
     std::vector<int> rays, more(records.size(), 0);
@@ -259,6 +259,7 @@ void renew_records(const Renewal& n, ThreadPool& pool, std::vector<Record>& reco
     for (const std::uint32_t k : again) records[k].watch.gathered = n.states.now;
     stats.watched += stale.records.size();
     stats.renewed += again.size();
+    return slack;
 }
 
 }  // namespace rcs

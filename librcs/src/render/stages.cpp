@@ -64,7 +64,9 @@ void follow_scene(Frame& f)
 /// Records of earlier passes are shared; this one adds where it sees what they did not.
 void add_records(Frame& f)
 {
-    place_records(f.lit(), f.gbuffer, f.view(), f.course.records, f.session.pool(), f.records, f.stats().records,
+    RecordSettings settings = f.course.records;
+    settings.noise_target *= f.session.state().slack;
+    place_records(f.lit(), f.gbuffer, f.view(), settings, f.session.pool(), f.records, f.stats().records,
                   f.hooks.progress);
 }
 

@@ -255,6 +255,7 @@ void Session::State::drop_light(const std::string& why)
     error_scale.reset();
     changed_in.clear();
     changes.clear();
+    slack = 1.0f;
     ++scene_number;
 }
 
@@ -265,6 +266,7 @@ void Session::State::change_light(const std::string& why, SceneChange change)
     if (!watches()) return drop_light(why);
     note(SessionPart::light_cache, false, why);
     light_cache.reset();
+    slack = 1.0f;
     ++scene_number;
     changed_in.resize(scene->instances.size(), scene_number);
     for (const std::uint32_t instance : change.instances) changed_in[instance] = scene_number;

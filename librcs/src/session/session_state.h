@@ -78,6 +78,7 @@ struct [[gnu::visibility("hidden")]] Session::State {
     std::vector<std::uint32_t> changed_in;  ///< per instance: since which scene it has been where and what it is
     std::vector<SceneChange> changes;       ///< of the last scenes
     Bounds box;                             ///< of the first of them
+    float slack = 1.0f;                     ///< how much noisier than wanted new records may be in this scene
     std::optional<KeptGuide> guide;
     std::optional<KeptScale> error_scale;
     double record_pixel = 0.0;    ///< of the view that they were kept from, as ImagePlane has it; 0: unknown
@@ -112,8 +113,7 @@ struct [[gnu::visibility("hidden")]] Session::State {
     std::optional<KeptGuide> take_guide();
     /// @param made, reused  records of this view: where most are new it has little in common with those before
     void keep_guide(KeptGuide kept, std::size_t made, std::size_t reused);
-    /// The scale of an earlier view if it serves this one too. Only where records are kept, as for the guide.
-    /// @param changed  part of the view's records that is new, or was gathered again
+    /// The scale of an earlier view, if records are kept and it serves one of whose that part is new or renewed.
     std::optional<ErrorScale> find_error_scale(double changed);
     void keep_error_scale(const ErrorScale& scale);
     /// The light cache if it serves this use; null if it has to be built.
