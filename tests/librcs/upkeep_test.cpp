@@ -2,9 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
+#include <optional>
 #include <set>
 #include <tuple>
+#include <utility>
 
 #include <glm/gtc/matrix_transform.hpp>
 
@@ -24,14 +25,14 @@ Scene moved_by(double distance)
     return scene;
 }
 
-/// Of records that a view to the side of another adds to those of that.
+/// Of records that a view to the side adds to those of two others, between which the block moves.
 struct Newcomers {
     std::size_t count = 0;
     double noise = 0.0, rays = 0.0;  ///< in the mean
 };
 
-/// @param moved  by so much the block between the views
-Newcomers newcomers(double moved)
+/// @param forgets  before it that light has changed
+Newcomers newcomers(bool forgets)
 {
     RenderOptions options;
     options.width = options.height = 64;
@@ -39,21 +40,19 @@ Newcomers newcomers(double moved)
     options.quality = QualitySettings{.noise_target = 0.01f};  // most records are refined
     ThreadPool pool{2};
     Session session{test::shared_gl(), pool, {.keep_records = true, .watch_records = true}};
-    const auto show = [&](double block, double turn) {
-        const Scene scene = moved_by(block);
-        session.show(scene);
-        Camera camera = scene.cameras[0];
-        camera.world_from_view = glm::rotate(camera.world_from_view, turn, glm::dvec3(0.0, 1.0, 0.0));
-        render(session, camera, options);
-    };
-    show(0.0, 0.0);
+    for (const double block : {0.0, 0.05}) {
+        session.show(moved_by(block));
+        render(session, session.scene().cameras[0], options);
+    }
     std::set<std::tuple<float, float, float>> known;
     for (const Record& r : session.records()) known.insert({r.position.x, r.position.y, r.position.z});
-    show(moved, 0.5);
+    if (forgets) session.state().slack.reset();
+    Camera camera = session.scene().cameras[0];
+    camera.world_from_view = glm::rotate(camera.world_from_view, 0.5, glm::dvec3(0.0, 1.0, 0.0));
+    render(session, camera, options);
     Newcomers result;
     for (const Record& r : session.records()) {
-        if (r.watch.instance == 1 || known.contains({r.position.x, r.position.y, r.position.z}))
-            continue;  // not those of the block
+        if (known.contains({r.position.x, r.position.y, r.position.z})) continue;
         ++result.count;
         result.noise += static_cast<double>(r.noise);
         result.rays += static_cast<double>(r.rays);
@@ -65,12 +64,64 @@ Newcomers newcomers(double moved)
 
 TEST(Upkeep, RecordsThatAreNewWhereLightChangesMayBeNoisier)
 {
-    const Newcomers still = newcomers(0.0), moving = newcomers(0.05);
-    EXPECT_GT(still.count, 100u);
-    EXPECT_GT(moving.count, 100u);
-    EXPECT_LT(moving.rays, 0.92 * still.rays);
-    EXPECT_GT(moving.noise, 1.02 * still.noise);
-    EXPECT_LT(moving.noise, 1.4 * still.noise);
+    const Newcomers better = newcomers(true), noisier = newcomers(false);
+    EXPECT_GT(better.count, 100u);
+    EXPECT_EQ(noisier.count, better.count);
+    EXPECT_LT(noisier.rays, 0.92 * better.rays);
+    EXPECT_GT(noisier.noise, 1.02 * better.noise);
+    EXPECT_LT(noisier.noise, 1.3 * better.noise);
+}
+
+TEST(Upkeep, NewRecordsAreAsGoodAsEverWhereNoneFollowAChange)
+{
+    RenderOptions options;
+    options.width = options.height = 48;
+    options.aa = 1;
+    ThreadPool pool{2};
+    Session session{test::shared_gl(), pool, {.keep_records = true, .watch_records = true}};
+    const auto slack_after = [&](const Scene& scene) {
+        session.show(scene);
+        render(session, scene.cameras[0], options);
+        return session.state().slack;
+    };
+    EXPECT_FALSE(slack_after(moved_by(0.0))) << "the first scene";
+    const std::optional<float> slack = slack_after(moved_by(0.05));
+    ASSERT_TRUE(slack);
+    EXPECT_GT(*slack, 1.05f);
+    EXPECT_LT(*slack, 1.3f);
+    EXPECT_EQ(slack_after(moved_by(0.05)), slack) << "the same scene";
+    options.bounces = 2;
+    EXPECT_FALSE(slack_after(moved_by(0.05))) << "all records are new";
+    EXPECT_TRUE(slack_after(moved_by(0.1)));
+    session.begin_with({});
+    EXPECT_FALSE(session.state().slack);
+    // All of it is somewhere else.
+    Scene elsewhere = moved_by(0.1);
+    for (Instance& instance : elsewhere.instances)
+        instance.world_from_object =
+            glm::translate(glm::dmat4(1.0), glm::dvec3(0.0, 0.01, 0.0)) * instance.world_from_object;
+    slack_after(moved_by(0.1));
+    EXPECT_EQ(slack_after(elsewhere).value_or(1.0f), 1.0f);
+}
+
+TEST(Upkeep, ASessionThatKeepsNothingHasNoSlackOfTheMomentsOfAShutter)
+{
+    RenderOptions options;
+    options.width = options.height = 32;
+    options.aa = 4;
+    ThreadPool pool{2};
+    Session session{test::shared_gl(), pool};
+    const Scene first = moved_by(0.0);
+    session.show(first);
+    render(
+        session,
+        [](double part) {
+            Scene scene = moved_by(0.1 * part);
+            const Camera camera = scene.cameras[0];
+            return Moment{std::move(scene), camera};
+        },
+        options);
+    EXPECT_FALSE(session.state().slack);
 }
 
 }  // namespace

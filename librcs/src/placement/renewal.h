@@ -25,7 +25,7 @@ bool are_stale(std::span<const Record> records, const SceneStates& states);
 /// changed as long as that is told more surely than their noise, and are gathered again where they are if not. Those on
 /// or inside of what has moved go, those that nothing in view is near are laid aside.
 /// @param aside  records of earlier scenes, still not up to date: another view may be near them
-/// @return how much noisier than wanted they may become: the more, the fewer of them light changes at; at least 1
+/// @return how much noisier than wanted new ones may be, which will follow changes, too; 1 where none of these do
 float renew_records(const Renewal& renewal, ThreadPool& pool, std::vector<Record>& records, std::vector<Record>& aside,
                     RecordStats& stats);
 

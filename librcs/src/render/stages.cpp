@@ -65,7 +65,7 @@ void follow_scene(Frame& f)
 void add_records(Frame& f)
 {
     RecordSettings settings = f.course.records;
-    settings.noise_target *= f.session.state().slack;
+    if (!has_goal(f.asked)) settings.noise_target *= f.session.state().slack.value_or(1.0f);
     place_records(f.lit(), f.gbuffer, f.view(), settings, f.session.pool(), f.records, f.stats().records,
                   f.hooks.progress);
 }

@@ -11,11 +11,6 @@
 
 namespace rcs {
 
-// Records are born less noisy than those that follow changes may become: they will follow some, too, and pictures are
-// to be as good when those of the first picture are gone. Were those noisier, too, demo:atrium's frames would have 7 %
-// more error than single renders with 1/3 here, 19 % with 1.
-constexpr float kOfNewOnes = 0.4f;
-
 void bring_up_to_date(Frame& f)
 {
     Session::State& session = f.session.state();
@@ -31,9 +26,10 @@ void bring_up_to_date(Frame& f)
     }
     if (!are_stale(f.records, states)) return;
     RecordStats& stats = f.stats().records;
-    const float noisier = renew_records({f.lit(), f.gbuffer, f.view(), f.course.records, states}, f.session.pool(),
-                                        f.records, f.aside, stats);
-    session.slack = 1.0f + kOfNewOnes * (noisier - 1.0f);
+    const float slack = renew_records({f.lit(), f.gbuffer, f.view(), f.course.records, states}, f.session.pool(),
+                                      f.records, f.aside, stats);
+    // Further views of the scene find few that are behind, and where nothing is kept none is to tell of another.
+    if (session.options.keep_records && !session.slack) session.slack = slack;
     if (f.hooks.log)
         f.hooks.log(LogLevel::debug, "of " + std::to_string(f.records.size() + f.aside.size()) +
                                          " records kept from other scenes " + std::to_string(stats.watched) +

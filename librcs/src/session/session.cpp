@@ -239,6 +239,7 @@ void Session::begin_with(std::vector<Record> records)
     state_->record_pixel = 0.0;
     state_->contacts.clear();
     state_->error_scale.reset();
+    state_->slack.reset();
     state_->note(SessionPart::records, true, "they were handed over");
 }
 
@@ -255,7 +256,7 @@ void Session::State::drop_light(const std::string& why)
     error_scale.reset();
     changed_in.clear();
     changes.clear();
-    slack = 1.0f;
+    slack.reset();
     ++scene_number;
 }
 
@@ -266,7 +267,7 @@ void Session::State::change_light(const std::string& why, SceneChange change)
     if (!watches()) return drop_light(why);
     note(SessionPart::light_cache, false, why);
     light_cache.reset();
-    slack = 1.0f;
+    slack.reset();
     ++scene_number;
     changed_in.resize(scene->instances.size(), scene_number);
     for (const std::uint32_t instance : change.instances) changed_in[instance] = scene_number;
@@ -289,6 +290,7 @@ std::vector<Record> Session::State::take_records(const RenderOptions& asked)
         contacts.clear();
         guide.reset();
         error_scale.reset();
+        slack.reset();
     } else if (!record_settings.empty()) {
         const bool watched =
             std::any_of(records.begin(), records.end(), [&](const Record& r) { return r.watch.state != scene_number; });

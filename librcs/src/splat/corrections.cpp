@@ -75,7 +75,7 @@ public:
     /// Those that may influence one of this block's records, always in the same order.
     void find_around(const Block& block, std::vector<std::uint32_t>& found) const
     {
-        glm::vec3 low, high;
+        glm::vec3 low(0.0f), high(0.0f);
         for (int i = 0; i < 3; ++i) {
             const auto ends = std::minmax_element(block.position[i], block.position[i] + block.count);
             low[i] = *ends.first;
@@ -174,7 +174,7 @@ void extrapolate(const Block& block, const Place& here, const float* weight, Lan
     }
 }
 
-/// Shows `add` what influences a record: block, lane, all of its weights.
+/// Shows `add` what influences a record: blocks, and what their records weigh.
 template <typename Add>
 void for_each_around(const std::vector<Block>& blocks, std::span<const std::uint32_t> near, const Place& here,
                      const Add& add)
