@@ -5,12 +5,13 @@ what the frames are off by and how calm they are.
     tests/bench/animation_table.py build/release/bin/rcsplat ../shared/scenes -o /tmp/animations > table.md
 
 Cost is the processor time of the batch over that of one `rcsplat render` for each of its frames, processes with all
-that they do; --every N times every N-th of the latter alone and takes the rest for alike. Errors are those of indirect
-light against `rcsplat reference` at every third pixel of every third row, by so many paths a case (or --spp) that its
-noise is about a third of what is measured; that noise is not taken off, and told beside. Then the frames' own
-estimates. Flicker is `rcsplat flicker` of the layer irradiance, points followed by the layer motion, in the median:
-over the frames in which no light changes by much, the worst of several parts. Errors and flicker are told at --aa 1.
-References are kept in the output folder.
+that they do; --every N times every N-th of the latter alone and takes the rest for alike. Errors are those of
+indirect light against `rcsplat reference` at every third pixel of every third row, by so many paths a case (or --spp)
+that its noise is about a third of what is measured; that noise is not taken off, and told beside. The worst frame is
+the one whose error is largest over that of the same frame by itself. Then the frames' own estimates. Flicker is
+`rcsplat flicker` of the layer irradiance, points followed by the layer motion, in the median: over the frames in
+which no light changes by much, the worst of several parts. Errors and flicker are told at --aa 1. References are kept
+in the output folder.
 """
 import argparse
 import json
@@ -91,11 +92,11 @@ class Runner:
         return file
 
     def errors(self, pictures, references):
-        """Means over frames: error, ratio of means, the references' noise."""
+        """Errors of frames; means over them of the ratio of means and of the references' noise."""
         found = [json.loads(self.run("compare", pictures / f"f.{n:04}.exr", r, "--layer", "indirect", "--json")[0])
                  for n, r in references.items()]
-        return [statistics.mean(f[name] for f in found)
-                for name in ("mean_relative_error", "ratio_of_means", "reference_noise")]
+        return [[f["mean_relative_error"] for f in found],
+                *(statistics.mean(f[name] for f in found) for name in ("ratio_of_means", "reference_noise"))]
 
     def flicker(self, pictures, first, last):
         files = [pictures / f"f.{n:04}.exr" for n in range(first, last + 1)]
@@ -116,14 +117,16 @@ def row(runner, case, scene, camera, aa, folder):
     cells = [f"{file}: {name}", f"`--aa {aa}`", f"{seconds:.0f} of {by_itself:.0f} s",
              f"{100 * seconds / by_itself:.0f} % ({100 * wanted:.0f})"]
     if aa > 1:
-        return "| " + " | ".join(cells + [""] * 8) + " |"
+        return "| " + " | ".join(cells + [""] * 9) + " |"
     runner.batch(scene, camera, aa, alone, "--independent-frames")
     judged = range(6, runner.arguments.frames + 1, 6)
     references = {n: runner.reference(scene, camera, paths, n, folder / "references") for n in judged}
-    mine, ratio, noise = runner.errors(pictures, references)
-    theirs, their_ratio, _ = runner.errors(alone, references)
+    errors, ratio, noise = runner.errors(pictures, references)
+    their_errors, their_ratio, _ = runner.errors(alone, references)
+    mine, theirs = statistics.mean(errors), statistics.mean(their_errors)
+    worst, its_number = max((a / b, n) for a, b, n in zip(errors, their_errors, judged))
     told = runner.estimate(pictures, judged)
-    cells += [f"{100 * mine:.1f} of {100 * theirs:.1f} %", f"{100 * noise:.1f} %",
+    cells += [f"{100 * mine:.1f} of {100 * theirs:.1f} %", f"{worst:.2f} times ({its_number})", f"{100 * noise:.1f} %",
               f"{100 * (ratio - 1):+.1f}, {100 * (their_ratio - 1):+.1f} %", f"{100 * told:.1f} %",
               f"{told / mine:.2f}"]
     parts = [(first, last) for first, last in steady if last <= runner.arguments.frames]
@@ -142,8 +145,9 @@ def main():
     walk.write_text(json.dumps(WALK))
     runner = Runner(arguments)
     print("| | | processor time, batch of single renders | part (wanted) | MRE of every sixth frame, of independent "
-          "frames | noise in it | bias | estimated | of the MRE | flicker | of independent frames | ratio |")
-    print("|" + " --- |" * 12)
+          "frames | worst frame | noise in it | bias | estimated | of the MRE | flicker "
+          "| of independent frames | ratio |")
+    print("|" + " --- |" * 13)
     for number, case in enumerate(CASES):
         name, file, camera, wanted, *_ = case
         scene = file if file.startswith("demo:") else arguments.scenes / file

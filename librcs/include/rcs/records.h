@@ -33,6 +33,7 @@ struct RecordWatch {
     std::uint32_t instance = 0;        ///< it lies on
     std::uint32_t state = 0;           ///< of the scene, counted by the session, whose light it has, as far as is known
     std::uint32_t gathered = 0;        ///< ... when it was gathered
+    float light = 0.0f;                ///< its irradiance then, on luminance [W m^-2]
     std::uint32_t touched = 0;         ///< ... when it or a record around last saw a change
     std::uint32_t view = 0;            ///< of the session, the last one that it was in
     std::vector<glm::vec3> seen;       ///< radiance by ray [W m^-2 sr^-1]; empty: it is not watched

@@ -14,13 +14,6 @@ constexpr float kDark = 0.01f;
 // Neighbours that weigh less in all say nothing.
 constexpr float kLeastWeight = 0.1f;
 
-double mean_irradiance(std::span<const Record> records)
-{
-    double sum = 0.0;
-    for (const Record& r : records) sum += static_cast<double>(luminance(r.irradiance));
-    return sum / static_cast<double>(records.size());
-}
-
 /// A record's variance relative to its irradiance, had it been gathered with so many rays.
 float variance_with(const Record& r, int rays, float fall)
 {
@@ -64,6 +57,13 @@ float variance_around(const PixelSums& sums, std::size_t i, const Record& self, 
 }
 
 }  // namespace
+
+double mean_irradiance(std::span<const Record> records)
+{
+    double sum = 0.0;
+    for (const Record& r : records) sum += static_cast<double>(luminance(r.irradiance));
+    return sum / static_cast<double>(std::max<std::size_t>(1, records.size()));
+}
 
 std::vector<float> noise_around(int rays, const GBuffer& gbuffer, const View& view, float error_tolerance,
                                 std::span<const std::uint32_t> pixels, ThreadPool& pool,

@@ -12,6 +12,9 @@ namespace rcs {
 /// Times a record's spacing: what the final splat averages over, its neighbourhood.
 constexpr float kNeighbourhood = 3.0f;
 
+/// Of luminance [W m^-2]; 0 if there are none.
+double mean_irradiance(std::span<const Record> records);
+
 /// Standard error of what the splat makes of each record's neighbourhood, relative to it, if every record there had
 /// been gathered with `rays` rays. A record is judged by its neighbours alone. By its own standard error it would get
 /// more rays when it happens to have seen a rare bright spot and fewer when it missed it; what it missed would stay,

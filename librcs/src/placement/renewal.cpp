@@ -3,40 +3,31 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <iterator>
 #include <optional>
 #include <utility>
 
+#include "placement/changes_around.h"
 #include "placement/refine.h"
 #include "placement/spacing.h"
 #include "placement/view_fit.h"
 #include "rays/ray_scene_impl.h"
 #include "records/gather.h"
-#include "splat/at_pixels.h"
 #include "util/color.h"
 #include "util/random.h"
 
 namespace rcs {
 namespace {
 
-// A change beyond this part of the light is no mere correction: spacing rests on the light as it was.
-// With .5 a lamp that goes off left 3 % of the light behind (renewal_test).
-constexpr float kMostChange = 0.3f;
-// Where it is darker than this part of the mean, changes are judged as if it were as bright: they can hardly be seen.
-constexpr float kDarkChange = 0.01f;
 // So many scenes after the last gather a record is gathered again whatever was seen; those of a picture take turns.
 constexpr std::uint32_t kLife = 128;
 // ... where neither it nor the records around have seen any change since.
 constexpr std::uint32_t kQuietLife = 256;
 // One that is gathered again may be so much noisier than is wanted at a pixel, where several are averaged: it takes no
 // more rays than for that...
-constexpr float kNoisier = 1.75f;
-// ... nor is the mean of all to be noisier than by so much, where light changes at most of them.
-constexpr float kNoisierMean = 0.3f;
-// Records are born less noisy than that: they will follow changes, too, and pictures are to be as good when those of
-// the first picture are gone. Were those noisier, too, demo:atrium's frames would have 7 % more error than single
-// renders with 1/3 here, 19 % with 1.
-constexpr float kOfNewOnes = 0.4f;
+constexpr float kNoisier = 1.5f;
+// ... nor by more than so much for every other at which light does not change: where it changes at all of them, the
+// picture would be as much noisier (docs/method.md, Where the scene changes).
+constexpr float kNoisierByOthers = 0.2f;
 // Of an object's extent: as near to its bounds a place is not inside.
 constexpr double kRim = 0.02;
 
@@ -63,13 +54,13 @@ bool is_watched(const SceneStates& states, const Record& r)
            states.changed[r.watch.instance] <= r.watch.state;
 }
 
-/// A pixel that sees a place near the record, as far as it reaches.
-std::optional<std::uint32_t> pixel_near(const Renewal& n, const Record& r)
+/// Whether a pixel sees a place near the record, as far as it reaches.
+bool is_in_view(const Renewal& n, const Record& r)
 {
     const GBuffer& g = n.gbuffer;
     const glm::vec3 relative = glm::vec3(glm::dvec3(r.position) - g.camera_position);
     const std::optional<glm::dvec2> at = image_position(n.view, glm::dvec3(relative));
-    if (!at) return std::nullopt;
+    if (!at) return false;
     const float reach = kNeighbourhood * r.spacing_radius;
     const double pixels = reach_in_pixels(n.view, r, static_cast<double>(reach));
     const glm::dvec2 last(g.width - 1, g.height - 1);
@@ -80,20 +71,16 @@ std::optional<std::uint32_t> pixel_near(const Renewal& n, const Record& r)
         if (glm::distance(p, wanted) > pixels) continue;
         const std::size_t i =
             static_cast<std::size_t>(p.y) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(p.x);
-        if (g.covered(i) && glm::distance(g.position(i), relative) <= reach) return static_cast<std::uint32_t>(i);
+        if (g.covered(i) && glm::distance(g.position(i), relative) <= reach) return true;
     }
-    return std::nullopt;
+    return false;
 }
 
-/// Those of earlier scenes that matter here, and a pixel near each.
-struct Stale {
-    std::vector<std::uint32_t> records, pixels;
-};
-
 /// Parts the records in those that matter, those laid aside and those that go.
-Stale part(const Renewal& n, std::vector<Record>& records, std::vector<Record>& aside)
+/// @return numbers of those of earlier scenes among the first
+std::vector<std::uint32_t> part(const Renewal& n, std::vector<Record>& records, std::vector<Record>& aside)
 {
-    Stale stale;
+    std::vector<std::uint32_t> stale;
     std::vector<Record> kept;
     kept.reserve(records.size());
     for (Record& r : records) {
@@ -102,9 +89,8 @@ Stale part(const Renewal& n, std::vector<Record>& records, std::vector<Record>& 
             continue;
         }
         if (!is_watched(n.states, r) || is_inside_moved(n.scene.rays, n.states, r)) continue;
-        if (const auto pixel = pixel_near(n, r)) {
-            stale.records.push_back(static_cast<std::uint32_t>(kept.size()));
-            stale.pixels.push_back(*pixel);
+        if (is_in_view(n, r)) {
+            stale.push_back(static_cast<std::uint32_t>(kept.size()));
             kept.push_back(std::move(r));
         } else {
             aside.push_back(std::move(r));
@@ -127,50 +113,6 @@ bool is_over(const Record& r, std::uint32_t seen, std::uint32_t now)
     const auto turn = static_cast<std::uint32_t>(place_hash(r.position) % life);
     return (now + turn) / life != (seen + turn) / life;
 }
-
-/// What the records around each say of its change, too: light that few rays find would else be missed by most.
-class ChangesAround {
-public:
-    ChangesAround(const Renewal& n, std::span<const Record> records, const Stale& stale,
-                  std::span<const Record> changes, ThreadPool& pool)
-    {
-        for (const Record& r : records) mean_ += static_cast<double>(luminance(r.irradiance));
-        mean_ = std::max(mean_ / static_cast<double>(std::max<std::size_t>(1, records.size())), 1e-30);
-        std::vector<Record> as_records(stale.records.size());
-        for (std::size_t k = 0; k < as_records.size(); ++k) {
-            const Record& r = records[stale.records[k]];
-            const float change = relative(luminance(changes[k].irradiance)), error = relative(changes[k].noise);
-            as_records[k].position = r.position;
-            as_records[k].normal = r.normal;
-            as_records[k].irradiance = {relative(luminance(r.irradiance)), error * error, change * change};
-            as_records[k].spacing_radius = r.spacing_radius;
-        }
-        sums_ = splat_at_pixels(as_records, n.gbuffer, stale.pixels, n.view,
-                                {n.settings.error_tolerance, kNeighbourhood, false}, pool);
-    }
-
-    struct Part {
-        float change, error;  ///< of the light
-    };
-    /// @param k  of `stale`
-    Part at(std::size_t k, const Record& r, const Record& change) const
-    {
-        const float e = relative(luminance(r.irradiance)) + kDarkChange;
-        Part part{relative(std::abs(luminance(change.irradiance))) / e, relative(change.noise) / e};
-        if (const float weight = sums_.weight[k]; weight > 0.0f) {
-            const float around = sums_.weighted[k].x / weight + kDarkChange;
-            part.error = std::max(part.error, std::sqrt(std::max(0.0f, sums_.weighted[k].y / weight)) / around);
-            part.change = std::max(part.change, std::sqrt(std::max(0.0f, sums_.weighted[k].z / weight)) / around);
-        }
-        return part;
-    }
-
-private:
-    float relative(float light) const { return static_cast<float>(static_cast<double>(light) / mean_); }
-
-    double mean_ = 0.0;
-    PixelSums sums_;
-};
 
 /// Of records whose change is too noisy: other rays than they had, so that both can be averaged.
 class FreshGathers {
@@ -217,20 +159,30 @@ struct Follow {
     float noisier() const
     {
         if (changed == 0) return kNoisier;
-        return std::min(kNoisier, 1.0f + kNoisierMean * static_cast<float>(records) / static_cast<float>(changed));
+        const float others = static_cast<float>(records - std::min(records, changed)) / static_cast<float>(changed);
+        return std::min(kNoisier, 1.0f + kNoisierByOthers * others);
     }
     /// ... and new ones among them: less where many have gone, whose places those take; not at all if none follow.
     float noisier_newcomers(std::size_t gone) const
     {
         if (changed == 0) return 1.0f;
         const float left = static_cast<float>(records) / static_cast<float>(records + gone);
-        return 1.0f + kOfNewOnes * left * (noisier() - 1.0f);
+        return 1.0f + left * (noisier() - 1.0f);
     }
 };
 
-Follow count(std::span<const ChangesAround::Part> parts, std::size_t records)
+/// What few rays saw becomes what all around saw. How light turns about is left as it was: fewer say it, and worse.
+void take_mean(ChangeAround& around, Record& change)
 {
-    const auto changed = std::count_if(parts.begin(), parts.end(), [](const auto& p) { return p.change > 0.0f; });
+    change.irradiance = around.mean;
+    change.noise = around.noise;
+    change.radiance = std::move(around.radiance);
+    change.translation_gradient = change.rotation_gradient = {};
+}
+
+Follow count(std::span<const ChangeAround> around, std::size_t records)
+{
+    const auto changed = std::count_if(around.begin(), around.end(), [](const auto& c) { return c.any(); });
     return {records, static_cast<std::size_t>(changed)};
 }
 
@@ -245,43 +197,43 @@ float renew_records(const Renewal& n, ThreadPool& pool, std::vector<Record>& rec
                     RecordStats& stats)
 {
     const std::size_t before = records.size() + aside.size();
-    const Stale stale = part(n, records, aside);
+    const std::vector<std::uint32_t> stale = part(n, records, aside);
     const std::size_t gone = before - records.size() - aside.size();
-    std::vector<std::uint32_t> seen(stale.records.size());
-    for (std::size_t k = 0; k < seen.size(); ++k) seen[k] = records[stale.records[k]].watch.state;
+    std::vector<std::uint32_t> seen(stale.size());
+    for (std::size_t k = 0; k < seen.size(); ++k) seen[k] = records[stale[k]].watch.state;
     const RecordWatcher watcher(n.scene, n.settings);
-    const std::vector<Record> changes = watcher.look(records, stale.records, n.states, pool, stats);
-    const ChangesAround around(n, records, stale, changes, pool);
-    std::vector<ChangesAround::Part> parts(seen.size());
-    for (std::size_t k = 0; k < seen.size(); ++k) parts[k] = around.at(k, records[stale.records[k]], changes[k]);
-    const Follow follow = count(parts, records.size());
+    std::vector<Record> changes = watcher.look(records, stale, n.states, pool, stats);
+    std::vector<ChangeAround> around = changes_around(records, stale, changes, n.settings.error_tolerance, pool);
+    const Follow follow = count(around, records.size());
     const float wanted = follow.noisier() * n.settings.noise_target;
     const float widest = n.settings.error_tolerance * n.settings.max_reach;
     std::vector<std::uint32_t> again;
     std::vector<int> rays, more(records.size(), 0);
     const FreshGathers fresh(n);
     for (std::size_t k = 0; k < seen.size(); ++k) {
-        Record& r = records[stale.records[k]];
-        const ChangesAround::Part& part = parts[k];
-        if (part.change > 0.0f) r.watch.touched = n.states.now;
+        Record& r = records[stale[k]];
+        ChangeAround& there = around[k];
+        if (there.any()) r.watch.touched = n.states.now;
         const float allowed = wanted * noise_allowed(r, widest);
         const float noise = r.noise;
-        if (part.change > kMostChange || is_over(r, seen[k], n.states.now) || !add_change(r, changes[k])) {
-            again.push_back(stale.records[k]);
+        take_mean(there, changes[k]);
+        if (there.large || is_over(r, seen[k], n.states.now) || !add_change(r, changes[k])) {
+            again.push_back(stale[k]);
             const float excess = noise / allowed;
             rays.push_back(static_cast<int>(static_cast<float>(r.rays) * std::min(1.0f, excess * excess)));
-        } else if (part.error > allowed && r.radiance.empty() == n.settings.radiance) {
-            again.push_back(stale.records[k]);  // what this view gathers could not be averaged with it
+        } else if (there.error > allowed && r.radiance.empty() == n.settings.radiance) {
+            again.push_back(stale[k]);  // what this view gathers could not be averaged with it
             rays.push_back(r.rays);
-        } else if (part.error > allowed) {
-            more[stale.records[k]] = fresh.make_room(r, noise, part.error, allowed);
+        } else if (there.error > allowed) {
+            more[stale[k]] = fresh.make_room(r, noise, there.error, allowed);
         }
     }
     fresh.add(n, more, records, pool, stats);
     RecordGatherer(n.scene, n.settings).renew(records, again, rays, pool, stats);
     trust_gradients(records, n.settings);
-    for (const std::uint32_t k : again) records[k].watch.gathered = n.states.now;
-    stats.watched += stale.records.size();
+    for (const std::uint32_t k : again)
+        records[k].watch.gathered = n.states.now, records[k].watch.light = luminance(records[k].irradiance);
+    stats.watched += stale.size();
     stats.renewed += again.size();
     return follow.noisier_newcomers(gone);
 }

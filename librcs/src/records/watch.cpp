@@ -11,7 +11,7 @@ namespace rcs {
 namespace {
 
 // Of a look. Twice as many would cost twice as much, and leave 0.7 of the noise of what has changed.
-constexpr int kLookRays = 32;  // a word numbers them: 64 at the most
+constexpr int kLookRays = 32;  // a word numbers its cells: 64 at the most, and 64 rays would be 65
 // Streams of their own, whatever the seed of the view: looks of different views are compared.
 constexpr std::uint64_t kSeed = 0x77617463;
 
@@ -82,6 +82,7 @@ void RecordWatcher::begin(std::span<Record> records, const SceneStates& states, 
         RecordWatch& watch = records[i].watch;
         if (!watch.seen.empty() || watch.geometric_normal == glm::vec3(0.0f)) continue;
         watch.gathered = states.now;
+        watch.light = luminance(records[i].irradiance);
         // What has just moved mostly goes on, and its records with it: they hold in this scene alone.
         if (std::binary_search(moving.begin(), moving.end(), watch.instance)) {
             watch.state = states.now;
