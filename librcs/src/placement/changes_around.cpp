@@ -102,6 +102,17 @@ void take_on(Givers&& of, ChangeAround& there)
     there.radiance = std::move(of.radiance);
 }
 
+/// Whether a record of the block saw something change.
+std::vector<char> blocks_that_changed(const BlockedRecords& blocks, std::span<const Record> changes)
+{
+    std::vector<char> changed;
+    for (const RecordBlock& block : blocks.list())
+        changed.push_back(std::any_of(block.number.begin(), block.number.begin() + block.count, [&](std::uint32_t k) {
+            return changes[k].irradiance != glm::vec3(0.0f) || changes[k].noise > 0.0f;
+        }));
+    return changed;
+}
+
 }  // namespace
 
 std::vector<ChangeAround> changes_around(std::span<const Record> records, std::span<const std::uint32_t> which,
@@ -123,12 +134,15 @@ std::vector<ChangeAround> changes_around(std::span<const Record> records, std::s
     }
     const BlockedRecords blocks(std::move(voices));
     const float tolerance = std::min(1.0f, kAround * error_tolerance);  // no more: never across a right angle
-    // Shows `visit` each record, and a function that shows another one the others and what they weigh.
+    const std::vector<char> changed = blocks_that_changed(blocks, changes);
+    // Shows `visit` each record around which something changed, and a function that shows another one the others and
+    // what they weigh.
     const auto for_each = [&](const auto& visit) {
         blocks.for_each(
             tolerance, pool,
             [&](std::size_t b, std::size_t lane, std::span<const std::uint32_t> near, const WeighedAt& here) {
                 const std::uint32_t self = blocks.list()[b].number[lane];
+                if (std::none_of(near.begin(), near.end(), [&](std::uint32_t n) { return changed[n] != 0; })) return;
                 visit(self, [&](const auto& add) {
                     blocks.for_each_around(near, here, [&](std::uint32_t n, const RecordBlock::Lanes& weight) {
                         const RecordBlock& block = blocks.list()[n];
@@ -148,6 +162,7 @@ std::vector<ChangeAround> changes_around(std::span<const Record> records, std::s
         around[self] = judge(seen[self], by);
     });
     for_each([&](std::uint32_t self, const auto& show_others) {
+        if (around[self].large) return;  // what it takes on is a gather
         Givers of;
         of.radiance.resize(records[which[self]].radiance.size());
         of.add(1.0, changes[self]);

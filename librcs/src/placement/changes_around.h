@@ -11,7 +11,7 @@ namespace rcs {
 
 /// What has changed at a record, as the records around it see it, too.
 struct ChangeAround {
-    bool large = false;    ///< no mere correction: the record is to be gathered again
+    bool large = false;    ///< no mere correction: the record is to be gathered again, and the mean need not be set
     float change = 0.0f;   ///< root mean square of what the nearest others saw, over the light there
     float error = 0.0f;    ///< standard error of what one of those saw, over the light there
     glm::vec3 mean{0.0f};  ///< of what all around saw, this record among them, but where others say large [W m^-2]

@@ -24,10 +24,10 @@ constexpr std::uint32_t kLife = 128;
 constexpr std::uint32_t kQuietLife = 256;
 // One that is gathered again may be so much noisier than is wanted at a pixel, where several are averaged: it takes no
 // more rays than for that...
-constexpr float kNoisier = 1.5f;
+constexpr float kNoisier = 1.75f;
 // ... nor by more than so much for every other at which light does not change: where it changes at all of them, the
 // picture would be as much noisier (docs/method.md, Where the scene changes).
-constexpr float kNoisierByOthers = 0.2f;
+constexpr float kNoisierByOthers = 0.3f;
 // Of an object's extent: as near to its bounds a place is not inside.
 constexpr double kRim = 0.02;
 
