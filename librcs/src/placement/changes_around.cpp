@@ -113,6 +113,26 @@ std::vector<char> blocks_that_changed(const BlockedRecords& blocks, std::span<co
     return changed;
 }
 
+/// Another record, and what it weighs.
+struct Heard {
+    std::uint32_t number;
+    double weight;
+};
+
+std::vector<Heard> others_around(const BlockedRecords& blocks, std::span<const std::uint32_t> near,
+                                 const WeighedAt& here, std::uint32_t self)
+{
+    std::vector<Heard> others;
+    others.reserve(RecordBlock::kLanes);
+    blocks.for_each_around(near, here, [&](std::uint32_t n, const RecordBlock::Lanes& weight) {
+        const RecordBlock& block = blocks.list()[n];
+        for (std::size_t l = 0; l < block.count; ++l)
+            if (weight[l] > 0.0f && block.number[l] != self)
+                others.push_back({block.number[l], static_cast<double>(weight[l])});
+    });
+    return others;
+}
+
 }  // namespace
 
 std::vector<ChangeAround> changes_around(std::span<const Record> records, std::span<const std::uint32_t> which,
@@ -126,50 +146,35 @@ std::vector<ChangeAround> changes_around(std::span<const Record> records, std::s
         const Record& r = records[which[k]];
         seen[k] = saw(r, changes[k], mean);
         around[k] = judge(seen[k], {});
-        Givers alone;
-        alone.radiance.resize(r.radiance.size());
-        alone.add(1.0, changes[k]);
-        take_on(std::move(alone), around[k]);
         if (r.spacing_radius > 0.0f) voices.push_back({r.position, r.normal, kAround * r.spacing_radius, k});
     }
     const BlockedRecords blocks(std::move(voices));
     const float tolerance = std::min(1.0f, kAround * error_tolerance);  // no more: never across a right angle
     const std::vector<char> changed = blocks_that_changed(blocks, changes);
-    // Shows `visit` each record around which something changed, and a function that shows another one the others and
-    // what they weigh.
-    const auto for_each = [&](const auto& visit) {
-        blocks.for_each(
-            tolerance, pool,
-            [&](std::size_t b, std::size_t lane, std::span<const std::uint32_t> near, const WeighedAt& here) {
-                const std::uint32_t self = blocks.list()[b].number[lane];
-                if (std::none_of(near.begin(), near.end(), [&](std::uint32_t n) { return changed[n] != 0; })) return;
-                visit(self, [&](const auto& add) {
-                    blocks.for_each_around(near, here, [&](std::uint32_t n, const RecordBlock::Lanes& weight) {
-                        const RecordBlock& block = blocks.list()[n];
-                        for (std::size_t l = 0; l < block.count; ++l)
-                            if (weight[l] > 0.0f && block.number[l] != self)
-                                add(static_cast<double>(weight[l]), block.number[l]);
+    std::vector<std::vector<Heard>> heard(which.size());  // by each record around which something changed
+    blocks.for_each(tolerance, pool,
+                    [&](std::size_t b, std::size_t lane, std::span<const std::uint32_t> near, const WeighedAt& here) {
+                        if (std::none_of(near.begin(), near.end(), [&](std::uint32_t n) { return changed[n] != 0; }))
+                            return;
+                        const std::uint32_t self = blocks.list()[b].number[lane];
+                        heard[self] = others_around(blocks, near, here, self);
+                        Judges by;
+                        for (const Heard& other : heard[self]) {
+                            const double weight = 1.0 - (1.0 - other.weight) * static_cast<double>(kAround) / kNearest;
+                            if (weight > 0.0) by.add(weight, seen[other.number]);
+                        }
+                        around[self] = judge(seen[self], by);
                     });
-                });
-            });
-    };
-    for_each([&](std::uint32_t self, const auto& show_others) {
-        Judges by;
-        show_others([&](double w, std::uint32_t other) {
-            const double weight = 1.0 - (1.0 - w) * static_cast<double>(kAround) / kNearest;
-            if (weight > 0.0) by.add(weight, seen[other]);
-        });
-        around[self] = judge(seen[self], by);
-    });
-    for_each([&](std::uint32_t self, const auto& show_others) {
-        if (around[self].large) return;  // what it takes on is a gather
-        Givers of;
-        of.radiance.resize(records[which[self]].radiance.size());
-        of.add(1.0, changes[self]);
-        show_others([&](double w, std::uint32_t other) {
-            if (!is_large(around[other])) of.add(w, changes[other]);
-        });
-        take_on(std::move(of), around[self]);
+    pool.parallel_for(which.size(), 64, [&](std::size_t begin, std::size_t end, int) {
+        for (std::size_t k = begin; k < end; ++k) {
+            if (around[k].large) continue;  // what it takes on is a gather
+            Givers of;
+            of.radiance.resize(records[which[k]].radiance.size());
+            of.add(1.0, changes[k]);
+            for (const Heard& other : heard[k])
+                if (!is_large(around[other.number])) of.add(other.weight, changes[other.number]);
+            take_on(std::move(of), around[k]);
+        }
     });
     for (std::size_t k = 0; k < around.size(); ++k)
         around[k].large |= is_far(seen[k], static_cast<double>(luminance(around[k].mean)) / mean);
