@@ -7,8 +7,9 @@ what the frames are off by and how calm they are.
 Cost is the processor time of the batch over that of one `rcsplat render` for each of its frames, processes with all
 that they do; --every N times every N-th of the latter alone and takes the rest for alike. Errors are those of
 indirect light against `rcsplat reference` at every third pixel of every third row, by so many paths a case (or --spp)
-that its noise is about a third of what is measured; that noise is not taken off, and told beside. The worst frame is
-the one whose error is largest over that of the same frame by itself. Then the frames' own estimates. Flicker is
+that its noise is about a third of what is measured; that noise is not taken off, and told beside. Frames by themselves
+are judged with --seeds seeds each, in the mean, as one alone may be well or ill off by a tenth. The worst frame is the
+one whose error is largest over that of the same frame by itself. Then the frames' own estimates. Flicker is
 `rcsplat flicker` of the layer irradiance, points followed by the layer motion, in the median: over the frames in
 which no light changes by much, the worst of several parts. Errors and flicker are told at --aa 1. References are kept
 in the output folder.
@@ -46,6 +47,7 @@ def parse():
     parser.add_argument("--frames", type=int, default=48)
     parser.add_argument("--spp", type=int, help="paths of references; default: what each case takes")
     parser.add_argument("--every", type=int, default=1)
+    parser.add_argument("--seeds", type=int, default=3, help="of frames by themselves that errors are told of")
     parser.add_argument("--aa", type=int, nargs="+", default=[1, 4])
     parser.add_argument("--case", help="part of a case's name or scene: the others are left out")
     return parser.parse_args()
@@ -73,15 +75,16 @@ class Runner:
                               "--no-movie", "-o", folder / "f.####.exr", *more)
         return seconds
 
-    def single(self, scene, camera, aa, frame, folder):
-        folder.mkdir(parents=True, exist_ok=True)
+    def single(self, scene, camera, aa, frame, file, *more):
+        file.parent.mkdir(parents=True, exist_ok=True)
         _, seconds = self.run("render", scene, *camera, "--time", repr(frame / FPS), "--size", self.arguments.size,
-                              "--aa", aa, "--layers", "indirect,irradiance,depth", "-o", folder / "single.exr")
+                              "--aa", aa, "--layers", "indirect,irradiance,depth", "-o", file, *more)
         return seconds
 
     def singles(self, scene, camera, aa, folder):
+        file = folder / "single.exr"
         some = range(1, self.arguments.frames + 1, self.arguments.every)
-        return statistics.mean(self.single(scene, camera, aa, n, folder) for n in some) * self.arguments.frames
+        return statistics.mean(self.single(scene, camera, aa, n, file) for n in some) * self.arguments.frames
 
     def reference(self, scene, camera, paths, frame, folder):
         folder.mkdir(parents=True, exist_ok=True)
@@ -122,7 +125,13 @@ def row(runner, case, scene, camera, aa, folder):
     judged = range(6, runner.arguments.frames + 1, 6)
     references = {n: runner.reference(scene, camera, paths, n, folder / "references") for n in judged}
     errors, ratio, noise = runner.errors(pictures, references)
-    their_errors, their_ratio, _ = runner.errors(alone, references)
+    each = [runner.errors(alone, references)]
+    for seed in range(2, runner.arguments.seeds + 1):
+        for n in references:
+            runner.single(scene, camera, aa, n, folder / "seeds" / f"f.{n:04}.exr", "--seed", seed)
+        each.append(runner.errors(folder / "seeds", references))
+    their_errors = [statistics.mean(of_frame) for of_frame in zip(*(errors for errors, _, _ in each))]
+    their_ratio = statistics.mean(ratio for _, ratio, _ in each)
     mine, theirs = statistics.mean(errors), statistics.mean(their_errors)
     worst, its_number = max((a / b, n) for a, b, n in zip(errors, their_errors, judged))
     told = runner.estimate(pictures, judged)

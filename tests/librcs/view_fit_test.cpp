@@ -1,6 +1,7 @@
 #include "placement/view_fit.h"
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -97,6 +98,24 @@ TEST(ViewFit, FollowsTheSizeOfPixels)
         ratio += static_cast<double>(records[k].footprint / large.records[k].footprint);
     // At edges the small picture's sample is on another surface: there they stay as they are.
     EXPECT_GT(ratio / static_cast<double>(records.size()), 6.0);
+}
+
+TEST(ViewFit, FollowsInLittleStepsWhereTheCameraMoves)
+{
+    const Scene scene = test::furnished_room();
+    const Seen seen = see(scene, test::view_of(scene.cameras[0], 60, 40));
+    const auto fitted = [&](float times) {
+        std::vector<Record> records = seen.records;
+        for (Record& r : records) r.footprint *= times;
+        fit_to_view(seen.gbuffer, seen.view, true, records);
+        return records;
+    };
+    for (const auto& [times, left] :
+         {std::pair(1.4f, 1.4f), {1 / 1.4f, 1 / 1.4f}, {1.6f, 1.5f}, {1 / 9.0f, 1 / 1.5f}}) {
+        const std::vector<Record> records = fitted(times);
+        for (std::size_t k = 0; k < records.size(); ++k)
+            EXPECT_NEAR(records[k].footprint / seen.records[k].footprint, left, 1e-5f) << times << ", record " << k;
+    }
 }
 
 TEST(ViewFit, LeavesWhatIsOutOfSightUnlessItIsMuchCoarser)

@@ -219,6 +219,15 @@ struct SpacingLimiter::Trees {
     }
 };
 
+/// What is asked of each record in every call, without the rest of it.
+struct SpacingLimiter::Known {
+    glm::vec3 position;
+    float most;          // what neighbours may lower
+    float near;          // the least R_j + |x_i - x_j| over all j, or what is wanted at most
+    float steep;         // the least reach, as far as light that is steep around lowers it
+    std::uint32_t seen;  // over how many records j, from the first on
+};
+
 void trust_gradients(std::span<Record> records, const RecordSettings& options)
 {
     for (Record& r : records) trust_gradient(r, options);
@@ -230,37 +239,35 @@ SpacingLimiter::~SpacingLimiter() = default;
 void SpacingLimiter::limit(std::vector<Record>& records, std::size_t first, ThreadPool& pool)
 {
     Trees& trees = *trees_;
-    if (records.size() > near_.size()) {
-        add_by_place(records, near_.size(), order_);
-        trees.add(records, near_.size(), order_, options_, pool);
+    if (records.size() > known_.size()) {
+        add_by_place(records, known_.size(), order_);
+        trees.add(records, known_.size(), order_, options_, pool);
     }
-    for (std::size_t i = near_.size(); i < records.size(); ++i) {
-        near_.push_back(most_reach(records[i], options_));
-        steep_.push_back(least_reach(records[i], options_));
+    for (std::size_t i = known_.size(); i < records.size(); ++i) {
+        const float most = most_reach(records[i], options_);
+        known_.push_back({records[i].position, most, most, least_reach(records[i], options_), 0});
     }
-    seen_.resize(records.size(), 0);
     pool.parallel_for(records.size() - first, 256, [&](std::size_t begin, std::size_t end, int) {
         for (std::size_t k = first + begin; k < first + end; ++k) {
-            const std::uint32_t i = order_[k];
-            const float near = near_[i], steep = steep_[i];
+            Known& own = known_[order_[k]];
+            const float near = own.near, steep = own.steep;
             // It falls with the distance no faster than that grows, so the record before says how high it is at most;
             // a little more, for rounding, so that the search finds the value itself.
             if (k > first + begin) {
-                const Record& before = records[order_[k - 1]];
-                const float its = near_[order_[k - 1]];
-                if (its < most_reach(before, options_))
-                    near_[i] =
-                        std::min(near_[i], kBarelyMore * (its + glm::distance(records[i].position, before.position)));
+                const Known& before = known_[order_[k - 1]];
+                if (before.near < before.most)
+                    own.near =
+                        std::min(own.near, kBarelyMore * (before.near + glm::distance(own.position, before.position)));
             }
             // The minimum over all neighbours is the least of those over the records of each tree.
             for (std::size_t t = 0; t < trees.list.size(); ++t) {
-                if (trees.newest[t] <= seen_[i]) continue;
-                near_[i] = trees.list[t].clamped(records[i].position, near_[i]);
-                steep_[i] = trees.steep[t].clamped(records[i].position, steep_[i]);
+                if (trees.newest[t] <= own.seen) continue;
+                own.near = trees.list[t].clamped(own.position, own.near);
+                own.steep = trees.steep[t].clamped(own.position, own.steep);
             }
-            const bool is_set = seen_[i] != 0 && near_[i] == near && steep_[i] == steep;
-            seen_[i] = static_cast<std::uint32_t>(records.size());
-            if (!is_set) set_spacing(records[i], near_[i], steep_[i], options_);
+            const bool is_set = own.seen != 0 && own.near == near && own.steep == steep;
+            own.seen = static_cast<std::uint32_t>(records.size());
+            if (!is_set) set_spacing(records[order_[k]], own.near, own.steep, options_);
         }
     });
     if (first == 0 && trees.list.size() > kMostTrees) {

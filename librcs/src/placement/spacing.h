@@ -27,12 +27,12 @@ public:
 private:
     struct Trees;
 
+    struct Known;
+
     RecordSettings options_;
     std::unique_ptr<Trees> trees_;
     std::vector<std::uint32_t> order_;  // of the records, neighbours in space together, each call's for itself
-    std::vector<float> near_;           // per record: the least R_j + |x_i - x_j| over all j, or what is wanted at most
-    std::vector<float> steep_;          // ... the least reach, as far as light that is steep around lowers it
-    std::vector<std::uint32_t> seen_;   // per record: over how many records j, from the first on
+    std::vector<Known> known_;          // per record
 };
 
 }  // namespace rcs

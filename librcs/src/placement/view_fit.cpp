@@ -16,9 +16,10 @@ namespace {
 // A visible point this near is on the record's surface [footprints]: the next sample lies within that on all but
 // grazing ones.
 constexpr float kNear = 2.0f;
-// A footprint that has changed by less is taken for the same: records keep their reach while the camera moves, and what
-// they show does not flicker. In pictures of another size they have to fit.
-constexpr float kSame = 3.0f, kSameInOtherPicture = 1.25f;
+// A record's footprint differs from the pixel's by so many times at the most: it keeps its reach while the camera moves
+// a little, and follows by little steps as it goes on, so that what it shows does not flicker (measured:
+// docs/method.md, Views to come). In pictures of another size it has to fit.
+constexpr float kSame = 1.5f, kSameInOtherPicture = 1.1f;
 // Footprints of a surface that faces the viewer; of one that does not they are larger, here by as much at the most.
 constexpr double kOblique = 2.0;
 
@@ -73,7 +74,7 @@ void fit_to_view(const GBuffer& gbuffer, const View& view, bool of_such_pictures
     for (Record& r : records) {
         if (const std::optional<std::size_t> i = pixel_of(gbuffer, view, r)) {
             const float now = gbuffer.footprint[*i];
-            if (now > same * r.footprint || now * same < r.footprint) r.footprint = now;
+            r.footprint = std::clamp(r.footprint, now / same, now * same);
             continue;
         }
         const double distance = glm::length(glm::dvec3(r.position) - gbuffer.camera_position);

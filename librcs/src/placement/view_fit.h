@@ -19,8 +19,8 @@ std::vector<Record> take_unseen(const View& view, std::vector<Record>& records);
 /// follows from them. Records out of sight keep theirs unless a pixel at their distance is much smaller. Nothing
 /// changes for records of the same view.
 /// @param view  the view that `gbuffer` was made for
-/// @param of_such_pictures  they come from views whose pixels are as wide: they keep a footprint within three times of
-/// what it was, lest light flickers as the camera moves; else within 1.25 times
+/// @param of_such_pictures  they come from views whose pixels are as wide: footprints stay within 1.5 times of the
+/// pixels', lest light flickers as the camera moves; else within 1.1 times
 void fit_to_view(const GBuffer& gbuffer, const View& view, bool of_such_pictures, std::span<Record> records);
 
 /// Records that lie on what is seen, and can be gathered again, come after the others.
