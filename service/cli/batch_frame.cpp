@@ -245,6 +245,14 @@ void FrameMaker::hold_exposure(const FrameFigures& figures)
     outputs_.tone_mapper()->hold_exposure(held_exposure_);
 }
 
+bool FrameMaker::shows_as_held(const FrameRecord& frame) const
+{
+    const auto found =
+        std::find(frame.depends.begin(), frame.depends.end(), std::pair<std::string, std::string>("exposure", "auto"));
+    return held_exposure_ && found != frame.depends.end() &&
+           static_cast<float>(frame.figures.exposure) == *held_exposure_;
+}
+
 Forecast FrameMaker::forecast(int number)
 {
     FrameRecord frame = wanted(number);

@@ -65,6 +65,8 @@ public:
     void hold_exposure(const FrameFigures& figures);
     /// What is held [EV]; none: each picture's own.
     std::optional<float> held_exposure() const { return held_exposure_; }
+    /// Whether a frame by itself found what is held: shown with it, too, it is the same, whoever comes before it.
+    bool shows_as_held(const FrameRecord& frame) const;
     /// Takes it from the one of all frames that another task has found it with.
     void take_exposure(const std::vector<int>& all);
     /// What which error costs in a frame. @throws rcs::Error

@@ -136,15 +136,10 @@ std::string Batch::why_by_files(const std::optional<FrameRecord>& record, FrameR
     as_before("scene");
     as_before("camera");
     // One that was held before holds on; in a dry run the frames that would say which are not rendered.
-    // ... and the one that found it, behind another that has come before it since, shows the same.
-    const std::optional<float> held = maker_.held_exposure();
-    const bool found = held && static_cast<float>(record->figures.exposure) == *held &&
-                       std::any_of(record->depends.begin(), record->depends.end(),
-                                   [](const auto& of) { return of.first == "exposure" && of.second == "auto"; });
-    if (found || maker_.finds_exposure() || (!renders() && rendered_before_)) as_before("exposure");
+    if (maker_.shows_as_held(*record) || maker_.finds_exposure() || (!renders() && rendered_before_))
+        as_before("exposure");
     if (const std::string why = difference(record->depends, wanted.depends); !why.empty()) return why;
-    const std::string folder = fs::path(maker_.paths_of(wanted.number).front()).parent_path().string();
-    return missing_file(*record, wanted.files, folder);
+    return missing_file(*record, wanted.files, fs::path(maker_.paths_of(wanted.number).front()).parent_path().string());
 }
 
 /// @return "" if the frame is done
