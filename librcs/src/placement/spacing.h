@@ -26,7 +26,6 @@ public:
 
 private:
     struct Trees;
-
     struct Known;
 
     RecordSettings options_;
