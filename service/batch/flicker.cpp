@@ -1,10 +1,12 @@
 #include "batch/flicker.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
 #include <glm/glm.hpp>
+#include <glm/gtc/type_ptr.hpp>
 
 #include "rcs/error.h"
 #include "rcs/metrics.h"
@@ -15,6 +17,10 @@ namespace {
 // A point that lies this much farther away than what shows where it came from was hidden there; pixels around it that
 // lie as much apart show different things.
 constexpr float kHidden = 0.05f;
+// Pixels around it whose surfaces face so far apart show different light, however still it is: cosine of 15 degrees.
+// Mouldings as fine as pixels (Sibenik, 256 x 144), under light that the normal alone tells, else flicker by 1.4 % in
+// the median, and by .03 % with it; by .04 with 30 degrees, .03 with 10.
+const float kSameWay = std::cos(glm::radians(15.0f));
 
 float luminance_at(const Image& image, int x, int y)
 {
@@ -22,8 +28,32 @@ float luminance_at(const Image& image, int x, int y)
     return image.channels < 3 ? p[0] : 0.2126f * p[0] + 0.7152f * p[1] + 0.0722f * p[2];
 }
 
+/// Pixels between whose centres a place lies.
+struct Between {
+    int x, y, right, low;
+
+    std::array<const float*, 4> of(const Image& image) const
+    {
+        return {image.at(x, y), image.at(right, y), image.at(x, low), image.at(right, low)};
+    }
+};
+
+bool lie_together(const std::array<const float*, 4>& depths)
+{
+    const auto [nearest, farthest] = std::minmax({*depths[0], *depths[1], *depths[2], *depths[3]});
+    return farthest - nearest <= kHidden * farthest;
+}
+
+bool face_one_way(const std::array<const float*, 4>& normals)
+{
+    for (std::size_t i = 1; i < normals.size(); ++i)
+        for (std::size_t k = 0; k < i; ++k)
+            if (!(glm::dot(glm::make_vec3(normals[i]), glm::make_vec3(normals[k])) >= kSameWay)) return false;
+    return true;
+}
+
 /// Between the centres of four pixels; none outside of them, where a value is not finite, or where they show things
-/// that lie apart: what is between those is nothing that could be followed.
+/// that lie apart or face different ways: what is between those is nothing that could be followed.
 std::optional<double> sample(const FlickerFrame& frame, glm::dvec2 at)
 {
     const Image& image = frame.light;
@@ -31,11 +61,9 @@ std::optional<double> sample(const FlickerFrame& frame, glm::dvec2 at)
     const int x = static_cast<int>(corner.x), y = static_cast<int>(corner.y);
     const int right = part.x > 0.0 ? x + 1 : x, low = part.y > 0.0 ? y + 1 : y;
     if (x < 0 || y < 0 || right >= image.width || low >= image.height) return std::nullopt;
-    if (frame.motion && frame.depth) {
-        const auto [nearest, farthest] = std::minmax({*frame.depth->at(x, y), *frame.depth->at(right, y),
-                                                      *frame.depth->at(x, low), *frame.depth->at(right, low)});
-        if (!(farthest - nearest <= kHidden * farthest)) return std::nullopt;
-    }
+    const Between pixels{x, y, right, low};
+    if (frame.motion && frame.depth && !lie_together(pixels.of(*frame.depth))) return std::nullopt;
+    if (frame.motion && frame.normal && !face_one_way(pixels.of(*frame.normal))) return std::nullopt;
     const auto value = [&](int u, int v) { return static_cast<double>(luminance_at(image, u, v)); };
     const double upper = glm::mix(value(x, y), value(right, y), part.x);
     const double lower = glm::mix(value(x, low), value(right, low), part.x);
@@ -138,6 +166,15 @@ void for_each_pixel(const Image& image, const Use& use)
 }
 
 }  // namespace
+
+FlickerFrame flicker_frame(const LayeredImage& picture, const std::string& layer)
+{
+    const auto take = [&](const std::string& name) {
+        const auto found = picture.layers.find(name);
+        return found == picture.layers.end() ? std::nullopt : std::optional(found->second);
+    };
+    return {picture.layers.at(layer), take("motion"), take("depth"), take("normal")};
+}
 
 double change_between(const FlickerFrame& before, const FlickerFrame& after)
 {

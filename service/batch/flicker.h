@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "rcs/image.h"
@@ -14,12 +15,16 @@ struct FlickerFrame {
     Image light;                  ///< a layer; its luminance counts
     std::optional<Image> motion;  ///< where points came from, as the layer motion says; none: nothing moved
     std::optional<Image> depth;   ///< tells points that were hidden in the frame before; with motion only
+    std::optional<Image> normal;  ///< tells points between surfaces that face different ways; with motion only
 };
 
 /// How points deviate in time, relative to their mean.
 struct Deviations {
     double mean = 0.0, median = 0.0, p95 = 0.0;
 };
+
+/// What of a picture is looked at. @param layer  whose light; one that it has
+FlickerFrame flicker_frame(const LayeredImage& picture, const std::string& layer);
 
 /// Over points that show in all frames, each followed from the last frame back to the first.
 struct Flicker {

@@ -371,11 +371,7 @@ void FrameMaker::try_frame(FrameRecord& wanted)
 /// How much differs from the frame before: where the camera stands, or the layer `motion` says what moved.
 void FrameMaker::judge(const FrameRecord& wanted, const LayeredImage& image, FrameFigures& figures)
 {
-    const auto layer = [&](const char* name) {
-        const auto found = image.layers.find(name);
-        return found == image.layers.end() ? std::nullopt : std::optional(found->second);
-    };
-    Before now{wanted.number, wanted.depends[1].second, {image.layers.at("beauty"), layer("motion"), layer("depth")}};
+    Before now{wanted.number, wanted.depends[1].second, flicker_frame(image, "beauty")};
     const auto here = std::lower_bound(numbers_.begin(), numbers_.end(), wanted.number);
     const bool follows = before_ && here != numbers_.begin() && *std::prev(here) == before_->number;
     if (follows && (now.frame.motion || now.camera == before_->camera))

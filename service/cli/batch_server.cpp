@@ -73,11 +73,7 @@ std::optional<FlickerFrame> seen_in(const FrameRecord& record, const std::string
     const auto file = std::find_if(record.files.begin(), record.files.end(),
                                    [](const FrameFile& one) { return is_exr({one.name, {}}); });
     if (file == record.files.end()) return std::nullopt;
-    LayeredImage image = read_image((fs::path(folder) / file->name).string());
-    FlickerFrame frame{std::move(image.layers.at("beauty")), {}, {}};
-    if (const auto layer = image.layers.find("motion"); layer != image.layers.end()) frame.motion = layer->second;
-    if (const auto layer = image.layers.find("depth"); layer != image.layers.end()) frame.depth = layer->second;
-    return frame;
+    return flicker_frame(read_image((fs::path(folder) / file->name).string()), "beauty");
 }
 
 /// What asks a server, and throws what it says, with errors of the library alone.

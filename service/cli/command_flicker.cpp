@@ -26,15 +26,9 @@ struct FlickerArguments {
 
 FlickerFrame read_frame(const std::string& file, const std::string& layer)
 {
-    LayeredImage image = read_image(file);
-    const auto take = [&](const std::string& name) -> std::optional<Image> {
-        const auto found = image.layers.find(name);
-        if (found == image.layers.end()) return std::nullopt;
-        return found->second;
-    };
-    std::optional<Image> light = take(layer);
-    if (!light) throw Error(ErrorCode::not_found, file + " has no layer '" + layer + "'");
-    return {std::move(*light), take("motion"), take("depth")};
+    const LayeredImage image = read_image(file);
+    if (!image.layers.contains(layer)) throw Error(ErrorCode::not_found, file + " has no layer '" + layer + "'");
+    return flicker_frame(image, layer);
 }
 
 void print_flicker(const FlickerArguments& arguments)

@@ -24,7 +24,7 @@ import subprocess
 import sys
 
 FPS = 24
-LAYERS = "indirect,irradiance,depth,motion"
+LAYERS = "indirect,irradiance,depth,normal,motion"
 WALK = {"fps": FPS, "keys": [{"frame": 1, "eye": [-9, 3, -0.9], "target": [0, 2.6, 0], "fov": 60},
                              {"frame": 48, "eye": [-7, 2.6, -0.5], "target": [1, 2.6, 0], "fov": 60}]}
 CASES = [

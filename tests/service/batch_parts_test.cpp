@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <glm/glm.hpp>
 
 #include "batch/flicker.h"
 #include "batch/frame_record.h"
@@ -109,7 +110,7 @@ TEST(FrameRecord, KnowsItsFiles)
 /// A grey picture whose pixels are what `value` says.
 FlickerFrame frame_of(int width, int height, const std::function<float(int, int)>& value)
 {
-    FlickerFrame frame{Image(width, height, 3), {}, {}};
+    FlickerFrame frame{Image(width, height, 3), {}, {}, {}};
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x)
             for (int c = 0; c < 3; ++c) frame.light.at(x, y)[c] = value(x, y);
@@ -137,7 +138,7 @@ TEST(FlickerMeasure, TellsSteadyChangeFromNoise)
         std::normal_distribution<float> chance(0.0f, noise);
         std::vector<FlickerFrame> frames;
         for (int k = 0; k < kFrames; ++k) {
-            FlickerFrame frame{Image(40, 40, 1), {}, {}};
+            FlickerFrame frame{Image(40, 40, 1), {}, {}, {}};
             for (float& pixel : frame.light.pixels) pixel = 10.0f + slope * static_cast<float>(k) + chance(random);
             frames.push_back(std::move(frame));
         }
@@ -206,6 +207,30 @@ TEST(FlickerMeasure, LeavesOutWhatLiesBetweenThings)
     const Flicker apart = measure_flicker({halves(9.0f), halves(9.0f)});
     EXPECT_EQ(apart.points, 6u);
     EXPECT_EQ(apart.all.p95, 0.0);
+}
+
+TEST(FlickerMeasure, LeavesOutWhatLiesBetweenSurfacesThatFaceOtherWays)
+{
+    // Two walls that meet, each under light of its own, move by half a pixel between frames.
+    const auto walls = [](float degrees) {
+        std::vector<FlickerFrame> frames;
+        for (int frame = 0; frame < 2; ++frame) {
+            FlickerFrame shown = frame_of(8, 1, [](int x, int) { return x < 4 ? 1.0f : 3.0f; });
+            shown.motion = Image(8, 1, 2);
+            shown.normal = Image(8, 1, 3);
+            for (int x = 0; x < 8; ++x) {
+                const float turned = x < 4 ? 0.0f : glm::radians(degrees);
+                shown.motion->at(x, 0)[0] = 0.5f;
+                shown.normal->at(x, 0)[0] = std::sin(turned), shown.normal->at(x, 0)[2] = std::cos(turned);
+            }
+            frames.push_back(std::move(shown));
+        }
+        return measure_flicker(frames);
+    };
+    EXPECT_EQ(walls(5.0f).points, 7u) << "a surface that bends a little";
+    EXPECT_GT(walls(5.0f).all.p95, 0.1);
+    EXPECT_EQ(walls(60.0f).points, 6u);
+    EXPECT_EQ(walls(60.0f).all.p95, 0.0);
 }
 
 }  // namespace
