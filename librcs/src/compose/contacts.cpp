@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <span>
 #include <utility>
 
@@ -22,9 +23,9 @@ constexpr float kTouching = 3.0f;
 // Those around a pixel whose errors say how far to trust its records [px], on surfaces that lie like its own.
 constexpr int kAround = 4;
 constexpr float kAlike = 0.9f;  // cosine
-// So many footprints from a pixel a gather is its own. Half of its diagonal would do for most, but a gap that is
-// narrower than a pixel is dark where its edge is bright.
-constexpr float kSamePlace = 0.5f;
+// So many footprints from a pixel a gather is its own where records are right, and where they are off or nobody knows:
+// there light may be steep, and a gap that is narrower than a pixel is dark where its edge is bright.
+constexpr float kSamePlace = 0.5f, kSamePlaceOff = 0.25f;
 constexpr float kSameNormal = 0.98f;  // cosine
 // Rounds of more rays, for those that are too noisy.
 constexpr int kRounds = 2;
@@ -86,17 +87,18 @@ public:
         }
     }
 
-    /// The gather nearest to where a pixel is, as near as its own would be; kNone: there is none.
+    /// The gather nearest to where a pixel is, of those that hold there; kNone: there is none.
     std::uint32_t at(std::size_t pixel) const
     {
         const glm::vec3 p = gbuffer_.position(pixel), n = gbuffer_.normal(pixel);
-        float nearest = kSamePlace * gbuffer_.footprint[pixel];
+        float nearest = std::numeric_limits<float>::infinity();
         std::uint32_t found = kNone;
         for_each_around(gbuffer_, pixel, 1, [&](std::size_t j, int, int) {
             for (std::uint32_t k = first_[j]; k != kNone; k = next_[k]) {
                 const auto place = glm::vec3(glm::dvec3(known_[k].position) - gbuffer_.camera_position);
                 const float distance = glm::distance(place, p);
-                if (!(distance < nearest && glm::dot(known_[k].normal, n) > kSameNormal)) continue;
+                if (!(distance < std::min(nearest, reach(known_[k])))) continue;
+                if (!(glm::dot(known_[k].normal, n) > kSameNormal)) continue;
                 nearest = distance;
                 found = k;
             }
@@ -105,6 +107,13 @@ public:
     }
 
 private:
+    /// How far from its place a gather holds [m].
+    static float reach(const Record& known)
+    {
+        const bool is_shown = known.watch.view != 0;
+        return is_shown ? known.spacing_radius : std::min(known.spacing_radius, kSamePlaceOff * known.footprint);
+    }
+
     const GBuffer& gbuffer_;
     std::span<const Record> known_;
     std::vector<std::uint32_t> first_, next_;  // per pixel, per gather: the next one there
@@ -340,7 +349,7 @@ std::uint64_t gather_contacts(const RecordGatherer& gatherer, const ContactPixel
         const auto begin = unknown.begin() + static_cast<std::ptrdiff_t>(done);
         const auto count = static_cast<std::ptrdiff_t>(std::min(kBatch, unknown.size() - done));
         std::vector<Record> found = gatherer.gather(at.gbuffer, {begin, begin + count}, pool, stats);
-        for (Record& r : found) r.spacing_radius = r.footprint;
+        for (Record& r : found) r.spacing_radius = kSamePlace * r.footprint;
         known.insert(known.end(), std::make_move_iterator(found.begin()), std::make_move_iterator(found.end()));
     }
     return all_rays(stats);
@@ -366,7 +375,9 @@ ContactStats ask_contacts(const RecordGatherer* gatherer, const ContactPixels& a
         agreed = hear_all();
     }
     for (std::size_t k = 0; k < contacts.size(); ++k) {
-        known[contacts[k].known].watch.view = settings.now;
+        Record& own = known[contacts[k].known];
+        own.watch.view = settings.now;
+        own.spacing_radius = (agreed[k].is_off ? kSamePlaceOff : kSamePlace) * at.gbuffer.footprint[contacts[k].pixel];
         if (agreed[k].is_off) put(contacts[k], agreed[k], of_lamps, all);
     }
     return stats;

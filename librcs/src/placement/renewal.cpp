@@ -28,6 +28,8 @@ constexpr float kNoisier = 1.75f;
 // ... nor by more than so much for every other at which light does not change: where it changes at all of them, the
 // picture would be as much noisier (docs/method.md, Where the scene changes).
 constexpr float kNoisierByOthers = 0.3f;
+// Where light changes by more than this part, no view has shown it as it is.
+constexpr float kShown = 0.1f;
 // Of an object's extent: as near to its bounds a place is not inside.
 constexpr double kRim = 0.02;
 
@@ -221,7 +223,10 @@ float renew_records(const Renewal& n, ThreadPool& pool, std::vector<Record>& rec
             again.push_back(stale[k]);
             const float excess = noise / allowed;
             rays.push_back(static_cast<int>(static_cast<float>(r.rays) * std::min(1.0f, excess * excess)));
-        } else if (there.error > allowed && r.radiance.empty() == n.settings.radiance) {
+            continue;
+        }
+        if (std::abs(luminance(changes[k].irradiance)) > kShown * luminance(r.irradiance)) r.watch.view = 0;
+        if (there.error > allowed && r.radiance.empty() == n.settings.radiance) {
             again.push_back(stale[k]);  // what this view gathers could not be averaged with it
             rays.push_back(r.rays);
         } else if (there.error > allowed) {
@@ -231,8 +236,12 @@ float renew_records(const Renewal& n, ThreadPool& pool, std::vector<Record>& rec
     fresh.add(n, more, records, pool, stats);
     RecordGatherer(n.scene, n.settings).renew(records, again, rays, pool, stats);
     trust_gradients(records, n.settings);
-    for (const std::uint32_t k : again)
-        records[k].watch.gathered = n.states.now, records[k].watch.light = luminance(records[k].irradiance);
+    for (const std::uint32_t k : again) {
+        RecordWatch& watch = records[k].watch;
+        watch.gathered = n.states.now;
+        watch.light = luminance(records[k].irradiance);
+        watch.view = 0;
+    }
     stats.watched += stale.size();
     stats.renewed += again.size();
     return follow.noisier_newcomers(gone);
