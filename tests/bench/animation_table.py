@@ -7,12 +7,12 @@ what the frames are off by and how calm they are.
 Cost is the processor time of the batch over that of one `rcsplat render` for each of its frames, processes with all
 that they do; --every N times every N-th of the latter alone and takes the rest for alike. Errors are those of
 indirect light against `rcsplat reference` at every third pixel of every third row, by so many paths a case (or --spp)
-that its noise is about a third of what is measured; that noise is not taken off, and told beside. Frames by themselves
-are judged with --seeds seeds each, in the mean, as one alone may be well or ill off by a tenth. The worst frame is the
-one whose error is largest over that of the same frame by itself. Then the frames' own estimates. Flicker is
-`rcsplat flicker` of the layer irradiance, points followed by the layer motion, in the median: over the frames in
-which no light changes by much, the worst of several parts. Errors and flicker are told at --aa 1. References are kept
-in the output folder.
+that its noise is about a third of what is measured; that noise is not taken off, and told beside. Batches and frames
+by themselves are judged with --seeds seeds each, in the mean, as one alone may be well or ill off by a tenth. The worst
+frame is the one whose error is largest over that of the same frame by itself. Then the frames' own estimates.
+Flicker is `rcsplat flicker` of the layer irradiance, points followed by the layer motion, in the median: over the
+frames in which no light changes by much, the worst of several parts. Errors and flicker are told at --aa 1.
+References are kept in the output folder.
 """
 import argparse
 import json
@@ -47,7 +47,7 @@ def parse():
     parser.add_argument("--frames", type=int, default=48)
     parser.add_argument("--spp", type=int, help="paths of references; default: what each case takes")
     parser.add_argument("--every", type=int, default=1)
-    parser.add_argument("--seeds", type=int, default=3, help="of frames by themselves that errors are told of")
+    parser.add_argument("--seeds", type=int, default=3, help="of batches and of frames by themselves, for errors")
     parser.add_argument("--aa", type=int, nargs="+", default=[1, 4])
     parser.add_argument("--case", help="part of a case's name or scene: the others are left out")
     return parser.parse_args()
@@ -111,6 +111,12 @@ class Runner:
         return statistics.mean(told[n] for n in frames)
 
 
+def mean_of_seeds(found):
+    """@param found  Runner.errors() of each seed"""
+    errors, ratios, noises = zip(*found)
+    return [statistics.mean(of_frame) for of_frame in zip(*errors)], statistics.mean(ratios), statistics.mean(noises)
+
+
 def row(runner, case, scene, camera, aa, folder):
     name, file, _, wanted, paths, steady = case
     wanted, paths = wanted[aa], runner.arguments.spp or paths
@@ -124,17 +130,20 @@ def row(runner, case, scene, camera, aa, folder):
     runner.batch(scene, camera, aa, alone, "--independent-frames")
     judged = range(6, runner.arguments.frames + 1, 6)
     references = {n: runner.reference(scene, camera, paths, n, folder / "references") for n in judged}
-    errors, ratio, noise = runner.errors(pictures, references)
-    each = [runner.errors(alone, references)]
+    of_batch, by_themselves = [runner.errors(pictures, references)], [runner.errors(alone, references)]
+    told = [runner.estimate(pictures, judged)]
+    others = folder / "seeds"
     for seed in range(2, runner.arguments.seeds + 1):
+        runner.batch(scene, camera, aa, others, "--seed", seed)
+        of_batch.append(runner.errors(others, references))
+        told.append(runner.estimate(others, judged))
         for n in references:
-            runner.single(scene, camera, aa, n, folder / "seeds" / f"f.{n:04}.exr", "--seed", seed)
-        each.append(runner.errors(folder / "seeds", references))
-    their_errors = [statistics.mean(of_frame) for of_frame in zip(*(errors for errors, _, _ in each))]
-    their_ratio = statistics.mean(ratio for _, ratio, _ in each)
-    mine, theirs = statistics.mean(errors), statistics.mean(their_errors)
+            runner.single(scene, camera, aa, n, others / f"f.{n:04}.exr", "--seed", seed)
+        by_themselves.append(runner.errors(others, references))
+    errors, ratio, noise = mean_of_seeds(of_batch)
+    their_errors, their_ratio, _ = mean_of_seeds(by_themselves)
+    mine, theirs, told = statistics.mean(errors), statistics.mean(their_errors), statistics.mean(told)
     worst, its_number = max((a / b, n) for a, b, n in zip(errors, their_errors, judged))
-    told = runner.estimate(pictures, judged)
     cells += [f"{100 * mine:.1f} of {100 * theirs:.1f} %", f"{worst:.2f} times ({its_number})", f"{100 * noise:.1f} %",
               f"{100 * (ratio - 1):+.1f}, {100 * (their_ratio - 1):+.1f} %", f"{100 * told:.1f} %",
               f"{told / mine:.2f}"]

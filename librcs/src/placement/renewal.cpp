@@ -27,7 +27,7 @@ constexpr std::uint32_t kQuietLife = 256;
 constexpr float kNoisier = 1.75f;
 // ... nor by more than so much for every other at which light does not change: where it changes at all of them, the
 // picture would be as much noisier (docs/method.md, Where the scene changes).
-constexpr float kNoisierByOthers = 0.3f;
+constexpr float kNoisierByOthers = 0.4f;
 // Where light changes by more than this part, no view has shown it as it is.
 constexpr float kShown = 0.1f;
 // Of an object's extent: as near to its bounds a place is not inside.
