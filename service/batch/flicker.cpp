@@ -169,11 +169,12 @@ void for_each_pixel(const Image& image, const Use& use)
 
 FlickerFrame flicker_frame(const LayeredImage& picture, const std::string& layer)
 {
-    const auto take = [&](const std::string& name) {
+    const auto take = [&](const std::string& name, int channels) {
         const auto found = picture.layers.find(name);
-        return found == picture.layers.end() ? std::nullopt : std::optional(found->second);
+        const bool serves = found != picture.layers.end() && found->second.channels >= channels;
+        return serves ? std::optional(found->second) : std::nullopt;
     };
-    return {picture.layers.at(layer), take("motion"), take("depth"), take("normal")};
+    return {picture.layers.at(layer), take("motion", 2), take("depth", 1), take("normal", 3)};
 }
 
 double change_between(const FlickerFrame& before, const FlickerFrame& after)

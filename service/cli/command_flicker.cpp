@@ -36,6 +36,7 @@ void print_flicker(const FlickerArguments& arguments)
     std::vector<FlickerFrame> frames;
     for (const std::string& file : arguments.files) frames.push_back(read_frame(file, arguments.layer));
     const Flicker flicker = measure_flicker(frames);
+    if (flicker.points == 0) throw Error(ErrorCode::not_found, "no point can be followed through all of the frames");
     const bool followed =
         std::any_of(frames.begin() + 1, frames.end(), [](const auto& f) { return f.motion.has_value(); });
     if (arguments.json) {

@@ -232,7 +232,7 @@ TEST_F(Contacts, HoldFartherWhereRecordsAreRight)
         ask(sums, pool);
         const std::size_t before = known.size();
         if (have_changed)
-            for (Record& r : known) r.watch.view = 0;
+            for (Record& r : known) r.watch.is_shown = false;
         look(seen_from(0.02));
         ask(sums, pool, {.now = 2});
         return static_cast<double>(known.size() - before) / static_cast<double>(pixels.size());

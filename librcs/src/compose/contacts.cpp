@@ -97,8 +97,8 @@ public:
             for (std::uint32_t k = first_[j]; k != kNone; k = next_[k]) {
                 const auto place = glm::vec3(glm::dvec3(known_[k].position) - gbuffer_.camera_position);
                 const float distance = glm::distance(place, p);
-                if (!(distance < std::min(nearest, reach(known_[k])))) continue;
-                if (!(glm::dot(known_[k].normal, n) > kSameNormal)) continue;
+                const float holds = gbuffer_.footprint[pixel] * (is_sure(known_[k]) ? kSamePlace : kSamePlaceOff);
+                if (!(distance < std::min(nearest, holds) && glm::dot(known_[k].normal, n) > kSameNormal)) continue;
                 nearest = distance;
                 found = k;
             }
@@ -107,12 +107,8 @@ public:
     }
 
 private:
-    /// How far from its place a gather holds [m].
-    static float reach(const Record& known)
-    {
-        const bool is_shown = known.watch.view != 0;
-        return is_shown ? known.spacing_radius : std::min(known.spacing_radius, kSamePlaceOff * known.footprint);
-    }
+    /// Whether records are right there.
+    static bool is_sure(const Record& known) { return known.watch.is_shown && !known.watch.is_beside; }
 
     const GBuffer& gbuffer_;
     std::span<const Record> known_;
@@ -277,7 +273,7 @@ std::uint64_t gather_noisy(const RecordGatherer& gatherer, const GBuffer& gbuffe
     for (std::size_t k = 0; k < heard.contacts.size(); ++k) {
         const Contact& c = heard.contacts[k];
         const Record& r = known[c.known];
-        if (r.watch.view != 0) continue;  // a view has shown it
+        if (r.watch.is_shown) continue;
         const float allowed = settings.noise * (luminance(heard.agreed[k].light) + heard.dark);
         const float times = heard.agreed[k].error / allowed;
         if (!(times > 1.0f)) continue;
@@ -349,7 +345,7 @@ std::uint64_t gather_contacts(const RecordGatherer& gatherer, const ContactPixel
         const auto begin = unknown.begin() + static_cast<std::ptrdiff_t>(done);
         const auto count = static_cast<std::ptrdiff_t>(std::min(kBatch, unknown.size() - done));
         std::vector<Record> found = gatherer.gather(at.gbuffer, {begin, begin + count}, pool, stats);
-        for (Record& r : found) r.spacing_radius = kSamePlace * r.footprint;
+        for (Record& r : found) r.spacing_radius = r.footprint;
         known.insert(known.end(), std::make_move_iterator(found.begin()), std::make_move_iterator(found.end()));
     }
     return all_rays(stats);
@@ -375,9 +371,11 @@ ContactStats ask_contacts(const RecordGatherer* gatherer, const ContactPixels& a
         agreed = hear_all();
     }
     for (std::size_t k = 0; k < contacts.size(); ++k) {
-        Record& own = known[contacts[k].known];
-        own.watch.view = settings.now;
-        own.spacing_radius = (agreed[k].is_off ? kSamePlaceOff : kSamePlace) * at.gbuffer.footprint[contacts[k].pixel];
+        RecordWatch& watch = known[contacts[k].known].watch;
+        const bool is_asked_again = watch.is_shown && watch.view == settings.now;
+        watch.is_beside = agreed[k].is_off || (is_asked_again && watch.is_beside);
+        watch.is_shown = true;
+        watch.view = settings.now;
         if (agreed[k].is_off) put(contacts[k], agreed[k], of_lamps, all);
     }
     return stats;

@@ -27,8 +27,8 @@ constexpr std::uint32_t kQuietLife = 256;
 constexpr float kNoisier = 1.75f;
 // ... nor by more than so much for every other at which light does not change: where it changes at all of them, the
 // picture would be as much noisier (docs/method.md, Where the scene changes).
-constexpr float kNoisierByOthers = 0.4f;
-// Where light changes by more than this part, no view has shown it as it is.
+constexpr float kNoisierByOthers = 0.3f;
+// Where light changes by more than this part of what it is then, no view has shown it.
 constexpr float kShown = 0.1f;
 // Of an object's extent: as near to its bounds a place is not inside.
 constexpr double kRim = 0.02;
@@ -225,7 +225,7 @@ float renew_records(const Renewal& n, ThreadPool& pool, std::vector<Record>& rec
             rays.push_back(static_cast<int>(static_cast<float>(r.rays) * std::min(1.0f, excess * excess)));
             continue;
         }
-        if (std::abs(luminance(changes[k].irradiance)) > kShown * luminance(r.irradiance)) r.watch.view = 0;
+        if (std::abs(luminance(changes[k].irradiance)) > kShown * luminance(r.irradiance)) r.watch.is_shown = false;
         if (there.error > allowed && r.radiance.empty() == n.settings.radiance) {
             again.push_back(stale[k]);  // what this view gathers could not be averaged with it
             rays.push_back(r.rays);
@@ -240,7 +240,7 @@ float renew_records(const Renewal& n, ThreadPool& pool, std::vector<Record>& rec
         RecordWatch& watch = records[k].watch;
         watch.gathered = n.states.now;
         watch.light = luminance(records[k].irradiance);
-        watch.view = 0;
+        watch.is_shown = false;
     }
     stats.watched += stale.size();
     stats.renewed += again.size();

@@ -11,6 +11,11 @@
 
 namespace rcs {
 
+// Gathers at contacts that are renewed may be so much noisier than a record: they count together with those around,
+// and gather more where that is too noisy for what they say (ask_contacts()). demo:atrium's batch: 120.2 -> 118.1
+// million rays, its errors as before.
+constexpr float kNoisierContacts = 2.5f;
+
 void bring_up_to_date(Frame& f)
 {
     Session::State& session = f.session.state();
@@ -19,8 +24,10 @@ void bring_up_to_date(Frame& f)
     if (are_stale(session.contacts, states)) {
         std::vector<Record> contacts = std::exchange(session.contacts, {}), unseen;  // other gathers serve those
         RecordStats again;
-        renew_records({light_at_contacts(f), f.gbuffer, f.view(), contact_gathers(f), states}, f.session.pool(),
-                      contacts, unseen, again);
+        RecordSettings settings = contact_gathers(f);
+        settings.noise_target *= kNoisierContacts;
+        renew_records({light_at_contacts(f), f.gbuffer, f.view(), settings, states}, f.session.pool(), contacts, unseen,
+                      again);
         session.contacts = std::move(contacts);
         f.stats().contact_rays += again.hemisphere_rays + again.shadow_rays + again.looks;
     }
