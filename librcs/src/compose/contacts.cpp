@@ -25,7 +25,7 @@ constexpr int kAround = 4;
 constexpr float kAlike = 0.9f;  // cosine
 // So many footprints from a pixel a gather is its own where records are right, and where they are off or nobody knows:
 // there light may be steep, and a gap that is narrower than a pixel is dark where its edge is bright.
-constexpr float kSamePlace = 0.5f, kSamePlaceOff = 0.25f;
+constexpr float kSamePlace = 0.5f, kSamePlaceOff = 0.33f;
 constexpr float kSameNormal = 0.98f;  // cosine
 // Rounds of more rays, for those that are too noisy.
 constexpr int kRounds = 2;

@@ -29,7 +29,7 @@ constexpr float kNoisier = 1.75f;
 // picture would be as much noisier (docs/method.md, Where the scene changes).
 constexpr float kNoisierByOthers = 0.3f;
 // Where light changes by more than this part of what it is then, no view has shown it.
-constexpr float kShown = 0.1f;
+constexpr float kShown = 0.2f;
 // Of an object's extent: as near to its bounds a place is not inside.
 constexpr double kRim = 0.02;
 
