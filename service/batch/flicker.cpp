@@ -177,7 +177,7 @@ FlickerFrame flicker_frame(const LayeredImage& picture, const std::string& layer
     return {picture.layers.at(layer), take("motion", 2), take("depth", 1), take("normal", 3)};
 }
 
-double change_between(const FlickerFrame& before, const FlickerFrame& after)
+std::optional<double> change_between(const FlickerFrame& before, const FlickerFrame& after)
 {
     const double floor = kRelativeErrorFloor * mean_of(after.light);
     double sum = 0.0;
@@ -190,7 +190,7 @@ double change_between(const FlickerFrame& before, const FlickerFrame& after)
         sum += scale > 0.0 ? std::abs(*is - *was) / (std::sqrt(2.0) * scale) : 0.0;
         ++points;
     });
-    return points > 0 ? sum / static_cast<double>(points) : 0.0;
+    return points > 0 ? std::optional(sum / static_cast<double>(points)) : std::nullopt;
 }
 
 Flicker measure_flicker(const std::vector<FlickerFrame>& frames)

@@ -33,14 +33,15 @@ struct Flicker {
     std::optional<Deviations> sudden;  ///< from frame to frame: what leaves out light that changes steadily, by
                                        ///< deviations from the mean of the frames before and after, scaled so that it
                                        ///< is `all` where frames have nothing in common; none: there are two frames
-    std::vector<double> steps;         ///< change_between() of each frame and the one before it
+    std::vector<std::optional<double>> steps;  ///< change_between() of each frame and the one before it
 };
 
 /// @param frames  two or more of the same size @throws rcs::Error bad_argument
 Flicker measure_flicker(const std::vector<FlickerFrame>& frames);
 
 /// Mean over points of |after - before| / (sqrt(2) (their mean + 1 % of the picture's)): of frames whose noise has
-/// nothing in common about the standard deviation of one, relative to its value, times 0.8.
-double change_between(const FlickerFrame& before, const FlickerFrame& after);
+/// nothing in common about the standard deviation of one, relative to its value, times 0.8. None: no point shows in
+/// both.
+std::optional<double> change_between(const FlickerFrame& before, const FlickerFrame& after);
 
 }  // namespace rcs::service

@@ -40,16 +40,25 @@ void print_flicker(const FlickerArguments& arguments)
     const bool followed =
         std::any_of(frames.begin() + 1, frames.end(), [](const auto& f) { return f.motion.has_value(); });
     if (arguments.json) {
+        nlohmann::ordered_json steps = nlohmann::ordered_json::array();
+        for (const std::optional<double>& step : flicker.steps)
+            steps.push_back(step ? nlohmann::ordered_json(*step) : nlohmann::ordered_json(nullptr));
         const nlohmann::ordered_json sudden = flicker.sudden
                                                   ? nlohmann::ordered_json{{"mean", flicker.sudden->mean},
                                                                            {"median", flicker.sudden->median},
                                                                            {"p95", flicker.sudden->p95}}
                                                   : nlohmann::ordered_json(nullptr);
-        const nlohmann::ordered_json json{
-            {"version", kVersion},      {"command", "flicker"},         {"frames", frames.size()},
-            {"layer", arguments.layer}, {"followed", followed},         {"points", flicker.points},
-            {"mean", flicker.all.mean}, {"median", flicker.all.median}, {"p95", flicker.all.p95},
-            {"sudden", sudden},         {"steps", flicker.steps}};
+        const nlohmann::ordered_json json{{"version", kVersion},
+                                          {"command", "flicker"},
+                                          {"frames", frames.size()},
+                                          {"layer", arguments.layer},
+                                          {"followed", followed},
+                                          {"points", flicker.points},
+                                          {"mean", flicker.all.mean},
+                                          {"median", flicker.all.median},
+                                          {"p95", flicker.all.p95},
+                                          {"sudden", sudden},
+                                          {"steps", steps}};
         std::printf("%s\n", json.dump(2).c_str());
         return;
     }

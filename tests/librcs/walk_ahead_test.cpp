@@ -1,4 +1,5 @@
 // Records placed for views to come.
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -10,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "rcs/rcs.h"
+#include "session/session_state.h"
 
 namespace rcs {
 namespace {
@@ -29,6 +31,14 @@ Session atrium(bool keeps = true)
     Session session({.keep_records = keeps});
     session.show(load_scene("demo:atrium"));
     return session;
+}
+
+Scene atrium_at(double time)
+{
+    SceneChoice choice;
+    choice.source = "demo:atrium";
+    choice.time = time;
+    return load_scene(choice);
 }
 
 /// On a way through the hall, at its end much nearer to what it looks at.
@@ -130,12 +140,6 @@ TEST(WalkAhead, StopsBeforeRecordsWouldBeDropped)
 
 TEST(WalkAhead, PlacesWhatFollowsASceneThatMoves)
 {
-    const auto atrium_at = [](double time) {
-        SceneChoice choice;
-        choice.source = "demo:atrium";
-        choice.time = time;
-        return load_scene(choice);
-    };
     Session session({.keep_records = true, .watch_records = true});
     session.show(atrium_at(0.1));
     const std::vector<Camera> cameras = way(session);
@@ -144,6 +148,30 @@ TEST(WalkAhead, PlacesWhatFollowsASceneThatMoves)
     const RecordStats last = render(session, cameras[kViews - 1], small_options()).stats.records;
     EXPECT_GT(last.watched, 500u);
     EXPECT_LT(last.records + last.renewed, last.watched / 4);
+}
+
+TEST(WalkAhead, KeepsGathersAtContactsWhoseLightHasChanged)
+{
+    const auto count_shown = [](const std::vector<Record>& contacts) {
+        return std::count_if(contacts.begin(), contacts.end(), [](const Record& r) { return r.watch.is_shown; });
+    };
+    Session session({.keep_records = true, .watch_records = true});
+    session.show(atrium_at(0.9));
+    const std::vector<Camera> cameras = way(session);
+    constexpr int kMany = 14;  // more views than contacts outlive unseen
+    for (int view = 0; view < kMany; ++view) render(session, cameras[0], small_options());
+    const std::vector<Record>& contacts = session.state().contacts;
+    const std::size_t before = contacts.size();
+    ASSERT_GT(before, 100u);
+    EXPECT_EQ(static_cast<std::size_t>(count_shown(contacts)), before);
+    session.show(atrium_at(1.2));  // the lamp is on
+    ahead_of(session, cameras, small_options());
+    EXPECT_GT(contacts.size(), before * 3 / 4);
+    const auto shown = static_cast<std::size_t>(count_shown(contacts));
+    EXPECT_LT(shown, contacts.size()) << "some see the lamp";
+    EXPECT_GT(shown, 0u) << "some do not";
+    render(session, cameras[0], small_options());
+    EXPECT_GT(static_cast<std::size_t>(count_shown(contacts)), shown);
 }
 
 TEST(WalkAhead, TakesNothingFromWhatViewsBeforeItHave)

@@ -127,7 +127,7 @@ TEST(FlickerMeasure, IsTheTemporalStandardDeviation)
     EXPECT_NEAR(flicker.all.mean, 0.5 * 1.0 / (2.0 + 0.025), 1e-6);
     EXPECT_NEAR(flicker.all.p95, 1.0 / (2.0 + 0.025), 1e-6);
     ASSERT_EQ(flicker.steps.size(), 2u);
-    EXPECT_NEAR(flicker.steps[0], 0.5 * 1.0 / (std::sqrt(2.0) * (1.5 + 0.02)), 1e-6);
+    EXPECT_NEAR(flicker.steps[0].value(), 0.5 * 1.0 / (std::sqrt(2.0) * (1.5 + 0.02)), 1e-6);
 }
 
 TEST(FlickerMeasure, TellsSteadyChangeFromNoise)
@@ -231,6 +231,18 @@ TEST(FlickerMeasure, LeavesOutWhatLiesBetweenSurfacesThatFaceOtherWays)
     EXPECT_GT(walls(5.0f).all.p95, 0.1);
     EXPECT_EQ(walls(60.0f).points, 6u);
     EXPECT_EQ(walls(60.0f).all.p95, 0.0);
+    EXPECT_TRUE(walls(60.0f).steps.at(0));
+}
+
+TEST(FlickerMeasure, SaysWhereNothingCanBeFollowed)
+{
+    FlickerFrame gone = frame_of(4, 1, [](int, int) { return 1.0f; });
+    gone.motion = Image(4, 1, 2);
+    for (int x = 0; x < 4; ++x) gone.motion->at(x, 0)[0] = 9.0f;
+    EXPECT_FALSE(change_between(gone, gone));
+    const Flicker flicker = measure_flicker({gone, gone});
+    EXPECT_EQ(flicker.points, 0u);
+    EXPECT_FALSE(flicker.steps.at(0));
 }
 
 }  // namespace

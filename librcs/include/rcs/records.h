@@ -37,7 +37,7 @@ struct RecordWatch {
     std::uint32_t touched = 0;         ///< ... when it or a record around last saw a change
     std::uint32_t view = 0;            ///< of the session, the last one that it was in
     bool is_shown = false;             ///< that one, or one before it, has shown its light about as it is
-    bool is_beside = false;            ///< of gathers at contacts: records around said other than it, in that view
+    bool records_off = false;          ///< of gathers at contacts: those around were off, as that view found
     std::vector<glm::vec3> seen;       ///< radiance by ray [W m^-2 sr^-1]; empty: it is not watched
     std::vector<WatchedWay> ways;      ///< of those rays by number, then of the shadow rays from what they hit
 };

@@ -108,7 +108,7 @@ public:
 
 private:
     /// Whether records are right there.
-    static bool is_sure(const Record& known) { return known.watch.is_shown && !known.watch.is_beside; }
+    static bool is_sure(const Record& known) { return known.watch.is_shown && !known.watch.records_off; }
 
     const GBuffer& gbuffer_;
     std::span<const Record> known_;
@@ -373,7 +373,7 @@ ContactStats ask_contacts(const RecordGatherer* gatherer, const ContactPixels& a
     for (std::size_t k = 0; k < contacts.size(); ++k) {
         RecordWatch& watch = known[contacts[k].known].watch;
         const bool is_asked_again = watch.is_shown && watch.view == settings.now;
-        watch.is_beside = agreed[k].is_off || (is_asked_again && watch.is_beside);
+        watch.records_off = agreed[k].is_off || (is_asked_again && watch.records_off);
         watch.is_shown = true;
         watch.view = settings.now;
         if (agreed[k].is_off) put(contacts[k], agreed[k], of_lamps, all);
