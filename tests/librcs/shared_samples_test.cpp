@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -39,22 +40,35 @@ std::vector<double> differences(const Both& both)
 }
 
 /// Within the stated bound, but for a few pixels: passes that see less also bring fewer records, which tell on their
-/// surroundings, and so on what is taken of gathers where surfaces meet.
-void expect_within_bound(const Both& both)
+/// surroundings, and so on what is taken of gathers where surfaces meet. How many these are is a draw of the seed
+/// (33 to 216 values of 57,600 in a penumbra), so the median of five says it.
+void expect_within_bound(const Scene& scene)
 {
-    const std::vector<double> sorted = differences(both);
-    EXPECT_LE(sorted[sorted.size() / 500], kSmooth);
-    EXPECT_LE(sorted.front(), 5.0 * kSmooth);
+    std::vector<double> but_few, worst;
+    for (std::uint32_t seed = 1; seed <= 5; ++seed) {
+        RenderOptions options;
+        options.seed = seed;
+        const std::vector<double> sorted = differences(render_both(scene, options));
+        but_few.push_back(sorted[sorted.size() / 500]);
+        worst.push_back(sorted.front());
+    }
+    const auto median = [](std::vector<double>& values) {
+        std::nth_element(values.begin(), values.begin() + 2, values.end());
+        return values[2];
+    };
+    EXPECT_LE(median(but_few), kSmooth);
+    EXPECT_LE(median(worst), 5.0 * kSmooth);
 }
 
 TEST(SharedSamples, AreMostOfASmoothRoomAndWithinTheStatedBound)
 {
-    const Both both = render_both(test::lit_room());
+    const Scene scene = test::lit_room();
+    const Both both = render_both(scene);
     const RenderStats& s = both.planned.stats;
     EXPECT_GT(s.counts.shared_samples, 3u * 120u * 120u * 6u / 10u);
     EXPECT_EQ(both.everywhere.stats.counts.shared_samples, 0u);
     EXPECT_EQ(s.plan[Effect::anti_aliasing].loss, kSmooth);
-    expect_within_bound(both);
+    expect_within_bound(scene);
     EXPECT_LT(s.counts.punctual_rays, both.everywhere.stats.counts.punctual_rays / 2);
 }
 
@@ -68,7 +82,7 @@ TEST(SharedSamples, MissNoShape)
                                          {0.2f, 1.5f, 0}, black));
     const Both both = render_both(scene);
     EXPECT_GT(both.planned.stats.counts.shared_samples, 10000u);
-    expect_within_bound(both);
+    expect_within_bound(scene);
 }
 
 TEST(SharedSamples, AreNoneInPenumbrasOfALamp)
@@ -79,7 +93,7 @@ TEST(SharedSamples, AreNoneInPenumbrasOfALamp)
     test::add_mesh(scene, test::box({-0.6f, 1.0f, -0.6f}, {0.3f, 1.2f, 0.3f}, 0, test::Facing::outwards));
     const Both both = render_both(scene);
     EXPECT_GT(both.planned.stats.counts.shared_samples, 5000u);
-    expect_within_bound(both);
+    expect_within_bound(scene);
 }
 
 TEST(SharedSamples, AreNotForGoalsNorWhereRaysFollowLobes)
