@@ -78,17 +78,25 @@ ChangeAround judge(const Saw& own, Judges by)
     return there;
 }
 
+/// Of a change, side by side in the cache for those around that ask.
+struct Given {
+    glm::vec3 irradiance;
+    float noise;
+    bool is_large;
+};
+
 /// Weighted sums over all around that a record takes the mean of.
 struct Givers {
     glm::dvec3 change{0.0};
     double weight = 0.0, variance = 0.0;
     std::vector<float> radiance{};  ///< of as many coefficients as the record has
 
-    void add(double w, const Record& seen)
+    void add(double w, const Given& given, const Record& seen)
     {
-        change += w * glm::dvec3(seen.irradiance);
+        change += w * glm::dvec3(given.irradiance);
         weight += w;
-        variance += w * static_cast<double>(seen.noise) * static_cast<double>(seen.noise);
+        variance += w * static_cast<double>(given.noise) * static_cast<double>(given.noise);
+        if (radiance.empty()) return;
         const std::size_t known = std::min(radiance.size(), seen.radiance.size());
         for (std::size_t i = 0; i < known; ++i) radiance[i] += static_cast<float>(w) * seen.radiance[i];
     }
@@ -116,7 +124,7 @@ std::vector<char> blocks_that_changed(const BlockedRecords& blocks, std::span<co
 /// Another record, and what it weighs.
 struct Heard {
     std::uint32_t number;
-    double weight;
+    float weight;
 };
 
 std::vector<Heard> others_around(const BlockedRecords& blocks, std::span<const std::uint32_t> near,
@@ -127,8 +135,7 @@ std::vector<Heard> others_around(const BlockedRecords& blocks, std::span<const s
     blocks.for_each_around(near, here, [&](std::uint32_t n, const RecordBlock::Lanes& weight) {
         const RecordBlock& block = blocks.list()[n];
         for (std::size_t l = 0; l < block.count; ++l)
-            if (weight[l] > 0.0f && block.number[l] != self)
-                others.push_back({block.number[l], static_cast<double>(weight[l])});
+            if (weight[l] > 0.0f && block.number[l] != self) others.push_back({block.number[l], weight[l]});
     });
     return others;
 }
@@ -160,19 +167,23 @@ std::vector<ChangeAround> changes_around(std::span<const Record> records, std::s
                         heard[self] = others_around(blocks, near, here, self);
                         Judges by;
                         for (const Heard& other : heard[self]) {
-                            const double weight = 1.0 - (1.0 - other.weight) * static_cast<double>(kAround) / kNearest;
+                            const double weight = 1.0 - (1.0 - static_cast<double>(other.weight)) *
+                                                            static_cast<double>(kAround) / kNearest;
                             if (weight > 0.0) by.add(weight, seen[other.number]);
                         }
                         around[self] = judge(seen[self], by);
                     });
+    std::vector<Given> given;
+    for (std::size_t k = 0; k < which.size(); ++k)
+        given.push_back({changes[k].irradiance, changes[k].noise, is_large(around[k])});
     pool.parallel_for(which.size(), 64, [&](std::size_t begin, std::size_t end, int) {
         for (std::size_t k = begin; k < end; ++k) {
             if (around[k].large) continue;  // what it takes on is a gather
             Givers of;
             of.radiance.resize(records[which[k]].radiance.size());
-            of.add(1.0, changes[k]);
-            for (const Heard& other : heard[k])
-                if (!is_large(around[other.number])) of.add(other.weight, changes[other.number]);
+            of.add(1.0, given[k], changes[k]);
+            for (const auto& [n, weight] : heard[k])
+                if (!given[n].is_large) of.add(static_cast<double>(weight), given[n], changes[n]);
             take_on(std::move(of), around[k]);
         }
     });

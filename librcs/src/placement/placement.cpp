@@ -10,6 +10,7 @@
 #include "placement/holes.h"
 #include "placement/placement.h"
 #include "placement/refine.h"
+#include "placement/served_pixels.h"
 #include "placement/spacing.h"
 #include "placement/view_fit.h"
 #include "rcs/error.h"
@@ -79,11 +80,10 @@ void Placement::take_over() { pixels_ = bring_seen_last(gbuffer_, view_, options
 
 void Placement::fill()
 {
-    const SplatSettings reach{options_.error_tolerance, 1.0f};
     SpacingLimiter spacing(options_);
+    ServedPixels served(surfaces_, view_, options_.error_tolerance, pool_);
     const std::vector<Wave> list = waves();
     const Wave every_pixel{1, -1, true};
-    std::vector<float> weight;
     bool stale = true;
     for (std::size_t w = 0;; ++w) {
         const bool planned = w < list.size();
@@ -91,11 +91,11 @@ void Placement::fill()
         report_(static_cast<float>(std::min(w, list.size())) / static_cast<float>(list.size()));
         if (w == 0 || (stale && wave.refresh)) {
             spacing.limit(records_, 0, pool_);
-            weight.assign(gbuffer_.size(), 0.0f);
-            add_weights(records_, surfaces_, view_, reach, pool_, weight);
+            w == 0 ? served.add(records_) : served.follow(records_);
             stale = false;
         }
-        const std::vector<std::uint32_t> holes = find_holes(gbuffer_, view_.corner, weight, wave, options_.seed, pool_);
+        const std::vector<std::uint32_t> holes =
+            find_holes(gbuffer_, view_.corner, served.weight(), wave, options_.seed, pool_);
         // A late record may clamp a neighbour so that a pixel already passed is a hole again. Each such pixel
         // gets a record of its own, which always serves it: the loop ends.
         if (holes.empty() && !planned) break;
@@ -106,7 +106,7 @@ void Placement::fill()
         records_.insert(records_.end(), fresh.begin(), fresh.end());
         pixels_.insert(pixels_.end(), holes.begin(), holes.end());
         spacing.limit(records_, known, pool_);
-        add_weights(std::span(records_).subspan(known), surfaces_, view_, reach, pool_, weight);
+        served.add(records_);
         stale = true;
         ++stats_.waves;
     }

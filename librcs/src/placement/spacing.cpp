@@ -6,104 +6,11 @@
 #include <span>
 #include <vector>
 
+#include "placement/clamp_tree.h"
 #include "placement/spacing.h"
 #include "records/gather.h"
-#include "util/median_split.h"
 
 namespace rcs {
-
-/// A k-d tree over records that also knows the least trusted distance below each node, for
-/// min over j of (R_j + |x_i - x_j|).
-class ClampTree {
-public:
-    ClampTree() = default;
-    struct Point {
-        glm::vec3 position;
-        float distance;
-    };
-    /// @param beyond  how far past a point what clamped() gives may reach, in times the point's distance: 0 or 1
-    ClampTree(std::vector<Point> points, float beyond) : points_(std::move(points)), beyond_(beyond)
-    {
-        if (!points_.empty()) build(0, points_.size());
-    }
-
-    /// @param most  more than this is not wanted
-    float clamped(glm::vec3 position, float most) const
-    {
-        if (!nodes_.empty() && may_lower(nodes_[0], distance2_to(nodes_[0], position), most)) search(0, position, most);
-        return most;
-    }
-
-private:
-    struct Node {
-        glm::vec3 low, high;
-        float least;
-        std::uint32_t begin, end;  // of points_
-        std::uint32_t right;       // the left child follows its parent; 0 marks a leaf
-    };
-    static constexpr std::size_t kLeaf = 8;
-
-    std::uint32_t build(std::size_t begin, std::size_t end)
-    {
-        constexpr float kInfinity = std::numeric_limits<float>::infinity();
-        const std::uint32_t id = static_cast<std::uint32_t>(nodes_.size());
-        Node node{glm::vec3(kInfinity),
-                  glm::vec3(-kInfinity),
-                  kInfinity,
-                  static_cast<std::uint32_t>(begin),
-                  static_cast<std::uint32_t>(end),
-                  0};
-        for (std::size_t k = begin; k < end; ++k) {
-            node.low = glm::min(node.low, points_[k].position);
-            node.high = glm::max(node.high, points_[k].position);
-            node.least = std::min(node.least, points_[k].distance);
-        }
-        nodes_.push_back(node);
-        if (end - begin <= kLeaf) return id;
-        const std::size_t middle = split_at_median(points_, begin, end, node.high - node.low,
-                                                   [](const Point& p) -> const glm::vec3& { return p.position; });
-        build(begin, middle);
-        const std::uint32_t right = build(middle, end);
-        nodes_[id].right = right;
-        return id;
-    }
-
-    static float distance2_to(const Node& node, glm::vec3 p)
-    {
-        const glm::vec3 d = glm::max(glm::max(node.low - p, p - node.high), glm::vec3(0.0f));
-        return glm::dot(d, d);
-    }
-
-    /// Whether a node, whose box lies so far away, may hold something that lowers `best`.
-    bool may_lower(const Node& node, float distance2, float best) const
-    {
-        const float room = best - beyond_ * node.least;
-        return node.least < best && room > 0.0f && distance2 < room * room;
-    }
-
-    void search(std::uint32_t id, glm::vec3 p, float& best) const
-    {
-        const Node& node = nodes_[id];
-        if (node.right == 0) {
-            for (std::uint32_t k = node.begin; k < node.end; ++k) {
-                const float own = points_[k].distance, room = best - beyond_ * own;
-                const glm::vec3 d = p - points_[k].position;
-                if (own < best && room > 0.0f && glm::dot(d, d) < room * room)
-                    best = std::max(own, beyond_ * own + glm::length(d));
-            }
-            return;
-        }
-        std::uint32_t near = id + 1, far = node.right;
-        float to_near = distance2_to(nodes_[near], p), to_far = distance2_to(nodes_[far], p);
-        if (to_far < to_near) std::swap(near, far), std::swap(to_near, to_far);
-        if (may_lower(nodes_[near], to_near, best)) search(near, p, best);
-        if (may_lower(nodes_[far], to_far, best)) search(far, p, best);
-    }
-
-    std::vector<Point> points_;
-    std::vector<Node> nodes_;
-    float beyond_ = 1.0f;
-};
 
 namespace {
 
@@ -185,13 +92,21 @@ void add_by_place(std::span<const Record> records, std::size_t first, std::vecto
 constexpr std::size_t kTreesAtOnce = 4;
 constexpr std::size_t kManyRecords = 4096;
 constexpr std::size_t kMostTrees = 20;
-constexpr float kBarelyMore = 1.00001f;
 
 struct SpacingLimiter::Trees {
     std::vector<ClampTree> list;      // every record so far is in one of them
     std::vector<ClampTree> steep;     // ... and here if light is steep there
     std::vector<std::size_t> newest;  // per tree: one past the last record in it
 
+    /// Lowers what is allowed by the records of those trees that hold any from `seen` on.
+    void lower(std::uint32_t seen, ClampedPlaces& near, ClampedPlaces& steep_ones) const
+    {
+        for (std::size_t t = 0; t < list.size(); ++t) {
+            if (newest[t] <= seen) continue;
+            list[t].lower(near);
+            steep[t].lower(steep_ones);
+        }
+    }
     /// @param order  of all records: those from `first` on are next to each other in it, as they are in space
     void add(std::span<const Record> records, std::size_t first, std::span<const std::uint32_t> order,
              const RecordSettings& options, ThreadPool& pool)
@@ -222,7 +137,6 @@ struct SpacingLimiter::Trees {
 /// What is asked of each record in every call, without the rest of it.
 struct SpacingLimiter::Known {
     glm::vec3 position;
-    float most;          // what neighbours may lower
     float near;          // the least R_j + |x_i - x_j| over all j, or what is wanted at most
     float steep;         // the least reach, as far as light that is steep around lowers it
     std::uint32_t seen;  // over how many records j, from the first on
@@ -244,31 +158,15 @@ void SpacingLimiter::limit(std::vector<Record>& records, std::size_t first, Thre
         trees.add(records, known_.size(), order_, options_, pool);
     }
     for (std::size_t i = known_.size(); i < records.size(); ++i) {
-        const float most = most_reach(records[i], options_);
-        known_.push_back({records[i].position, most, most, least_reach(records[i], options_), 0});
+        const Record& r = records[i];
+        known_.push_back({r.position, most_reach(r, options_), least_reach(r, options_), 0});
     }
-    pool.parallel_for(records.size() - first, 256, [&](std::size_t begin, std::size_t end, int) {
-        for (std::size_t k = first + begin; k < first + end; ++k) {
-            Known& own = known_[order_[k]];
-            const float near = own.near, steep = own.steep;
-            // It falls with the distance no faster than that grows, so the record before says how high it is at most;
-            // a little more, for rounding, so that the search finds the value itself.
-            if (k > first + begin) {
-                const Known& before = known_[order_[k - 1]];
-                if (before.near < before.most)
-                    own.near =
-                        std::min(own.near, kBarelyMore * (before.near + glm::distance(own.position, before.position)));
-            }
-            // The minimum over all neighbours is the least of those over the records of each tree.
-            for (std::size_t t = 0; t < trees.list.size(); ++t) {
-                if (trees.newest[t] <= own.seen) continue;
-                own.near = trees.list[t].clamped(own.position, own.near);
-                own.steep = trees.steep[t].clamped(own.position, own.steep);
-            }
-            const bool is_set = own.seen != 0 && own.near == near && own.steep == steep;
-            own.seen = static_cast<std::uint32_t>(records.size());
-            if (!is_set) set_spacing(records[order_[k]], own.near, own.steep, options_);
-        }
+    constexpr std::size_t kLanes = ClampedPlaces::kLanes;
+    pool.parallel_for((records.size() - first + kLanes - 1) / kLanes, 16, [&](std::size_t begin, std::size_t end, int) {
+        for (std::size_t b = begin; b < end; ++b)
+            limit_some(records, std::span(order_)
+                                    .subspan(first + b * kLanes)
+                                    .first(std::min(kLanes, records.size() - first - b * kLanes)));
     });
     if (first == 0 && trees.list.size() > kMostTrees) {
         // All are up to date: few trees answer faster than many, once there are many.
@@ -276,6 +174,32 @@ void SpacingLimiter::limit(std::vector<Record>& records, std::size_t first, Thre
         order_.clear();
         add_by_place(records, 0, order_);
         trees.add(records, 0, order_, options_, pool);
+    }
+}
+
+void SpacingLimiter::limit_some(std::vector<Record>& records, std::span<const std::uint32_t> which)
+{
+    ClampedPlaces near, steep;
+    glm::vec3 low(std::numeric_limits<float>::infinity()), high = -low;
+    std::uint32_t seen = std::numeric_limits<std::uint32_t>::max();
+    for (std::size_t l = 0; l < ClampedPlaces::kLanes; ++l) {
+        const Known& own = known_[which[std::min(l, which.size() - 1)]];
+        for (int axis = 0; axis < 3; ++axis) near.position[axis][l] = own.position[axis];
+        near.least[l] = own.near;
+        steep.least[l] = own.steep;
+        low = glm::min(low, own.position), high = glm::max(high, own.position);
+        seen = std::min(seen, own.seen);
+    }
+    near.low = steep.low = low, near.high = steep.high = high;
+    for (int axis = 0; axis < 3; ++axis) std::copy_n(near.position[axis], ClampedPlaces::kLanes, steep.position[axis]);
+    trees_->lower(seen, near, steep);
+    for (std::size_t l = 0; l < which.size(); ++l) {
+        Known& own = known_[which[l]];
+        const bool is_set = own.seen != 0 && own.near == near.least[l] && own.steep == steep.least[l];
+        own.near = near.least[l];
+        own.steep = steep.least[l];
+        own.seen = static_cast<std::uint32_t>(records.size());
+        if (!is_set) set_spacing(records[which[l]], own.near, own.steep, options_);
     }
 }
 

@@ -28,6 +28,9 @@ private:
     struct Trees;
     struct Known;
 
+    /// Limits records that lie near each other by all that they have not seen yet.
+    void limit_some(std::vector<Record>& records, std::span<const std::uint32_t> which);
+
     RecordSettings options_;
     std::unique_ptr<Trees> trees_;
     std::vector<std::uint32_t> order_;  // of the records, neighbours in space together, each call's for itself

@@ -48,18 +48,32 @@ void fill(const RecordWatch& watch, Reach::Ways& ways)
     }
     float *ox = ways.origin[0].data(), *oy = ways.origin[1].data(), *oz = ways.origin[2].data();
     float *dx = ways.direction[0].data(), *dy = ways.direction[1].data(), *dz = ways.direction[2].data();
+    float* const length = ways.length.data();
+    std::uint8_t* const ray = ways.ray.data();
+    const WatchedWay* const from = watch.ways.data();
     std::size_t n = 0;
-    for (std::size_t i = 0; i < most; ++i) {
-        const WatchedWay& way = watch.ways[i];
-        if (!(way.length >= 0.0f)) continue;
-        glm::vec3 origin = watch.origin;
-        if (i >= count) origin += watch.ways[way.ray].length * watch.ways[way.ray].direction;
+    const auto put = [&](glm::vec3 origin, const WatchedWay& way) {
         ox[n] = origin.x, oy[n] = origin.y, oz[n] = origin.z;
         dx[n] = way.direction.x, dy[n] = way.direction.y, dz[n] = way.direction.z;
-        ways.length[n] = way.length;
-        ways.ray[n++] = static_cast<std::uint8_t>(way.ray);
+        length[n] = way.length;
+        ray[n++] = static_cast<std::uint8_t>(way.ray);
+    };
+    const glm::vec3 origin = watch.origin;
+    for (std::size_t i = 0; i < count; ++i)
+        if (from[i].length >= 0.0f) put(origin, from[i]);
+    for (std::size_t i = count; i < most; ++i) {
+        const WatchedWay& before = from[from[i].ray];
+        if (from[i].length >= 0.0f) put(origin + before.length * before.direction, from[i]);
     }
     ways.count = n;
+}
+
+/// Those of which any way is met, bit by number.
+std::uint64_t rays_met(const Reach::Ways& ways)
+{
+    std::uint64_t reached = 0;
+    for (std::size_t i = 0; i < ways.count; ++i) reached |= std::uint64_t{ways.met[i]} << ways.ray[i];
+    return reached;
 }
 
 }  // namespace
@@ -88,14 +102,12 @@ std::uint64_t Reach::rays(const RecordWatch& watch, Ways& ways) const
         around.min = glm::min(around.min, box.min), around.max = glm::max(around.max, box.max);
     fill(watch, ways);
     find_met(around, ways, ways.met.data());
-    if (std::find(ways.met.begin(), ways.met.begin() + static_cast<std::ptrdiff_t>(ways.count), 1) ==
-        ways.met.begin() + static_cast<std::ptrdiff_t>(ways.count))
-        return 0;
-    std::uint64_t reached = 0;
+    std::uint64_t reached = rays_met(ways);
+    if (reached == 0 || where.size() == 1) return reached;
+    reached = 0;
     for (const Bounds& box : where) {
-        if (where.size() > 1) find_met(box, ways, ways.met.data());
-        for (std::size_t i = 0; i < ways.count; ++i)
-            if (ways.met[i] != 0) reached |= std::uint64_t{1} << ways.ray[i];
+        find_met(box, ways, ways.met.data());
+        reached |= rays_met(ways);
     }
     return reached;
 }

@@ -12,24 +12,29 @@ void put(RecordBlock& block, std::size_t lane, const Voice& voice)
 {
     for (int i = 0; i < 3; ++i) block.position[i][lane] = voice.position[i], block.normal[i][lane] = voice.normal[i];
     block.inverse_radius[lane] = 1.0f / voice.radius;
+    block.is_there[lane] = 1.0f;
     block.number[lane] = voice.number;
 }
 
 RCS_MULTIVERSION
-void weigh_lanes(const RecordBlock& block, const WeighedAt& here, float* weight)
+bool weigh_lanes(const RecordBlock& block, const WeighedAt& here, float* weight)
 {
+    int reached = 0;
     RCS_WHOLE_LOOP
     for (std::size_t l = 0; l < RecordBlock::kLanes; ++l) {
         const gpu::vec3 d{here.position.x - block.position[0][l], here.position.y - block.position[1][l],
                           here.position.z - block.position[2][l]};
-        weight[l] = gpu::rcs_interpolation_weight(d, here.normal, lane_of(block.normal, l), block.inverse_radius[l],
-                                                  here.inverse_normal_tolerance);
+        weight[l] =
+            block.is_there[l] * gpu::rcs_interpolation_weight(d, here.normal, lane_of(block.normal, l),
+                                                              block.inverse_radius[l], here.inverse_normal_tolerance);
+        reached |= weight[l] > 0.0f;
     }
+    return reached != 0;
 }
 
 }  // namespace
 
-void weigh(const RecordBlock& block, const WeighedAt& here, float* weight) { weigh_lanes(block, here, weight); }
+bool weigh(const RecordBlock& block, const WeighedAt& here, float* weight) { return weigh_lanes(block, here, weight); }
 
 BlockedRecords::BlockedRecords(std::vector<Voice> voices)
 {
@@ -74,6 +79,7 @@ std::uint32_t BlockedRecords::build(std::vector<Voice>& voices, std::size_t begi
     if (end - begin <= RecordBlock::kLanes) {
         RecordBlock& block = blocks_.emplace_back();
         block.count = end - begin;
+        block.low = node.low, block.high = node.high;
         for (std::size_t k = begin; k < end; ++k) put(block, k - begin, voices[k]);
         return id;
     }

@@ -27,6 +27,8 @@ struct RecordBlock {
     using Lanes = float[kLanes];
 
     Lanes position[3], normal[3], inverse_radius;
+    Lanes is_there;       // 1, or 0 from `count` on
+    glm::vec3 low, high;  // around the spheres that its records influence
     std::array<std::uint32_t, kLanes> number;
     std::size_t count;
 };
@@ -43,7 +45,8 @@ struct WeighedAt {
 };
 
 /// What the block's records weigh there, in a splat: 1 for a record itself, 0 beyond what it influences.
-void weigh(const RecordBlock& block, const WeighedAt& here, float* weight);
+/// @return whether any of them weighs something
+bool weigh(const RecordBlock& block, const WeighedAt& here, float* weight);
 
 /// Records in blocks, and the boxes around the spheres that they influence: what is around each of many is found
 /// without a look at all.
@@ -61,11 +64,12 @@ public:
     template <typename Add>
     void for_each_around(std::span<const std::uint32_t> near, const WeighedAt& here, const Add& add) const
     {
+        const glm::vec3 p(here.position.x, here.position.y, here.position.z);
         for (const std::uint32_t b : near) {
+            const RecordBlock& block = blocks_[b];
+            if (glm::any(glm::lessThan(p, block.low)) || glm::any(glm::greaterThan(p, block.high))) continue;
             RecordBlock::Lanes weight;
-            weigh(blocks_[b], here, weight);
-            std::fill(weight + blocks_[b].count, weight + RecordBlock::kLanes, 0.0f);
-            if (std::any_of(weight, weight + blocks_[b].count, [](float w) { return w > 0.0f; })) add(b, weight);
+            if (weigh(block, here, weight)) add(b, weight);
         }
     }
 

@@ -38,6 +38,29 @@ gpu::GpuRadiance relative_radiance(const Record& record)
     return out;
 }
 
+/// @return whether the record reaches the image
+bool set(const Record& record, glm::dvec3 camera_position, const View& view, const SplatSettings& options,
+         float per_unit, gpu::GpuRecord& out)
+{
+    const float radius = influence_radius(record, options.overlap);
+    const glm::dvec3 relative = glm::dvec3(record.position) - camera_position;
+    const double padding = kPositionRounding * (glm::length(relative) + 2.0 * radius);
+    const PixelBounds bounds = sphere_bounds(view, relative, radius + padding);
+    if (bounds.empty() || !(radius > 0.0f)) return false;
+
+    out.position = glm::vec4(glm::vec3(relative), 1.0f / radius);
+    out.normal = glm::vec4(record.normal, 1.0f / (options.error_tolerance * options.overlap));
+    out.irradiance = glm::vec4(record.irradiance + record.correction, per_unit);
+    for (std::size_t color = 0; color < 3; ++color) {
+        out.rotation_gradient[color] = glm::vec4(record.rotation_gradient[color], 0.0f);
+        out.translation_gradient[color] = glm::vec4(record.gradient_scale * record.translation_gradient[color], 0.0f);
+    }
+    const float deviation = record.noise * luminance(record.irradiance) * per_unit;
+    out.rotation_gradient[0].w = deviation * deviation;
+    out.pixels = {bounds.x0, bounds.y0, bounds.x1, bounds.y1};
+    return true;
+}
+
 }  // namespace
 
 float influence_radius(const Record& record, float overlap)
@@ -49,30 +72,20 @@ float influence_radius(const Record& record, float overlap)
 void append_gpu_records(std::span<const Record> records, glm::dvec3 camera_position, const View& view,
                         const SplatSettings& options, bool with_radiance, float luminance_unit, GpuRecords& gpu_records)
 {
-    const float per_unit = 1.0f / luminance_unit;
-    const float inv_normal_tolerance = 1.0f / (options.error_tolerance * options.overlap);
     for (const Record& record : records) {
-        const float radius = influence_radius(record, options.overlap);
-        const glm::dvec3 relative = glm::dvec3(record.position) - camera_position;
-        const double padding = kPositionRounding * (glm::length(relative) + 2.0 * radius);
-        const PixelBounds bounds = sphere_bounds(view, relative, radius + padding);
-        if (bounds.empty() || !(radius > 0.0f)) continue;
-
         gpu::GpuRecord out{};
-        out.position = glm::vec4(glm::vec3(relative), 1.0f / radius);
-        out.normal = glm::vec4(record.normal, inv_normal_tolerance);
-        out.irradiance = glm::vec4(record.irradiance + record.correction, per_unit);
-        for (std::size_t color = 0; color < 3; ++color) {
-            out.rotation_gradient[color] = glm::vec4(record.rotation_gradient[color], 0.0f);
-            out.translation_gradient[color] =
-                glm::vec4(record.gradient_scale * record.translation_gradient[color], 0.0f);
-        }
-        const float deviation = record.noise * luminance(record.irradiance) * per_unit;
-        out.rotation_gradient[0].w = deviation * deviation;
-        out.pixels = {bounds.x0, bounds.y0, bounds.x1, bounds.y1};
+        if (!set(record, camera_position, view, options, 1.0f / luminance_unit, out)) continue;
         gpu_records.records.push_back(out);
         if (with_radiance) gpu_records.radiance.push_back(relative_radiance(record));
     }
+}
+
+gpu::GpuRecord make_gpu_record(const Record& record, glm::dvec3 camera_position, const View& view,
+                               const SplatSettings& options)
+{
+    gpu::GpuRecord out{};
+    set(record, camera_position, view, options, 1.0f, out);
+    return out;
 }
 
 float luminance_unit(std::span<const Record> records)

@@ -28,6 +28,10 @@ void append_gpu_records(std::span<const Record> records, glm::dvec3 camera_posit
 GpuRecords make_gpu_records(std::span<const Record> records, glm::dvec3 camera_position, const View& view,
                             const SplatSettings& options, bool with_radiance, float luminance_unit, ThreadPool& pool);
 
+/// A record for weights alone; one that does not reach the image has an empty rectangle.
+gpu::GpuRecord make_gpu_record(const Record& record, glm::dvec3 camera_position, const View& view,
+                               const SplatSettings& options);
+
 /// Mean luminance of the records' irradiance, so that its squares stay within floats; 1 if all is dark. [W m^-2]
 float luminance_unit(std::span<const Record> records);
 

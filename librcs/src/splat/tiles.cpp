@@ -18,6 +18,7 @@ constexpr std::size_t kTilePixels = TiledSurfaces::kTilePixels;
 template <typename Visit>
 void for_each_tile(const gpu::GpuRecord& record, int tiles_x, const Visit& visit)
 {
+    if (record.pixels.x >= record.pixels.z) return;
     for (int y = record.pixels.y / kTile; y <= (record.pixels.w - 1) / kTile; ++y)
         for (int x = record.pixels.x / kTile; x <= (record.pixels.z - 1) / kTile; ++x)
             visit(static_cast<std::size_t>(y * tiles_x + x));
@@ -35,17 +36,20 @@ void for_each_pixel(const TiledSurfaces& s, std::size_t t, const Visit& visit)
                   static_cast<std::size_t>((y - top) * kTile + (x - left)));
 }
 
-/// Calls visit(tile, its records) for every tile that records touch, if something is seen in it.
+/// Calls visit(tile, its records) for every tile that records touch in one of the rows.
+/// @param rows  of tiles, as TiledSurfaces::rows
 template <typename Visit>
-void for_each_busy_tile(const TiledSurfaces& surfaces, const GpuRecords& from, ThreadPool& pool, const Visit& visit)
+void for_each_busy_tile(const TiledSurfaces& surfaces, std::span<const std::uint16_t> rows,
+                        std::span<const gpu::GpuRecord> records, const gpu::GpuRadiance* radiance, ThreadPool& pool,
+                        const Visit& visit)
 {
-    const TileBins bins = bin_records(from.records, surfaces.tiles_x, surfaces.rows);
+    const TileBins bins = bin_records(records, surfaces.tiles_x, rows);
     pool.parallel_for(surfaces.tiles.size(), 4, [&](std::size_t begin, std::size_t end, int) {
         for (std::size_t t = begin; t < end; ++t) {
             if (bins.first[t] == bins.first[t + 1]) continue;
             const int top = static_cast<int>(t / static_cast<std::size_t>(surfaces.tiles_x)) * kTile;
-            visit(t, TileRecords{from.records.data(), from.radiance.data(), bins.records.data() + bins.first[t],
-                                 bins.records.data() + bins.first[t + 1], top, surfaces.rows[t]});
+            visit(t, TileRecords{records.data(), radiance, bins.records.data() + bins.first[t],
+                                 bins.records.data() + bins.first[t + 1], top, rows[t]});
         }
     });
 }
@@ -93,6 +97,16 @@ TileBins bin_records(std::span<const gpu::GpuRecord> records, int tiles_x, std::
     return bins;
 }
 
+void add_rows(const gpu::GpuRecord& record, const TiledSurfaces& surfaces, std::span<std::uint16_t> rows)
+{
+    for_each_tile(record, surfaces.tiles_x, [&](std::size_t t) {
+        const int top = static_cast<int>(t / static_cast<std::size_t>(surfaces.tiles_x)) * kTile;
+        const int begin = std::max(record.pixels.y - top, 0), end = std::min(record.pixels.w - top, kTile);
+        const std::uint32_t touched = (1u << end) - (1u << begin);
+        rows[t] |= static_cast<std::uint16_t>(touched & surfaces.rows[t]);
+    });
+}
+
 TiledSurfaces make_tiled_surfaces(const GBuffer& g, ThreadPool& pool)
 {
     TiledSurfaces s;
@@ -119,12 +133,28 @@ TiledSurfaces make_tiled_surfaces(const GBuffer& g, ThreadPool& pool)
 void add_weights(std::span<const Record> records, const TiledSurfaces& surfaces, const View& view,
                  const SplatSettings& options, ThreadPool& pool, std::vector<float>& weight)
 {
-    const GpuRecords from = make_gpu_records(records, surfaces.camera_position, view, options, false, 1.0f, pool);
-    for_each_busy_tile(surfaces, from, pool, [&](std::size_t t, const TileRecords& in_tile) {
+    add_weights(make_gpu_records(records, surfaces.camera_position, view, options, false, 1.0f, pool).records, surfaces,
+                surfaces.rows, pool, weight);
+}
+
+void add_weights(std::span<const gpu::GpuRecord> records, const TiledSurfaces& surfaces,
+                 std::span<const std::uint16_t> rows, ThreadPool& pool, std::vector<float>& weight)
+{
+    for_each_busy_tile(surfaces, rows, records, nullptr, pool, [&](std::size_t t, const TileRecords& in_tile) {
         TileSums sums{};
         splat_tile_weights(surfaces.tiles[t], sums, in_tile);
         for_each_pixel(surfaces, t, [&](std::size_t to, std::size_t at) { weight[to] += sums.weight[at]; });
     });
+}
+
+void clear_rows(const TiledSurfaces& surfaces, std::span<const std::uint16_t> rows, std::vector<float>& weight)
+{
+    for (std::size_t t = 0; t < surfaces.tiles.size(); ++t) {
+        if (rows[t] == 0) continue;
+        for_each_pixel(surfaces, t, [&](std::size_t to, std::size_t at) {
+            if ((rows[t] >> at / kTile & 1u) != 0u) weight[to] = 0.0f;
+        });
+    }
 }
 
 SplatBuffer splat_tiles(std::span<const Record> records, const TiledSurfaces& surfaces, const View& view,
@@ -147,7 +177,7 @@ SplatBuffer splat_tiles(std::span<const Record> records, const TiledSurfaces& su
     for (const gpu::GpuRecord& r : from.records)
         stats.samples +=
             static_cast<std::uint64_t>(r.pixels.z - r.pixels.x) * static_cast<std::uint64_t>(r.pixels.w - r.pixels.y);
-    for_each_busy_tile(surfaces, from, pool, [&](std::size_t t, const TileRecords& in_tile) {
+    const auto splat_tile = [&](std::size_t t, const TileRecords& in_tile) {
         TileSums sums{};
         const auto lobes = glossy ? std::make_unique<GlossyTile>() : nullptr;
         const bool lit = glossy && find_lobes(surfaces, t, view.camera, *glossy, *lobes);
@@ -170,7 +200,8 @@ SplatBuffer splat_tiles(std::span<const Record> records, const TiledSurfaces& su
                 out.glossy_b[to] = lobes->b[at];
             }
         });
-    });
+    };
+    for_each_busy_tile(surfaces, surfaces.rows, from.records, from.radiance.data(), pool, splat_tile);
     return out;
 }
 

@@ -52,6 +52,14 @@ TileBins bin_records(std::span<const gpu::GpuRecord> records, int tiles_x, std::
 void add_weights(std::span<const Record> records, const TiledSurfaces& surfaces, const View& view,
                  const SplatSettings& options, ThreadPool& pool, std::vector<float>& weight);
 
+/// Adds those of records of make_gpu_record(), in some rows alone. @param rows  of tiles, of TiledSurfaces::rows
+void add_weights(std::span<const gpu::GpuRecord> records, const TiledSurfaces& surfaces,
+                 std::span<const std::uint16_t> rows, ThreadPool& pool, std::vector<float>& weight);
+/// Marks the rows in which a record may weigh something. @param rows  of tiles, as TiledSurfaces::rows
+void add_rows(const gpu::GpuRecord& record, const TiledSurfaces& surfaces, std::span<std::uint16_t> rows);
+/// Sets the weights of those rows to 0.
+void clear_rows(const TiledSurfaces& surfaces, std::span<const std::uint16_t> rows, std::vector<float>& weight);
+
 /// splat_tiles() of splat.h, on surfaces that are tiled already.
 SplatBuffer splat_tiles(std::span<const Record> records, const TiledSurfaces& surfaces, const View& view,
                         const SplatSettings& options, ThreadPool& pool, SplatStats& stats,
