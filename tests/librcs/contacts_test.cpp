@@ -218,6 +218,23 @@ TEST_F(Contacts, AreFoundAgainByTheirPlaces)
     EXPECT_LT(off, 1.25 * off_afresh);
 }
 
+/// Those of another state of the scene wait until a pixel shows them; one of each place is enough.
+TEST_F(Contacts, ThatKnowAnotherSceneAreLeftOutUntilTheyAreTaken)
+{
+    SplatBuffer sums = bright();
+    ask(sums, pool);
+    const std::size_t made = known.size();
+    const std::vector<Record> twice = known;
+    known.insert(known.end(), twice.begin(), twice.end());
+    for (Record& r : known) r.watch.seen.assign(1, glm::vec3(0.0f)), r.watch.state = 1;
+    const ContactPixels now{gbuffer, view, pixels, 2};
+    EXPECT_EQ(take_shown(now, known).size(), made);
+    EXPECT_EQ(known.size(), made);
+    EXPECT_EQ(ask(sums, pool, {}, false).pixels, 0u) << "the others are of another scene";
+    for (Record& r : known) r.watch.state = 0;
+    EXPECT_EQ(ask(sums, pool, {}, false).pixels, made);
+}
+
 TEST_F(Contacts, HoldFartherWhereRecordsAreRight)
 {
     const auto gathered_anew = [&](bool are_right, bool have_changed) {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -150,28 +151,38 @@ TEST(WalkAhead, PlacesWhatFollowsASceneThatMoves)
     EXPECT_LT(last.records + last.renewed, last.watched / 4);
 }
 
+/// Views ahead look at no contacts; the next that shows some looks at those alone, and knows which hold another light.
 TEST(WalkAhead, KeepsGathersAtContactsWhoseLightHasChanged)
 {
-    const auto count_shown = [](const std::vector<Record>& contacts) {
-        return std::count_if(contacts.begin(), contacts.end(), [](const Record& r) { return r.watch.is_shown; });
-    };
     Session session({.keep_records = true, .watch_records = true});
     session.show(atrium_at(0.9));
     const std::vector<Camera> cameras = way(session);
     constexpr int kMany = 14;  // more views than contacts outlive unseen
     for (int view = 0; view < kMany; ++view) render(session, cameras[0], small_options());
     const std::vector<Record>& contacts = session.state().contacts;
-    const std::size_t before = contacts.size();
-    ASSERT_GT(before, 100u);
-    EXPECT_EQ(static_cast<std::size_t>(count_shown(contacts)), before);
+    const auto count = [&](const auto& is) { return std::count_if(contacts.begin(), contacts.end(), is); };
+    const auto is_shown = [](const Record& r) { return r.watch.is_shown; };
+    const auto is_behind = [&](const Record& r) { return r.watch.state != session.state().scene_number; };
+    const std::ptrdiff_t before = count([](const Record&) { return true; });
+    ASSERT_GT(before, 100);
+    EXPECT_EQ(count(is_shown), before);
     session.show(atrium_at(1.2));  // the lamp is on
     ahead_of(session, cameras, small_options());
-    EXPECT_GT(contacts.size(), before * 3 / 4);
-    const auto shown = static_cast<std::size_t>(count_shown(contacts));
-    EXPECT_LT(shown, contacts.size()) << "some see the lamp";
-    EXPECT_GT(shown, 0u) << "some do not";
-    render(session, cameras[0], small_options());
-    EXPECT_GT(static_cast<std::size_t>(count_shown(contacts)), shown);
+    EXPECT_GT(std::ssize(contacts), before * 3 / 4);
+    EXPECT_EQ(count(is_behind), std::ssize(contacts));
+
+    RenderHooks until_splats;
+    until_splats.progress = [](std::string_view stage, float) { return stage != "splat"; };
+    EXPECT_THROW(render(session, cameras[0], small_options(), until_splats), Error);
+    EXPECT_LT(count(is_behind), before / 20) << "none but those that lie in one place with another";
+    EXPECT_LT(count(is_shown), std::ssize(contacts)) << "some see the lamp";
+    EXPECT_GT(count(is_shown), 0) << "some do not";
+
+    Camera turned = cameras[0];
+    turned.world_from_view[2] = -turned.world_from_view[2], turned.world_from_view[0] = -turned.world_from_view[0];
+    session.show(atrium_at(1.3));
+    render(session, turned, small_options());
+    EXPECT_GT(count(is_behind), before / 2) << "it sees none of them";
 }
 
 TEST(WalkAhead, TakesNothingFromWhatViewsBeforeItHave)

@@ -77,10 +77,12 @@ constexpr std::uint32_t kNone = ~0u;
 /// What is known of contacts by the pixels that show their places.
 class KnownPlaces {
 public:
-    KnownPlaces(const ContactPixels& at, std::span<const Record> known)
+    /// @param stale  those that know another state of the scene, too
+    KnownPlaces(const ContactPixels& at, std::span<const Record> known, bool stale = false)
         : gbuffer_(at.gbuffer), known_(known), first_(at.gbuffer.size(), kNone), next_(known.size(), kNone)
     {
         for (std::size_t k = known.size(); k-- > 0;) {
+            if (!stale && !known[k].watch.seen.empty() && known[k].watch.state != at.scene) continue;
             const auto pixel = pixel_at(at.view, glm::dvec3(known[k].position) - gbuffer_.camera_position);
             if (!pixel) continue;
             next_[k] = std::exchange(first_[*pixel], static_cast<std::uint32_t>(k));
@@ -327,6 +329,18 @@ std::vector<PixelAtContact> pixels_at_contacts(const GBuffer& gbuffer, ThreadPoo
     for (std::size_t i = 0; i < to.size(); ++i)
         if (to[i] != glm::ivec2(0)) pixels.push_back({static_cast<std::uint32_t>(i), to[i]});
     return pixels;
+}
+
+std::vector<Record> take_shown(const ContactPixels& at, std::vector<Record>& known)
+{
+    std::vector<char> is_shown(known.size(), 0);
+    const KnownPlaces places(at, known, true);
+    for (const PixelAtContact& p : at.pixels)
+        if (const std::uint32_t k = places.at(p.pixel); k != kNone) is_shown[k] = 1;
+    std::vector<Record> shown, others;
+    for (std::size_t k = 0; k < known.size(); ++k) (is_shown[k] != 0 ? shown : others).push_back(std::move(known[k]));
+    known = std::move(others);
+    return shown;
 }
 
 std::uint64_t gather_contacts(const RecordGatherer& gatherer, const ContactPixels& at, ThreadPool& pool,

@@ -28,7 +28,11 @@ struct ContactPixels {
     const GBuffer& gbuffer;
     const View& view;
     std::span<const PixelAtContact> pixels;
+    std::uint32_t scene = 0;  ///< number of the state of the scene: watched gathers that know another one are left out
 };
+
+/// Takes those out that pixels show, whatever state of the scene they know. @param known  as for gather_contacts()
+std::vector<Record> take_shown(const ContactPixels& at, std::vector<Record>& known);
 
 /// Pixels at contacts gather themselves, if none has where they are.
 /// @param gatherer  as the records', without radiance by direction; of as many rays as a pixel begins with

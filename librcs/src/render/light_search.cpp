@@ -8,9 +8,9 @@
 #include "compose/contacts.h"
 #include "compose/lamp_checks.h"
 #include "glossy/lobe_trial.h"
-#include "placement/renewal.h"
 #include "records/guided_gathers.h"
 #include "records/lamps_to_gather.h"
+#include "render/upkeep.h"
 #include "util/random.h"
 
 namespace rcs {
@@ -117,10 +117,11 @@ void gather_contacts(Frame& f)
     timed(f, kContactStage, [&] {
         // Passes that share samples see a part of them.
         f.contacts = f.shared && f.layer == 0 ? f.shared->contacts : pixels_at_contacts(f.gbuffer, f.session.pool());
-        std::vector<Record>& known = f.session.state().contacts;
-        f.stats().contact_rays +=
-            gather_contacts(RecordGatherer(light_at_contacts(f), contact_gathers(f)), {f.gbuffer, f.view(), f.contacts},
-                            f.session.pool(), known, reporter(f, kContactStage));
+        renew_contacts(f);
+        Session::State& session = f.session.state();
+        f.stats().contact_rays += gather_contacts(RecordGatherer(light_at_contacts(f), contact_gathers(f)),
+                                                  {f.gbuffer, f.view(), f.contacts, session.scene_number},
+                                                  f.session.pool(), session.contacts, reporter(f, kContactStage));
     });
 }
 
@@ -131,13 +132,12 @@ void ask_contacts(Frame& f)
         std::optional<RecordGatherer> gatherer;
         if (!f.is_glance)
             gatherer.emplace(light_at_contacts(f), contact_gathers(f));
-        else if (session.watches() && are_stale(session.contacts, session.states()))
-            return;
         else
             f.contacts = pixels_at_contacts(f.gbuffer, f.session.pool());
-        const ContactStats asked = ask_contacts(gatherer ? &*gatherer : nullptr, {f.gbuffer, f.view(), f.contacts},
-                                                contact_settings(f), f.session.pool(), session.contacts,
-                                                f.light.of_lamps, f.light.indirect, reporter(f, kContactStage));
+        const ContactStats asked =
+            ask_contacts(gatherer ? &*gatherer : nullptr, {f.gbuffer, f.view(), f.contacts, session.scene_number},
+                         contact_settings(f), f.session.pool(), session.contacts, f.light.of_lamps, f.light.indirect,
+                         reporter(f, kContactStage));
         f.stats().contacts += asked.pixels;
         f.stats().contact_rays += asked.rays;
     });

@@ -1,9 +1,12 @@
 #include "render/upkeep.h"
 
+#include <algorithm>
+#include <iterator>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "compose/contacts.h"
 #include "placement/renewal.h"
 #include "records/watch.h"
 #include "render/frame.h"
@@ -21,16 +24,6 @@ void bring_up_to_date(Frame& f)
     Session::State& session = f.session.state();
     if (!session.watches()) return;
     const SceneStates states = session.states();
-    if (are_stale(session.contacts, states)) {
-        std::vector<Record> contacts = std::exchange(session.contacts, {}), unseen;  // other gathers serve those
-        RecordStats again;
-        RecordSettings settings = contact_gathers(f);
-        settings.noise_target *= kNoisierContacts;
-        renew_records({light_at_contacts(f), f.gbuffer, f.view(), settings, states}, f.session.pool(), contacts, unseen,
-                      again);
-        session.contacts = std::move(contacts);
-        f.stats().contact_rays += again.hemisphere_rays + again.shadow_rays + again.looks;
-    }
     if (!are_stale(f.records, states)) return;
     RecordStats& stats = f.stats().records;
     const float slack = renew_records({f.lit(), f.gbuffer, f.view(), f.course.records, states}, f.session.pool(),
@@ -42,6 +35,23 @@ void bring_up_to_date(Frame& f)
                                          " records kept from other scenes " + std::to_string(stats.watched) +
                                          " matter here, and " + std::to_string(stats.renewed) +
                                          " of them are gathered again");
+}
+
+void renew_contacts(Frame& f)
+{
+    Session::State& session = f.session.state();
+    if (!session.watches()) return;
+    const SceneStates states = session.states();
+    if (!are_stale(session.contacts, states)) return;
+    // The others may be shown again later, and are looked at then.
+    std::vector<Record> contacts = take_shown({f.gbuffer, f.view(), f.contacts}, session.contacts), unseen;
+    RecordStats again;
+    RecordSettings settings = contact_gathers(f);
+    settings.noise_target *= kNoisierContacts;
+    renew_records({light_at_contacts(f), f.gbuffer, f.view(), settings, states}, f.session.pool(), contacts, unseen,
+                  again);
+    std::move(contacts.begin(), contacts.end(), std::back_inserter(session.contacts));
+    f.stats().contact_rays += again.hemisphere_rays + again.shadow_rays + again.looks;
 }
 
 namespace {
