@@ -76,9 +76,11 @@ class Runner:
         return seconds
 
     def single(self, scene, camera, aa, frame, file, *more):
+        """The same layers as a batch writes, so that both write as much."""
         file.parent.mkdir(parents=True, exist_ok=True)
         _, seconds = self.run("render", scene, *camera, "--time", repr(frame / FPS), "--size", self.arguments.size,
-                              "--aa", aa, "--layers", "indirect,irradiance,depth", "-o", file, *more)
+                              "--aa", aa, "--layers", LAYERS, "--motion-time", repr((frame - 1) / FPS), "-o", file,
+                              *more)
         return seconds
 
     def singles(self, scene, camera, aa, folder):
