@@ -346,7 +346,7 @@ TEST(Renewal, EveryRecordIsGatheredAgainOnceItsLifeIsOver)
     walk.show(moved_by(0.0));
     const std::uint32_t first = walk.session.state().scene_number;
     std::uint64_t renewed = 0;
-    for (int frame = 1; frame <= 256; ++frame) {
+    for (int frame = 1; frame <= 512; ++frame) {
         Scene scene = moved_by(0.0);
         scene.instances[1].world_from_object[3].y += 1e-9 * frame;
         const RenderStats stats = walk.show(scene).stats;

@@ -19,9 +19,10 @@ namespace rcs {
 namespace {
 
 // So many scenes after the last gather a record is gathered again whatever was seen; those of a picture take turns.
-constexpr std::uint32_t kLife = 128;
+// demo:atrium's batch in 240 frames: MRE 3.7 % with this and with half, which takes 6 % more rays.
+constexpr std::uint32_t kLife = 256;
 // ... where neither it nor the records around have seen any change since.
-constexpr std::uint32_t kQuietLife = 256;
+constexpr std::uint32_t kQuietLife = 2 * kLife;
 // One that is gathered again may be so much noisier than is wanted at a pixel, where several are averaged: it takes no
 // more rays than for that...
 constexpr float kNoisier = 1.75f;
