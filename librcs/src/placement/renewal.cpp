@@ -26,9 +26,10 @@ constexpr std::uint32_t kQuietLife = 2 * kLife;
 // One that is gathered again may be so much noisier than is wanted at a pixel, where several are averaged: it takes no
 // more rays than for that...
 constexpr float kNoisier = 1.75f;
-// ... nor by more than so much for every other at which light does not change: where it changes at all of them, the
-// picture would be as much noisier (docs/method.md, Where the scene changes).
-constexpr float kNoisierByOthers = 0.3f;
+// ... nor by more than this and so much for every other at which light does not change. Where it changes at all of
+// them the picture would be as much noisier, and noise is not all that those that follow are off by: less, then, than
+// what is gathered for one picture (docs/method.md, Where the scene changes).
+constexpr float kNoisierAlone = 0.8f, kNoisierByOthers = 0.6f;
 // Where light changes by more than this part of what it is then, no view has shown it. demo:atrium's batch with .1: as
 // many rays within 1 %, and its errors.
 constexpr float kShown = 0.2f;
@@ -164,7 +165,7 @@ struct Follow {
     {
         if (changed == 0) return kNoisier;
         const float others = static_cast<float>(records - std::min(records, changed)) / static_cast<float>(changed);
-        return std::min(kNoisier, 1.0f + kNoisierByOthers * others);
+        return std::min(kNoisier, kNoisierAlone + kNoisierByOthers * others);
     }
     /// ... and new ones among them: less where many have gone, whose places those take; not at all if none follow.
     float noisier_newcomers(std::size_t gone) const
