@@ -226,7 +226,7 @@ TEST_F(Contacts, ThatKnowAnotherSceneAreLeftOutUntilTheyAreTaken)
     const std::size_t made = known.size();
     const std::vector<Record> twice = known;
     known.insert(known.end(), twice.begin(), twice.end());
-    for (Record& r : known) r.watch.seen.assign(1, glm::vec3(0.0f)), r.watch.state = 1;
+    for (Record& r : known) r.watch.state = 1;
     const ContactPixels now{gbuffer, view, pixels, 2};
     EXPECT_EQ(take_shown(now, known).size(), made);
     EXPECT_EQ(known.size(), made);

@@ -354,5 +354,37 @@ TEST(Session, KeepsNoRecordOfAnotherSceneThatNobodyFollows)
     EXPECT_EQ(unwatched(), 0);
 }
 
+TEST(Session, PassesShareWhatContactsGatheredWhereTheSceneIsWatchedToo)
+{
+    ThreadPool pool(2);
+    RenderOptions options = small(1);
+    options.aa = 4;
+    const auto contact_rays = [&](SessionOptions of) {
+        Session session(test::shared_gl(), pool, of);
+        session.show(test::furnished_room());
+        return render(session, session.rays().scene().cameras[0], options).stats.contact_rays;
+    };
+    const std::uint64_t unwatched = contact_rays({.keep_records = true});
+    EXPECT_GT(unwatched, 0u);
+    EXPECT_EQ(contact_rays({.keep_records = true, .watch_records = true}), unwatched);
+}
+
+TEST(Session, ForgetsContactsThatNobodyWatchesOnceTheSceneChanges)
+{
+    ThreadPool pool(2);
+    Session session(test::shared_gl(), pool, {.keep_records = true, .watch_records = true});
+    Scene scene = test::furnished_room();
+    session.show(scene);
+    render(session, scene.cameras[0], small(1));
+    std::vector<Record>& contacts = session.state().contacts;
+    ASSERT_GT(contacts.size(), 20u);
+    const std::size_t before = contacts.size();
+    contacts[3].watch.seen.clear();
+    contacts[9].watch.seen.clear();
+    scene.lights.push_back(test::point_light({0.3, 1.9, 0.2}, glm::vec3(2.0f)));
+    session.show(scene);
+    EXPECT_EQ(contacts.size(), before - 2);
+}
+
 }  // namespace
 }  // namespace rcs

@@ -82,7 +82,7 @@ public:
         : gbuffer_(at.gbuffer), known_(known), first_(at.gbuffer.size(), kNone), next_(known.size(), kNone)
     {
         for (std::size_t k = known.size(); k-- > 0;) {
-            if (!stale && !known[k].watch.seen.empty() && known[k].watch.state != at.scene) continue;
+            if (!stale && known[k].watch.state != at.scene) continue;
             const auto pixel = pixel_at(at.view, glm::dvec3(known[k].position) - gbuffer_.camera_position);
             if (!pixel) continue;
             next_[k] = std::exchange(first_[*pixel], static_cast<std::uint32_t>(k));
@@ -359,7 +359,7 @@ std::uint64_t gather_contacts(const RecordGatherer& gatherer, const ContactPixel
         const auto begin = unknown.begin() + static_cast<std::ptrdiff_t>(done);
         const auto count = static_cast<std::ptrdiff_t>(std::min(kBatch, unknown.size() - done));
         std::vector<Record> found = gatherer.gather(at.gbuffer, {begin, begin + count}, pool, stats);
-        for (Record& r : found) r.spacing_radius = r.footprint;
+        for (Record& r : found) r.spacing_radius = r.footprint, r.watch.state = at.scene;
         known.insert(known.end(), std::make_move_iterator(found.begin()), std::make_move_iterator(found.end()));
     }
     return all_rays(stats);

@@ -28,7 +28,7 @@ struct ContactPixels {
     const GBuffer& gbuffer;
     const View& view;
     std::span<const PixelAtContact> pixels;
-    std::uint32_t scene = 0;  ///< number of the state of the scene: watched gathers that know another one are left out
+    std::uint32_t scene = 0;  ///< number of the state of the scene: gathers that know another one are left out
 };
 
 /// Takes those out that pixels show, whatever state of the scene they know. @param known  as for gather_contacts()
@@ -36,7 +36,7 @@ std::vector<Record> take_shown(const ContactPixels& at, std::vector<Record>& kno
 
 /// Pixels at contacts gather themselves, if none has where they are.
 /// @param gatherer  as the records', without radiance by direction; of as many rays as a pixel begins with
-/// @param known  gathers at contacts, of this scene: found again by their places; those made here are added
+/// @param known  gathers at contacts, found again by their places; those made here are added
 /// @param report  told the fraction done, on this thread; may throw
 /// @return rays, those from what they meet too
 std::uint64_t gather_contacts(const RecordGatherer& gatherer, const ContactPixels& at, ThreadPool& pool,

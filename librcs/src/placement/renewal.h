@@ -26,7 +26,7 @@ bool are_stale(std::span<const Record> records, const SceneStates& states);
 /// are if not (changes_around()). Those on or inside of what has moved go, those that nothing in view is near are laid
 /// aside.
 /// @param aside  records of earlier scenes, still not up to date: another view may be near them
-/// @return how much noisier than wanted new ones may be, which will follow changes, too; 1 where none of these do
+/// @return how noisy new ones may be, over what is wanted, which will follow changes, too; 1 where none of these do
 float renew_records(const Renewal& renewal, ThreadPool& pool, std::vector<Record>& records, std::vector<Record>& aside,
                     RecordStats& stats);
 

@@ -4,6 +4,7 @@
 #include <limits>
 #include <numeric>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "placement/clamp_tree.h"
@@ -60,14 +61,16 @@ void set_spacing(Record& r, float near, float steep, const RecordSettings& optio
     trust_gradient(r, options);
 }
 
-/// Bits of a coordinate, two zeros between each.
-std::uint32_t spread_bits(float part)
+/// Bits of a coordinate, two zeros between each: 20 of them, so that one record that lies far away does not put all
+/// others in one place.
+std::uint64_t spread_bits(float part)
 {
-    auto bits = static_cast<std::uint32_t>(part > 0.0f ? std::min(1023.0f, 1024.0f * part) : 0.0f);
-    bits = (bits | bits << 16) & 0x030000ffu;
-    bits = (bits | bits << 8) & 0x0300f00fu;
-    bits = (bits | bits << 4) & 0x030c30c3u;
-    return (bits | bits << 2) & 0x09249249u;
+    auto bits = static_cast<std::uint64_t>(part > 0.0f ? std::min(1048575.0f, 1048576.0f * part) : 0.0f);
+    bits = (bits | bits << 32) & 0x001f00000000ffffu;
+    bits = (bits | bits << 16) & 0x001f0000ff0000ffu;
+    bits = (bits | bits << 8) & 0x100f00f00f00f00fu;
+    bits = (bits | bits << 4) & 0x10c30c30c30c30c3u;
+    return (bits | bits << 2) & 0x1249249249249249u;
 }
 
 /// Adds the records from `first` on to the order, neighbours in space next to each other: along a Z curve (Morton
@@ -76,14 +79,14 @@ void add_by_place(std::span<const Record> records, std::size_t first, std::vecto
 {
     glm::vec3 low(std::numeric_limits<float>::infinity()), high = -low;
     for (const Record& r : records.subspan(first)) low = glm::min(low, r.position), high = glm::max(high, r.position);
-    std::vector<std::uint64_t> codes;
+    std::vector<std::pair<std::uint64_t, std::uint32_t>> codes;
     for (std::size_t i = first; i < records.size(); ++i) {
         const glm::vec3 part = (records[i].position - low) / (high - low);
-        const std::uint32_t code = spread_bits(part.x) | spread_bits(part.y) << 1 | spread_bits(part.z) << 2;
-        codes.push_back(std::uint64_t{code} << 32 | i);
+        const std::uint64_t code = spread_bits(part.x) | spread_bits(part.y) << 1 | spread_bits(part.z) << 2;
+        codes.emplace_back(code, static_cast<std::uint32_t>(i));
     }
     std::sort(codes.begin(), codes.end());
-    for (const std::uint64_t code : codes) order.push_back(static_cast<std::uint32_t>(code));
+    for (const auto& [code, i] : codes) order.push_back(i);
 }
 
 }  // namespace

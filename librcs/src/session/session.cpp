@@ -268,6 +268,8 @@ void Session::State::change_light(const std::string& why, SceneChange change)
     note(SessionPart::light_cache, false, why);
     light_cache.reset();
     slack.reset();
+    // Nobody knows what those would be that are not watched.
+    std::erase_if(contacts, [](const Record& r) { return r.watch.seen.empty(); });
     ++scene_number;
     changed_in.resize(scene->instances.size(), scene_number);
     for (const std::uint32_t instance : change.instances) changed_in[instance] = scene_number;

@@ -78,7 +78,7 @@ struct [[gnu::visibility("hidden")]] Session::State {
     std::vector<std::uint32_t> changed_in;  ///< per instance: since which scene it has been where and what it is
     std::vector<SceneChange> changes;       ///< of the last scenes
     Bounds box;                             ///< of the first of them
-    std::optional<float> slack;             ///< how much noisier than wanted records may be born in this scene
+    std::optional<float> slack;             ///< how noisy records may be born in this scene, over what is wanted
     std::optional<KeptGuide> guide;
     std::optional<KeptScale> error_scale;
     double record_pixel = 0.0;    ///< of the view that they were kept from, as ImagePlane has it; 0: unknown

@@ -36,7 +36,7 @@ void for_each_pixel(const TiledSurfaces& s, std::size_t t, const Visit& visit)
                   static_cast<std::size_t>((y - top) * kTile + (x - left)));
 }
 
-/// Calls visit(tile, its records) for every tile that records touch in one of the rows.
+/// Calls visit(tile, its records) for every tile that records touch, if it has any of the rows.
 /// @param rows  of tiles, as TiledSurfaces::rows
 template <typename Visit>
 void for_each_busy_tile(const TiledSurfaces& surfaces, std::span<const std::uint16_t> rows,
