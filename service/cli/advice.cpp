@@ -121,10 +121,16 @@ std::string one_word_too_many(const CommandText& command, const std::string& wor
     return text + ": " + command.name + " --help shows what it takes";
 }
 
-/// "--size: 1 required WxH missing" or "--size: At Most 1 required but received 2", in other words.
+/// "--size: 1 required WxH missing", "--size: At Most 1 required but received 2" or "frames: At least 2 required but
+/// received 1", in other words.
 std::string missing_value(const CommandText& command, const std::string& message)
 {
     const std::string name = message.substr(0, message.find(':'));
+    constexpr std::string_view kLeast = "At least ";
+    if (const auto least = message.find(kLeast); least != message.npos) {
+        const std::size_t count = least + kLeast.size();
+        return name + " needs at least " + message.substr(count, message.find(' ', count) - count) + " of them";
+    }
     if (message.find("received") != message.npos) return name + " is given more than once";
     for (const OptionText& option : command.options)
         if (has(option.names, name)) return name + " needs a value: " + option.value;

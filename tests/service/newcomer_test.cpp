@@ -161,6 +161,7 @@ const Mistake kMistakes[] = {
      {"render", "demo:cornell", "--aa", "1", "--aa", "2", "-o", "@/a.png"},
      kBadUsage,
      {"--aa is given more than once"}},
+    {"one frame alone", {"flicker", "@/a.exr"}, kBadUsage, {"frames needs at least 2 of them"}},
     {"no sky at all",
      {"render", "demo:cornell", "--environment", "blue", "-o", "@/a.png"},
      kBadUsage,

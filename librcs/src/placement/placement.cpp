@@ -91,7 +91,10 @@ void Placement::fill()
         report_(static_cast<float>(std::min(w, list.size())) / static_cast<float>(list.size()));
         if (w == 0 || (stale && wave.refresh)) {
             spacing.limit(records_, 0, pool_);
-            w == 0 ? served.add(records_) : served.follow(records_);
+            if (w == 0)
+                served.add(records_);
+            else
+                served.follow(records_);
             stale = false;
         }
         const std::vector<std::uint32_t> holes =
