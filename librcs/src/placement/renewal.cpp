@@ -29,7 +29,7 @@ constexpr float kNoisier = 1.75f;
 // ... nor by more than this and so much for every other at which light does not change. Where it changes at all of
 // them the picture would be as much noisier, and noise is not all that those that follow are off by: less, then, than
 // what is gathered for one picture (docs/method.md, Where the scene changes).
-constexpr float kNoisierAlone = 0.8f, kNoisierByOthers = 0.6f;
+constexpr float kNoisierAlone = 0.8f, kNoisierByOthers = 0.45f;
 // Where light changes by more than this part of what it is then, no view has shown it. demo:atrium's batch with .1: as
 // many rays within 1 %, and its errors.
 constexpr float kShown = 0.2f;
