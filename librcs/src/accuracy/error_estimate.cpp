@@ -21,20 +21,19 @@ constexpr float kErrorOfSpread = 0.5f;
 
 constexpr std::size_t kPixels = 4096;  // at a time
 
-/// Looks at all of `count` items in any order, and adds what it finds in theirs: sums do not depend on the threads.
-/// @param look  of an item   @param add  what it returned
-template <typename Look, typename Add>
-void add_in_order(std::size_t count, ThreadPool& pool, const Look& look, const Add& add)
+/// Sums over `count` items: of blocks, and then of these in order, so that they do not depend on the threads.
+/// @param add  (sums, number of an item)
+template <typename Sums, typename Add>
+Sums sum_up(std::size_t count, ThreadPool& pool, const Add& add)
 {
-    constexpr std::size_t kBlock = 1u << 18;
-    std::vector<decltype(look(std::size_t{}))> found(std::min(count, kBlock));
-    for (std::size_t first = 0; first < count; first += kBlock) {
-        const std::size_t items = std::min(kBlock, count - first);
-        pool.parallel_for(items, kPixels, [&](std::size_t begin, std::size_t end, int) {
-            for (std::size_t i = begin; i < end; ++i) found[i] = look(first + i);
-        });
-        for (std::size_t i = 0; i < items; ++i) add(found[i]);
-    }
+    std::vector<Sums> of_block((count + kPixels - 1) / kPixels);
+    pool.parallel_for(of_block.size(), 1, [&](std::size_t begin, std::size_t end, int) {
+        for (std::size_t b = begin; b < end; ++b)
+            for (std::size_t i = b * kPixels; i < std::min(count, (b + 1) * kPixels); ++i) add(of_block[b], i);
+    });
+    Sums all{};
+    for (const Sums& sums : of_block) all += sums;
+    return all;
 }
 
 /// Sums over windows of an image, by a summed-area table in double precision.
@@ -115,6 +114,13 @@ public:
         const double place = sigma > kLeastBin ? kBinsPerOctave * static_cast<double>(octaves) + 1.0 : 0.0;
         ++bins_[std::min(kBins - 1, static_cast<std::size_t>(place))];
         ++count_;
+    }
+
+    ErrorHistogram& operator+=(const ErrorHistogram& other)
+    {
+        for (std::size_t b = 0; b < kBins; ++b) bins_[b] += other.bins_[b];
+        count_ += other.count_;
+        return *this;
     }
 
     /// The absolute error that a part `p` of all pixels stays below.
@@ -202,35 +208,32 @@ double light_at(const SplatBuffer& sums, std::size_t i)
     return sums.weight[i] > 0.0f ? static_cast<double>(l / sums.weight[i]) : 0.0;
 }
 
-double mean_light(const SplatBuffer& sums)
+double mean_light(const SplatBuffer& sums, ThreadPool& pool)
 {
     const std::size_t pixels = sums.weight.size();
-    double mean = 0.0;
-    for (std::size_t i = 0; i < pixels; ++i) mean += light_at(sums, i) / static_cast<double>(pixels);
-    return mean;
+    const auto sum = sum_up<double>(pixels, pool, [&](double& all, std::size_t i) { all += light_at(sums, i); });
+    return pixels > 0 ? sum / static_cast<double>(pixels) : 0.0;
 }
 
 MeanErrors mean_errors(const SplatBuffer& sums, const ErrorMap& errors, const ErrorScale& scale, ThreadPool& pool)
 {
     const std::size_t pixels = sums.weight.size();
-    const double mean = mean_light(sums);
+    const double mean = mean_light(sums, pool);
     MeanErrors result;
     result.mean = mean;
     if (!(mean > 0.0)) return result;
-    const auto look = [&](std::size_t i) {
+    const auto all = sum_up<glm::dvec3>(pixels, pool, [&](glm::dvec3& so_far, std::size_t i) {
         const double light = light_at(sums, i);
         const double part = light / (light + kRelativeErrorFloor * mean);
         const double total = kMeanAbsolute * part * static_cast<double>(errors.total(i));
-        if (!(total > 0.0)) return glm::dvec3(0.0);
+        if (!(total > 0.0)) return;
         const double judged = scale.judged(total).mean / static_cast<double>(pixels);
-        return glm::dvec3(judged * static_cast<double>(errors.noise[i] / errors.total(i)),
-                          judged * static_cast<double>(errors.spread[i] / errors.total(i)), judged);
-    };
-    add_in_order(pixels, pool, look, [&](glm::dvec3 one) {
-        result.noise += one.x;
-        result.spread += one.y;
-        result.total += one.z;
+        so_far += glm::dvec3(judged * static_cast<double>(errors.noise[i] / errors.total(i)),
+                             judged * static_cast<double>(errors.spread[i] / errors.total(i)), judged);
     });
+    result.noise = all.x;
+    result.spread = all.y;
+    result.total = all.z;
     return result;
 }
 
@@ -313,30 +316,37 @@ private:
     WindowSums lights_, squares_, direct_;
 };
 
+/// Errors of some pixels.
+struct JudgedPixels {
+    double sum = 0.0;  // of their means
+    ErrorHistogram histogram;
+
+    JudgedPixels& operator+=(const JudgedPixels& other)
+    {
+        sum += other.sum;
+        histogram += other.histogram;
+        return *this;
+    }
+};
+
 ErrorEstimate estimate_error(const JudgedLayer& layer, const ErrorScale& scale, ThreadPool& pool)
 {
     const std::size_t pixels = layer.light.size();
-    double mean = 0.0;
-    for (const double light : layer.light) mean += light / static_cast<double>(pixels);
-    if (!(mean > 0.0)) return {};
-    const double dark = kRelativeErrorFloor * mean;
+    const auto light = sum_up<double>(pixels, pool, [&](double& all, std::size_t i) { all += layer.light[i]; });
+    if (!(light > 0.0)) return {};
+    const double dark = kRelativeErrorFloor * light / static_cast<double>(pixels);
     const NoiseAround around(layer, dark, pool);
-    const auto look = [&](std::size_t i) {
+    const auto judge = [&](JudgedPixels& so_far, std::size_t i) {
         const NoiseAround::Noise noise = around.at(i);
         // Direct light that is dark by chance is darker than the truth, which errors are relative to.
         const double truth = length(layer.light[i] + dark, layer.direct[i]);
         const double own = kMeanAbsolute * length(layer.indirect[i], layer.direct[i]) / truth;
         const ErrorScale::Judged judged = scale.judged(own);
-        return ErrorScale::Judged{std::lerp(judged.mean, noise.error, noise.part),
-                                  std::lerp(judged.typical, noise.error, noise.part)};
+        so_far.sum += std::lerp(judged.mean, noise.error, noise.part);
+        so_far.histogram.add(std::lerp(judged.typical, noise.error, noise.part) / kMeanAbsolute);
     };
-    ErrorHistogram histogram;
-    double sum = 0.0;
-    add_in_order(pixels, pool, look, [&](const ErrorScale::Judged& one) {
-        histogram.add(one.typical / kMeanAbsolute);
-        sum += one.mean;
-    });
-    return {sum / static_cast<double>(pixels), histogram.percentile(0.5), histogram.percentile(0.95)};
+    const auto all = sum_up<JudgedPixels>(pixels, pool, judge);
+    return {all.sum / static_cast<double>(pixels), all.histogram.percentile(0.5), all.histogram.percentile(0.95)};
 }
 
 }  // namespace

@@ -43,7 +43,7 @@ struct MeanErrors {
     double mean = 0.0;  ///< irradiance [W m^-2], on luminance
 };
 /// That mean alone.
-double mean_light(const SplatBuffer& sums);
+double mean_light(const SplatBuffer& sums, ThreadPool& pool);
 MeanErrors mean_errors(const SplatBuffer& sums, const ErrorMap& errors, const ErrorScale& scale, ThreadPool& pool);
 
 }  // namespace rcs

@@ -151,7 +151,7 @@ Probes::Probes(const LitScene& scene, const GBuffer& gbuffer, const RecordSettin
 
 void Probes::choose_pixels(std::size_t count, const SplatBuffer& sums, const ErrorMap& map)
 {
-    const double dark = kRelativeErrorFloor * mean_light(sums);
+    const double dark = kRelativeErrorFloor * mean_light(sums, pool_);
     std::vector<std::pair<float, std::uint32_t>> by_error;
     for (const std::uint32_t i : spread_pixels(gbuffer_, std::min(kCandidates, gbuffer_.size()), ~seed_))
         if (sums.weight[i] > 0.0f) by_error.emplace_back(static_cast<float>(told_at(sums, map, i, dark)), i);
@@ -196,7 +196,7 @@ void Probes::spend(double rays, const SplatBuffer& sums, const ErrorMap& map)
 
 ErrorScale Probes::compare(const SplatBuffer& sums, const ErrorMap& map) const
 {
-    const double dark = kRelativeErrorFloor * mean_light(sums);
+    const double dark = kRelativeErrorFloor * mean_light(sums, pool_);
     std::vector<ProbeFindings> findings;
     for (std::size_t k = 0; k < pixels_.size() && dark > 0.0; ++k) {
         const double splat = light_at(sums, pixels_[k]), told = told_at(sums, map, pixels_[k], dark);

@@ -375,7 +375,7 @@ ContactStats ask_contacts(const RecordGatherer* gatherer, const ContactPixels& a
         hear(known, contacts);
         return agree(at.gbuffer, contacts, pool);
     };
-    const float dark = kDarkLight * static_cast<float>(mean_light(all));
+    const float dark = kDarkLight * static_cast<float>(mean_light(all, pool));
     std::vector<Agreed> agreed = hear_all();
     for (int round = 0; gatherer && round < kRounds; ++round) {
         const std::uint64_t more =

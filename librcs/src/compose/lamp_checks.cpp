@@ -33,9 +33,9 @@ float scatter_of(const SplatBuffer& sums, std::size_t i)
     return unit * unit * std::max(0.0f, sums.squares[i] / weight - mean * mean - noise);
 }
 
-std::vector<std::size_t> where_records_disagree(const GBuffer& gbuffer, const SplatBuffer& of_lamps)
+std::vector<std::size_t> where_records_disagree(const GBuffer& gbuffer, const SplatBuffer& of_lamps, ThreadPool& pool)
 {
-    const double dark = kDark * mean_light(of_lamps);
+    const double dark = kDark * mean_light(of_lamps, pool);
     std::vector<std::size_t> pixels;
     for (std::size_t i = 0; i < gbuffer.size(); ++i) {
         if (!gbuffer.covered(i) || !(of_lamps.weight[i] > 0.0f)) continue;
@@ -142,7 +142,7 @@ void correct(std::size_t i, glm::vec3 light, SplatBuffer& of_lamps, SplatBuffer&
 LampChecks check_lamps(const RayScene& rays, const HitRadiance& radiance, const GBuffer& gbuffer, const View& view,
                        std::uint64_t seed, ThreadPool& pool, SplatBuffer& of_lamps, SplatBuffer& all)
 {
-    const std::vector<std::size_t> asked = where_records_disagree(gbuffer, of_lamps);
+    const std::vector<std::size_t> asked = where_records_disagree(gbuffer, of_lamps, pool);
     std::vector<Asker> askers(static_cast<std::size_t>(pool.size()), Asker(rays, radiance));
     pool.parallel_for(asked.size(), kPixelsAtATime, [&](std::size_t begin, std::size_t end, int thread) {
         for (std::size_t k = begin; k < end; ++k) {
