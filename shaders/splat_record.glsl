@@ -12,11 +12,24 @@ layout(binding = RCS_SPLAT_TEXTURE_POSITION) uniform sampler2D positions;
 layout(binding = RCS_SPLAT_TEXTURE_NORMAL) uniform sampler2D normals;
 layout(location = RCS_SPLAT_UNIFORM_IMAGE_SIZE) uniform ivec2 image_size;
 
+#ifdef RCS_SPLAT_GLOSSY
+layout(std430, binding = RCS_SPLAT_BUFFER_RADIANCE) readonly buffer Radiances
+{
+    GpuRadiance radiances[];
+};
+layout(std430, binding = RCS_SPLAT_BUFFER_LOBES) readonly buffer Lobes
+{
+    vec4 lobes[];  // nine for each pixel of the band
+};
+#endif
+
 // What a pixel sees.
 struct SeenPoint {
     vec3 position, normal;
     bool covered;
-    int first_lobe;
+#ifdef RCS_SPLAT_GLOSSY
+    vec4 lobe[9];  // its coefficients
+#endif
 };
 
 // What a record adds to the targets.
@@ -30,26 +43,23 @@ struct Share {
 SeenPoint seen_at(ivec2 pixel)
 {
     vec4 position = texelFetch(positions, pixel, 0);
-    return SeenPoint(position.xyz, texelFetch(normals, pixel, 0).xyz, position.w != 0.0,
-                     9 * (pixel.y * image_size.x + pixel.x));
+    SeenPoint seen;
+    seen.position = position.xyz;
+    seen.normal = texelFetch(normals, pixel, 0).xyz;
+    seen.covered = position.w != 0.0;
+#ifdef RCS_SPLAT_GLOSSY
+    int first_lobe = 9 * (pixel.y * image_size.x + pixel.x);
+    for (int k = 0; k < 9; ++k) seen.lobe[k] = lobes[first_lobe + k];
+#endif
+    return seen;
 }
 
 #ifdef RCS_SPLAT_GLOSSY
-layout(std430, binding = RCS_SPLAT_BUFFER_RADIANCE) readonly buffer Radiances
-{
-    GpuRadiance radiances[];
-};
-layout(std430, binding = RCS_SPLAT_BUFFER_LOBES) readonly buffer Lobes
-{
-    vec4 lobes[];  // nine for each pixel of the band
-};
-
 // The lobe's reflection of the record's radiance, over that of uniform radiance.
-float reflected(int record, int color, int first_lobe)
+float reflected(int record, int color, vec4 lobe[9])
 {
     float sum = 0.0;
-    for (int k = 0; k < 9; ++k)
-        sum += dot(lobes[first_lobe + k], radiances[record].coefficients[9 * color + k]);
+    for (int k = 0; k < 9; ++k) sum += dot(lobe[k], radiances[record].coefficients[9 * color + k]);
     return sum;
 }
 #endif
@@ -80,9 +90,9 @@ bool add_record(int record, SeenPoint seen, out Share share)
     share.error = vec4(weight * l * l, variance, weight * variance, 0.0);
 #endif
 #ifdef RCS_SPLAT_GLOSSY
-    vec3 radiance = vec3(reflected(record, 0, seen.first_lobe), reflected(record, 1, seen.first_lobe),
-                         reflected(record, 2, seen.first_lobe));
-    float scale = rcs_radiance_scale(reflected(record, 3, seen.first_lobe));
+    vec3 radiance =
+        vec3(reflected(record, 0, seen.lobe), reflected(record, 1, seen.lobe), reflected(record, 2, seen.lobe));
+    float scale = rcs_radiance_scale(reflected(record, 3, seen.lobe));
     share.glossy = vec4(share.sums.rgb * scale * max(vec3(0.0), radiance), 0.0);
 #endif
     return true;

@@ -71,7 +71,7 @@ void run(const char* file)
     rcs::SplatStats quad_stats;
     const rcs::Image by_tiles = irradiance_of(rcs::splat_tiles(records, gbuffer, view, reach, pool, tile_stats));
     const rcs::Image by_quads =
-        irradiance_of(rcs::splat_quads(session.gl(), records, gbuffer, view, reach, quad_stats));
+        irradiance_of(rcs::splat_quads(session.gl(), records, gbuffer, view, reach, pool, quad_stats));
 
     rcs::LayeredImage image;
     image.layers["beauty"] = by_quads;

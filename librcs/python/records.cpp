@@ -75,8 +75,8 @@ PySplats splatted(Session& session, const PyRecords& records, const PyGBuffer& g
     if (method == "tiles")
         splats.sums = splat_tiles(records.records, g.gbuffer, g.view, settings, session.pool(), splats.stats);
     else
-        splats.sums = (method == "quads" ? splat_quads : splat_gpu_tiles)(session.gl(), records.records, g.gbuffer,
-                                                                          g.view, settings, splats.stats, nullptr);
+        splats.sums = (method == "quads" ? splat_quads : splat_gpu_tiles)(
+            session.gl(), records.records, g.gbuffer, g.view, settings, session.pool(), splats.stats, nullptr);
     return splats;
 }
 

@@ -21,6 +21,11 @@
 #define RCS_SPLAT_BUFFER_RADIANCE 1  // std430, GpuRadiance[]
 #define RCS_SPLAT_BUFFER_LOBES 2     // std430, vec4[9] per pixel of the band
 #define RCS_SPLAT_TARGET_GLOSSY 3    // RGBA32F: rgb sum w L; a unused
+// ... whose lobes pass lobes makes from these, and from positions and normals
+#define RCS_LOBES_BUFFER_FITS 3     // std430, GpuLobeFits
+#define RCS_LOBES_TEXTURE_LOBE 2    // RGBA32F: roughness over its range, f0, f90 - f0; a = 1 where there is a lobe
+#define RCS_LOBES_UNIFORM_TOWARD 1  // vec4: where the viewer is, if a != 0; else where position is 0
+#define RCS_LOBES_GROUP 8           // [px]; a side of a work group
 // ... and by tiles in compute, where the targets are images of the same numbers
 #define RCS_SPLAT_BUFFER_TILES 3     // std430, uint[]: where each tile's records begin in the next, and one more
 #define RCS_SPLAT_BUFFER_IN_TILES 4  // std430, uint[]: records, tile after tile

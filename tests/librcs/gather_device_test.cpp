@@ -9,7 +9,6 @@
 
 #include <gtest/gtest.h>
 
-#include "device/gather_choice.h"
 #include "device/ray_caster.h"
 #include "gbuffer/shading.h"
 #include "gbuffer/views.h"
@@ -17,6 +16,7 @@
 #include "rcs/metrics.h"
 #include "rcs/option_table.h"
 #include "rcs/scene_choice.h"
+#include "records/gather_choice.h"
 #include "support/effect_scenes.h"
 #include "support/session.h"
 #include "support/temporary_folder.h"
@@ -203,7 +203,7 @@ TEST(GatherDevice, AMeasurementIsKeptInTheCacheFolder)
     EXPECT_NE(second.why.find("measured before"), std::string::npos) << second.why;
     EXPECT_EQ(first.on_device, second.on_device);
     // What it says decides.
-    const std::string path = folder / "cache/rcsplat/gather";
+    const std::string path = folder / "cache/rcsplat/gathers";
     std::ifstream kept(path);
     std::string key;
     kept >> key;

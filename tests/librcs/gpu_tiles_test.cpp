@@ -35,7 +35,7 @@ protected:
 
     SplatBuffer splat(const std::vector<Record>& from, const Shading* glossy = nullptr)
     {
-        return splat_gpu_tiles(gl, from, gbuffer, view, options, stats, glossy);
+        return splat_gpu_tiles(gl, from, gbuffer, view, options, pool, stats, glossy);
     }
 };
 
@@ -102,7 +102,7 @@ TEST_F(GpuTiles, GiveTheSumsOfTilesAndOfQuads)
     SplatStats of_tiles, of_quads;
     const SplatBuffer got = splat(records);
     expect_near(got, splat_tiles(records, gbuffer, view, options, pool, of_tiles));
-    expect_near(got, splat_quads(gl, records, gbuffer, view, options, of_quads));
+    expect_near(got, splat_quads(gl, records, gbuffer, view, options, pool, of_quads));
     EXPECT_EQ(stats.splats, of_tiles.splats);
     EXPECT_EQ(stats.samples, of_tiles.samples);
 }
@@ -129,7 +129,7 @@ TEST_F(GpuTiles, AreTheSameBitsEachTimeAndInHoweverManyParts)
         // Blocks of few records, and of fewer pairs of records and tiles; with lobes bands of rows as well, which end
         // within tiles.
         for (const std::size_t bytes : {std::size_t{3000}, std::size_t{100000}, std::size_t{1} << 20})
-            expect_same_bits(first, splat_gpu_tiles(gl, records, gbuffer, view, options, stats, glossy, bytes),
+            expect_same_bits(first, splat_gpu_tiles({gl, pool, bytes}, records, gbuffer, view, options, stats, glossy),
                              std::to_string(bytes) + " bytes");
     }
 }
@@ -144,7 +144,7 @@ TEST_F(GpuTiles, OfNoRecordAreZero)
 
 TEST_F(GpuTiles, OfAPictureWithoutPixelsAreNone)
 {
-    EXPECT_EQ(splat_gpu_tiles(gl, records, {}, {}, {}, stats).width, 0);
+    EXPECT_EQ(splat_gpu_tiles(gl, records, {}, {}, {}, pool, stats).width, 0);
 }
 
 TEST_F(GpuTiles, ARecordThatCoversAllReachesWhatIsSeen)
@@ -158,7 +158,7 @@ TEST_F(GpuTiles, ARecordThatCoversAllReachesWhatIsSeen)
         ASSERT_EQ(sums.count[i], gbuffer.covered(i) ? 1.0f : 0.0f) << "pixel " << i;
     // Over all tiles, and more of them in each than a block holds at a time.
     const std::vector<Record> many(1500, record);
-    const SplatBuffer summed = splat_gpu_tiles(gl, many, gbuffer, view, options, stats, nullptr, 1u << 16);
+    const SplatBuffer summed = splat_gpu_tiles({gl, pool, 1u << 16}, many, gbuffer, view, options, stats, nullptr);
     for (std::size_t i = 0; i < gbuffer.size(); ++i)
         ASSERT_EQ(summed.count[i], gbuffer.covered(i) ? 1500.0f : 0.0f) << "pixel " << i;
     expect_same_bits(summed, splat(many));
@@ -204,6 +204,7 @@ RenderOptions options_with(SplatMethod method)
 {
     RenderOptions options = test::options_of_size(75, 50, 2);
     options.splat = method;
+    options.gather = GatherMethod::processor;  // automatic may differ from one number of threads to another
     return options;
 }
 

@@ -131,13 +131,14 @@ Sums sum_over_records(const std::vector<gpu::GpuRecord>& records, const GBuffer&
 
 TEST(SplatQuads, GiveTheSumsOfAPlainDoubleLoop)
 {
+    ThreadPool pool(2);
     const View view = test_view(61, 47);
     const GBuffer gbuffer = wavy_gbuffer(view);
     const std::vector<Record> records = random_records(gbuffer, 300);
     SplatSettings options;
     options.overlap = 2.0f;
     SplatStats stats;
-    const SplatBuffer splats = splat_quads(gl(), records, gbuffer, view, options, stats);
+    const SplatBuffer splats = splat_quads(gl(), records, gbuffer, view, options, pool, stats);
 
     GpuRecords from;
     append_gpu_records(records, gbuffer.camera_position, view, options, false, splats.luminance_unit, from);
@@ -173,7 +174,7 @@ TEST(SplatQuads, LightGlossySurfacesAsTilesDo)
     SplatSettings options;
     options.overlap = 2.0f;
     SplatStats stats;
-    const SplatBuffer quads = splat_quads(gl(), records, gbuffer, view, options, stats, &shading);
+    const SplatBuffer quads = splat_quads(gl(), records, gbuffer, view, options, pool, stats, &shading);
     const SplatBuffer tiles = splat_tiles(records, gbuffer, view, options, pool, stats, &shading);
     const SplatBuffer plain = splat_tiles(records, gbuffer, view, options, pool, stats);
     EXPECT_EQ(tiles.weighted_g, plain.weighted_g);
@@ -201,12 +202,13 @@ TEST(SplatQuads, LightGlossySurfacesAsTilesDo)
 
 TEST(SplatQuads, AreTheSameBitsRunAfterRun)
 {
+    ThreadPool pool(2);
     const View view = test_view(61, 47);
     const GBuffer gbuffer = wavy_gbuffer(view);
     const std::vector<Record> records = random_records(gbuffer, 300);
     SplatStats stats;
-    const SplatBuffer first = splat_quads(gl(), records, gbuffer, view, {}, stats);
-    const SplatBuffer second = splat_quads(gl(), records, gbuffer, view, {}, stats);
+    const SplatBuffer first = splat_quads(gl(), records, gbuffer, view, {}, pool, stats);
+    const SplatBuffer second = splat_quads(gl(), records, gbuffer, view, {}, pool, stats);
     EXPECT_EQ(first.weight, second.weight);
     EXPECT_EQ(first.weighted_g, second.weighted_g);
     EXPECT_EQ(first.count, second.count);
@@ -214,10 +216,11 @@ TEST(SplatQuads, AreTheSameBitsRunAfterRun)
 
 TEST(SplatQuads, OfNoRecordAreZero)
 {
+    ThreadPool pool(2);
     const View view = test_view(5, 4);
     const GBuffer gbuffer = wavy_gbuffer(view);
     SplatStats stats;
-    const SplatBuffer splats = splat_quads(gl(), {}, gbuffer, view, {}, stats);
+    const SplatBuffer splats = splat_quads(gl(), {}, gbuffer, view, {}, pool, stats);
     EXPECT_EQ(splats.weight, std::vector<float>(20, 0.0f));
     EXPECT_EQ(stats.splats, 0u);
 }
@@ -225,6 +228,7 @@ TEST(SplatQuads, OfNoRecordAreZero)
 // 4.5 million pixels need two bands; one record surrounds the camera and so reaches both.
 TEST(SplatQuads, OfALargeImageHaveNoSeamBetweenTheirBands)
 {
+    ThreadPool pool(2);
     const View view = test_view(3000, 1500);
     const GBuffer gbuffer = wavy_gbuffer(view);
     Record record;
@@ -235,7 +239,7 @@ TEST(SplatQuads, OfALargeImageHaveNoSeamBetweenTheirBands)
     SplatSettings options;
     options.error_tolerance = 1.0f;  // whatever the normal
     SplatStats stats;
-    const SplatBuffer splats = splat_quads(gl(), {record}, gbuffer, view, options, stats);
+    const SplatBuffer splats = splat_quads(gl(), {record}, gbuffer, view, options, pool, stats);
     std::size_t wrong = 0;
     for (std::size_t i = 0; i < gbuffer.size(); ++i) wrong += (splats.count[i] == 1.0f) != gbuffer.covered(i);
     EXPECT_EQ(wrong, 0u);

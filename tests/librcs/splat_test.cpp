@@ -29,14 +29,14 @@ TEST_F(Splat, TilesAgreeWithAPlainDoubleLoop)
 TEST_F(Splat, QuadsAgreeWithAPlainDoubleLoop)
 {
     GlContext gl;
-    const SplatBuffer quads = splat_quads(gl, records, gbuffer, view, options, stats);
+    const SplatBuffer quads = splat_quads(gl, records, gbuffer, view, options, pool, stats);
     EXPECT_LT(largest_difference(quads, double_loop(records, gbuffer, options), kBrightest), 1e-4);
 }
 
 TEST_F(Splat, QuadsAndTilesCountTheSameRecords)
 {
     GlContext gl;
-    const SplatBuffer quads = splat_quads(gl, records, gbuffer, view, options, stats);
+    const SplatBuffer quads = splat_quads(gl, records, gbuffer, view, options, pool, stats);
     const SplatBuffer tiles = splat_tiles(records, gbuffer, view, options, pool, stats);
     std::size_t different = 0;
     for (std::size_t i = 0; i < gbuffer.size(); ++i)

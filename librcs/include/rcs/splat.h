@@ -59,11 +59,11 @@ RCS_API SplatBuffer splat_tiles(const std::vector<Record>& records, const GBuffe
                                 const Shading* glossy = nullptr);
 /// The same sums by one bounding quad for each record, blended by OpenGL, as Gautron et al. 2005 do.
 RCS_API SplatBuffer splat_quads(GlContext& gl, const std::vector<Record>& records, const GBuffer& gbuffer,
-                                const View& view, const SplatSettings& options, SplatStats& stats,
+                                const View& view, const SplatSettings& options, ThreadPool& pool, SplatStats& stats,
                                 const Shading* glossy = nullptr);
 /// The same sums by tiles of the image in compute shaders of OpenGL: each pixel adds its tile's records in their order.
 RCS_API SplatBuffer splat_gpu_tiles(GlContext& gl, const std::vector<Record>& records, const GBuffer& gbuffer,
-                                    const View& view, const SplatSettings& options, SplatStats& stats,
+                                    const View& view, const SplatSettings& options, ThreadPool& pool, SplatStats& stats,
                                     const Shading* glossy = nullptr);
 
 /// The pixel rectangle that a sphere can touch: never too small, also when the sphere surrounds the

@@ -13,8 +13,9 @@ namespace {
 
 constexpr int kAxes = kBands;
 constexpr int kWeights = kBands * kAxes;  // of P_l about axis j, number l kAxes + j
-constexpr int kAlphas = 8, kCosines = 16;
-constexpr float kLeastCosine = 0.03f;
+constexpr int kAlphas = RCS_LOBE_ALPHAS, kCosines = RCS_LOBE_COSINES;
+constexpr float kLeastCosine = static_cast<float>(RCS_LOBE_LEAST_COSINE);
+static_assert(RCS_LOBE_BANDS == kBands);
 
 constexpr int kRings = 32, kSpokes = 64;  // directions of a fit
 
@@ -155,6 +156,9 @@ const LobeTable& table()
     return lobes;
 }
 
+/// Roughness over the range of the fits.
+float roughness_in_fits(const Lobe& lobe) { return (lobe.alpha - kLeastRecordAlpha) / (1.0f - kLeastRecordAlpha); }
+
 /// Weights of the lobe at one pixel, divided by its albedo.
 void look_up(const Lobe& lobe, float cosine, float* weights, std::size_t stride)
 {
@@ -166,7 +170,7 @@ void look_up(const Lobe& lobe, float cosine, float* weights, std::size_t stride)
         return i;
     };
     float s, c;
-    const int i = node((lobe.alpha - kLeastRecordAlpha) / (1.0f - kLeastRecordAlpha), kAlphas, s);
+    const int i = node(roughness_in_fits(lobe), kAlphas, s);
     const int j = node((cosine - kLeastCosine) / (1.0f - kLeastCosine), kCosines, c);
     const float f0 = luminance(lobe.color);
     // f0 (grey - grazing) + f90 grazing, both of them with what multiple scattering gives back.
@@ -230,6 +234,45 @@ void evaluate_lobes(const Lobe* const* lobes, const glm::vec3* normals, const gl
         }
         add_axis(detail::harmonic_factors(), j, x, y, z, weights, coefficients);
     }
+}
+
+namespace {
+
+gpu::GpuLobeFits make_device_fits()
+{
+    gpu::GpuLobeFits all{};
+    const detail::HarmonicFactors& factors = detail::harmonic_factors();
+    for (int l = 0; l < kBands; ++l) {
+        all.start[l] = factors.start[l];
+        for (int m = 0; m < kBands; ++m) {
+            all.a[l * kBands + m] = factors.a[l][m];
+            all.b[l * kBands + m] = factors.b[l][m];
+        }
+    }
+    gpu::GpuFittedLobe* to = all.fits;
+    for (const auto* of_alphas : {table().grey, table().grazing})
+        for (int i = 0; i < kAlphas; ++i)
+            for (int j = 0; j < kCosines; ++j, ++to) {
+                const FittedLobe& from = of_alphas[i][j];
+                for (int w = 0; w < kWeights; ++w) to->weights[w / 4][w % 4] = from.weights[w];
+                to->albedo = glm::vec4(from.albedo, 0.0f, 0.0f, 0.0f);
+            }
+    return all;
+}
+
+}  // namespace
+
+const gpu::GpuLobeFits& device_lobe_fits()
+{
+    static const gpu::GpuLobeFits fits = make_device_fits();
+    return fits;
+}
+
+glm::vec4 device_lobe(const Lobe* lobe)
+{
+    if (!lobe) return glm::vec4(0.0f);
+    const float f0 = luminance(lobe->color);
+    return {roughness_in_fits(*lobe), f0, lobe->level - f0, 1.0f};
 }
 
 }  // namespace rcs

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <glm/glm.hpp>
+
 #include "material/bsdf.h"
 #include "radiance/harmonics.h"
+#include "shared/gpu_lobe.h"
 
 namespace rcs {
 
@@ -16,5 +19,10 @@ namespace rcs {
 /// @param lobes  16 pointers; null: zeros   @param normals, outgoing  unit, scene space
 void evaluate_lobes(const Lobe* const* lobes, const glm::vec3* normals, const glm::vec3* outgoing,
                     HarmonicLanes& coefficients);
+
+/// The fits that these are mixed from, as shaders/lobes.comp reads them, which does the same.
+const gpu::GpuLobeFits& device_lobe_fits();
+/// A lobe as it reads it: roughness over the range of the fits, f0, f90 - f0, and 1; zeros if it is null.
+glm::vec4 device_lobe(const Lobe* lobe);
 
 }  // namespace rcs

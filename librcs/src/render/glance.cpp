@@ -35,10 +35,12 @@ bool use_known_bounces(Frame& f)
     return session.light_cache_use == LightCacheUse{f.view(), f.settings.light_cache};
 }
 
-void add(SplatBuffer& sums, const SplatBuffer& more)
+void add(SplatBuffer& sums, const SplatBuffer& more, ThreadPool& pool)
 {
-    const auto add_up = [](std::vector<float>& to, const std::vector<float>& from, float scale) {
-        for (std::size_t i = 0; i < to.size(); ++i) to[i] += scale * from[i];
+    const auto add_up = [&](std::vector<float>& to, const std::vector<float>& from, float scale) {
+        pool.parallel_for(to.size(), std::size_t{1} << 14, [&](std::size_t begin, std::size_t end, int) {
+            for (std::size_t i = begin; i < end; ++i) to[i] += scale * from[i];
+        });
     };
     for (const auto member :
          {&SplatBuffer::weighted_r, &SplatBuffer::weighted_g, &SplatBuffer::weighted_b, &SplatBuffer::weight,
@@ -71,8 +73,8 @@ void light_by_records(Frame& f, double seconds)
         if (!fresh.empty()) {
             const RecordedLight more = splat_light(f, fresh);
             if (f.records.empty()) light.all.luminance_unit = more.all.luminance_unit;
-            add(light.all, more.all);
-            if (light.of_lamps.width != 0) add(light.of_lamps, more.of_lamps);
+            add(light.all, more.all, f.session.pool());
+            if (light.of_lamps.width != 0) add(light.of_lamps, more.of_lamps, f.session.pool());
             light.stats.splats += more.stats.splats;
             light.stats.samples += more.stats.samples;
             f.records.insert(f.records.end(), std::make_move_iterator(fresh.begin()),

@@ -19,7 +19,7 @@ SplatBuffer splat(Frame& f, const std::vector<Record>& records, const SplatSetti
     if (f.splat_method != SplatMethod::tiles) try {
             SplatStats on_device = stats;
             SplatBuffer sums = (f.splat_method == SplatMethod::quads ? splat_quads : splat_gpu_tiles)(
-                f.session.gl(), records, f.gbuffer, f.view(), settings, on_device, glossy);
+                f.session.gl(), records, f.gbuffer, f.view(), settings, f.session.pool(), on_device, glossy);
             stats = on_device;
             return sums;
         } catch (const Error& why) {

@@ -9,7 +9,6 @@
 
 #include "accuracy/error_scale.h"
 #include "cells/direct_cells.h"
-#include "device/gather_choice.h"
 #include "device/ray_caster.h"
 #include "lit_points/arrival_map.h"
 #include "lit_points/gather_guide.h"
@@ -18,6 +17,7 @@
 #include "rcs/light_cache.h"
 #include "rcs/render_options.h"
 #include "rcs/session.h"
+#include "records/gather_choice.h"
 #include "records/watch.h"
 #include "splat/splat_choice.h"
 

@@ -4,6 +4,7 @@
 #include <initializer_list>
 
 #include "gbuffer/shading.h"
+#include "gl/gl_context_impl.h"
 #include "radiance/lobes.h"
 #include "shared/bindings.h"
 
@@ -14,19 +15,36 @@ namespace {
 constexpr GLsizeiptr kMaxBlockBytes = GLsizeiptr{64} << 20;
 
 constexpr int kLobeVectors = kHarmonics / 4;  // vec4 a pixel
+constexpr std::size_t kPixelsAtATime = 4096;
+
+/// Pixels of a band, in the whole image.
+struct BandPixels {
+    int width, first_row, rows;
+
+    std::size_t begin() const { return static_cast<std::size_t>(first_row) * static_cast<std::size_t>(width); }
+    std::size_t size() const { return static_cast<std::size_t>(rows) * static_cast<std::size_t>(width); }
+};
 
 /// Copies a band of a target, channel by channel, into planes of the whole image.
-void read_target(int target, int first_row, int rows, int width, std::initializer_list<std::vector<float>*> planes)
+/// @param texels  memory to do it in
+void read_target(int target, const BandPixels& band, std::initializer_list<std::vector<float>*> planes,
+                 std::vector<glm::vec4>& texels, ThreadPool& pool)
 {
-    const std::size_t begin = static_cast<std::size_t>(first_row) * static_cast<std::size_t>(width);
-    std::vector<glm::vec4> texels(static_cast<std::size_t>(rows) * static_cast<std::size_t>(width));
     glReadBuffer(GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(target));
-    glReadPixels(0, 0, width, rows, GL_RGBA, GL_FLOAT, texels.data());
-    int channel = 0;
-    for (std::vector<float>* plane : planes) {
-        for (std::size_t i = 0; i < texels.size(); ++i) (*plane)[begin + i] = texels[i][channel];
-        ++channel;
+    if (planes.size() == 1) {
+        glReadPixels(0, 0, band.width, band.rows, GL_RED, GL_FLOAT, (*planes.begin())->data() + band.begin());
+        return;
     }
+    texels.resize(band.size());
+    glReadPixels(0, 0, band.width, band.rows, GL_RGBA, GL_FLOAT, texels.data());
+    pool.parallel_for(texels.size(), kPixelsAtATime, [&](std::size_t begin, std::size_t end, int) {
+        int channel = 0;
+        for (std::vector<float>* plane : planes) {
+            float* to = plane->data() + band.begin();
+            for (std::size_t i = begin; i < end; ++i) to[i] = texels[i][channel];
+            ++channel;
+        }
+    });
 }
 
 SplatBuffer make_splat_buffer(const GBuffer& gbuffer, bool glossy, bool with_errors)
@@ -45,12 +63,12 @@ SplatBuffer make_splat_buffer(const GBuffer& gbuffer, bool glossy, bool with_err
 
 }  // namespace
 
-SplatBuffer begin_splat(const std::vector<Record>& records, const GBuffer& gbuffer, const View& view,
-                        const SplatSettings& options, bool glossy, GpuRecords& from, SplatStats& stats)
+SplatBuffer begin_splat(const SplatTask& task, ThreadPool& pool, GpuRecords& from, SplatStats& stats)
 {
-    SplatBuffer splats = make_splat_buffer(gbuffer, glossy, options.error_sums);
-    splats.luminance_unit = luminance_unit(records);
-    append_gpu_records(records, gbuffer.camera_position, view, options, glossy, splats.luminance_unit, from);
+    SplatBuffer splats = make_splat_buffer(task.gbuffer, task.glossy, task.options.error_sums);
+    splats.luminance_unit = luminance_unit(task.records);
+    from = make_gpu_records(task.records, task.gbuffer.camera_position, task.view, task.options, task.glossy,
+                            splats.luminance_unit, pool);
     for (const gpu::GpuRecord& record : from.records)
         stats.samples += static_cast<std::uint64_t>(record.pixels[2] - record.pixels[0]) *
                          static_cast<std::uint64_t>(record.pixels[3] - record.pixels[1]);
@@ -89,47 +107,58 @@ BandBuffers make_band_buffers(const std::string& stage, int width, int rows, boo
     }
     buffers.glossy = make_texture(GL_RGBA32F, width, rows);
     buffers.lobes = make_buffer(static_cast<GLsizeiptr>(sizeof(glm::vec4)) * kLobeVectors * width * rows);
+    buffers.kinds = make_texture(GL_RGBA32F, width, rows);
+    buffers.fits = make_buffer(sizeof(gpu::GpuLobeFits));
+    glNamedBufferSubData(buffers.fits.id(), 0, sizeof(gpu::GpuLobeFits), &device_lobe_fits());
     buffers.framebuffer =
         make_framebuffer(stage, {buffers.sums.id(), buffers.counts.id(), buffers.errors.id(), buffers.glossy.id()}, 0);
     return buffers;
 }
 
-void upload_gbuffer(const GBuffer& gbuffer, int first_row, int rows, const BandBuffers& buffers)
+void upload_gbuffer(const GBuffer& gbuffer, int first_row, int rows, const BandBuffers& buffers, ThreadPool& pool)
 {
-    const std::size_t begin = static_cast<std::size_t>(first_row) * static_cast<std::size_t>(gbuffer.width);
-    const std::size_t count = static_cast<std::size_t>(rows) * static_cast<std::size_t>(gbuffer.width);
-    std::vector<glm::vec4> texels(count);
-    for (std::size_t i = 0; i < count; ++i)
-        texels[i] = glm::vec4(gbuffer.position(begin + i), gbuffer.covered(begin + i) ? 1.0f : 0.0f);
-    glTextureSubImage2D(buffers.positions.id(), 0, 0, 0, gbuffer.width, rows, GL_RGBA, GL_FLOAT, texels.data());
-    for (std::size_t i = 0; i < count; ++i) texels[i] = glm::vec4(gbuffer.normal(begin + i), 0.0f);
-    glTextureSubImage2D(buffers.normals.id(), 0, 0, 0, gbuffer.width, rows, GL_RGBA, GL_FLOAT, texels.data());
+    const BandPixels band{gbuffer.width, first_row, rows};
+    std::vector<glm::vec4> texels(band.size());
+    const auto upload = [&](const GlTexture& to, const auto& texel_of) {
+        pool.parallel_for(band.size(), kPixelsAtATime, [&](std::size_t begin, std::size_t end, int) {
+            for (std::size_t i = begin; i < end; ++i) texels[i] = texel_of(band.begin() + i);
+        });
+        glTextureSubImage2D(to.id(), 0, 0, 0, band.width, band.rows, GL_RGBA, GL_FLOAT, texels.data());
+    };
+    upload(buffers.positions,
+           [&](std::size_t pixel) { return glm::vec4(gbuffer.position(pixel), gbuffer.covered(pixel) ? 1.0f : 0.0f); });
+    upload(buffers.normals, [&](std::size_t pixel) { return glm::vec4(gbuffer.normal(pixel), 0.0f); });
 }
 
-void upload_lobes(const GBuffer& gbuffer, const View& view, const Shading& shading, int first_row, int rows,
-                  const BandBuffers& buffers)
+void lay_lobes(GlContext& gl, const LobedView& lobed, int first_row, int rows, const BandBuffers& buffers,
+               ThreadPool& pool)
 {
-    const std::size_t begin = static_cast<std::size_t>(first_row) * static_cast<std::size_t>(gbuffer.width);
-    const std::size_t count = static_cast<std::size_t>(rows) * static_cast<std::size_t>(gbuffer.width);
-    std::vector<float> coefficients(count * kHarmonics);
-    for (std::size_t first = 0; first < count; first += kHarmonicLanes) {
-        const std::size_t lanes = std::min<std::size_t>(kHarmonicLanes, count - first);
-        const Lobe* recorded[kHarmonicLanes] = {};
-        glm::vec3 normals[kHarmonicLanes] = {}, outgoing[kHarmonicLanes] = {};
-        for (std::size_t i = 0; i < lanes; ++i) {
-            const std::size_t pixel = begin + first + i;
-            if (!gbuffer.covered(pixel)) continue;
-            recorded[i] = shading.recorded(pixel);
-            normals[i] = gbuffer.normal(pixel);
-            outgoing[i] = outgoing_at(gbuffer, view.camera, pixel);
+    const BandPixels band{lobed.gbuffer.width, first_row, rows};
+    std::vector<glm::vec4> kinds(band.size());
+    pool.parallel_for(band.size(), kPixelsAtATime, [&](std::size_t begin, std::size_t end, int) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const std::size_t pixel = band.begin() + i;
+            kinds[i] = device_lobe(lobed.gbuffer.covered(pixel) ? lobed.shading.recorded(pixel) : nullptr);
         }
-        HarmonicLanes lobes;
-        evaluate_lobes(recorded, normals, outgoing, lobes);
-        for (std::size_t i = 0; i < lanes; ++i)
-            for (std::size_t k = 0; k < kHarmonics; ++k) coefficients[(first + i) * kHarmonics + k] = lobes[k][i];
-    }
-    glNamedBufferSubData(buffers.lobes.id(), 0, static_cast<GLsizeiptr>(coefficients.size() * sizeof(float)),
-                         coefficients.data());
+    });
+    glTextureSubImage2D(buffers.kinds.id(), 0, 0, 0, band.width, band.rows, GL_RGBA, GL_FLOAT, kinds.data());
+    glUseProgram(gl.impl().compute_program("lobes.comp", {}));
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, RCS_LOBES_BUFFER_FITS, buffers.fits.id());
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, RCS_SPLAT_BUFFER_LOBES, buffers.lobes.id());
+    glBindTextureUnit(RCS_SPLAT_TEXTURE_POSITION, buffers.positions.id());
+    glBindTextureUnit(RCS_SPLAT_TEXTURE_NORMAL, buffers.normals.id());
+    glBindTextureUnit(RCS_LOBES_TEXTURE_LOBE, buffers.kinds.id());
+    glUniform2i(RCS_SPLAT_UNIFORM_IMAGE_SIZE, band.width, band.rows);
+    const Camera& camera = lobed.view.camera;
+    const bool is_parallel = camera.projection == Projection::orthographic;
+    const glm::vec3 toward =
+        is_parallel ? glm::vec3(glm::normalize(glm::dvec3(camera.world_from_view[2]))) : glm::vec3(0.0f);
+    glUniform4f(RCS_LOBES_UNIFORM_TOWARD, toward.x, toward.y, toward.z, is_parallel ? 1.0f : 0.0f);
+    const auto groups = [](int pixels) {
+        return static_cast<GLuint>((pixels + RCS_LOBES_GROUP - 1) / RCS_LOBES_GROUP);
+    };
+    glDispatchCompute(groups(band.width), groups(band.rows), 1);
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
 }
 
 RecordBlocks make_record_blocks(const GpuRecords& from, std::size_t block_bytes)
@@ -171,15 +200,17 @@ void bind_inputs(const GBuffer& gbuffer, const BandBuffers& buffers)
     glBindFramebuffer(GL_FRAMEBUFFER, buffers.framebuffer.id());
 }
 
-void read_back(int first_row, int rows, SplatBuffer& s)
+void read_back(int first_row, int rows, ThreadPool& pool, SplatBuffer& s)
 {
-    read_target(RCS_SPLAT_TARGET_SUMS, first_row, rows, s.width,
-                {&s.weighted_r, &s.weighted_g, &s.weighted_b, &s.weight});
-    read_target(RCS_SPLAT_TARGET_COUNT, first_row, rows, s.width, {&s.count});
-    if (!s.squares.empty())
-        read_target(RCS_SPLAT_TARGET_ERROR, first_row, rows, s.width, {&s.squares, &s.variance, &s.variance_of_sum});
-    if (!s.glossy_r.empty())
-        read_target(RCS_SPLAT_TARGET_GLOSSY, first_row, rows, s.width, {&s.glossy_r, &s.glossy_g, &s.glossy_b});
+    const BandPixels band{s.width, first_row, rows};
+    std::vector<glm::vec4> texels;
+    const auto read = [&](int target, std::initializer_list<std::vector<float>*> planes) {
+        read_target(target, band, planes, texels, pool);
+    };
+    read(RCS_SPLAT_TARGET_SUMS, {&s.weighted_r, &s.weighted_g, &s.weighted_b, &s.weight});
+    read(RCS_SPLAT_TARGET_COUNT, {&s.count});
+    if (!s.squares.empty()) read(RCS_SPLAT_TARGET_ERROR, {&s.squares, &s.variance, &s.variance_of_sum});
+    if (!s.glossy_r.empty()) read(RCS_SPLAT_TARGET_GLOSSY, {&s.glossy_r, &s.glossy_g, &s.glossy_b});
 }
 
 }  // namespace rcs

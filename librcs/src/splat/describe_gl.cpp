@@ -37,11 +37,13 @@ int measured_blend_bits(GlContext& gl)
     record.irradiance = glm::vec3(1.0f);
     record.spacing_radius = 1.0f;
     Record faint = record;
+    ThreadPool alone(1);
     int bits = 0;
     for (int k = 1; k <= 24; ++k) {
         faint.irradiance = glm::vec3(std::ldexp(1.0f, -k));
         SplatStats stats;
-        if (splat_quads(gl, {record, faint}, g, view, {}, stats).weighted_r[0] != 1.0f + faint.irradiance.r) break;
+        if (splat_quads(gl, {record, faint}, g, view, {}, alone, stats).weighted_r[0] != 1.0f + faint.irradiance.r)
+            break;
         bits = k + 1;
     }
     return std::min(bits, 24);

@@ -104,17 +104,16 @@ void splat_band(const GpuRecords& from, const std::vector<Part>& parts, const Pa
 
 }  // namespace
 
-SplatBuffer splat_gpu_tiles(GlContext& gl, const std::vector<Record>& records, const GBuffer& gbuffer, const View& view,
-                            const SplatSettings& options, SplatStats& stats, const Shading* glossy,
-                            std::size_t block_bytes)
+SplatBuffer splat_gpu_tiles(const TileDevice& device, const std::vector<Record>& records, const GBuffer& gbuffer,
+                            const View& view, const SplatSettings& options, SplatStats& stats, const Shading* glossy)
 {
     const bool has_lobes = glossy != nullptr;
     GpuRecords from;
-    SplatBuffer splats = begin_splat(records, gbuffer, view, options, has_lobes, from, stats);
+    SplatBuffer splats = begin_splat({records, gbuffer, view, options, has_lobes}, device.pool, from, stats);
     if (gbuffer.size() == 0 || from.records.empty()) return splats;
 
-    gl.impl().make_current();
-    block_bytes = std::min(block_bytes, most_block_bytes());
+    device.gl.impl().make_current();
+    const std::size_t block_bytes = std::min(device.block_bytes, most_block_bytes());
     const glm::ivec2 tiles((gbuffer.width + kGroupTile - 1) / kGroupTile,
                            (gbuffer.height + kGroupTile - 1) / kGroupTile);
     const int max_rows = rows_of_band(gbuffer, has_lobes, block_bytes);
@@ -123,24 +122,26 @@ SplatBuffer splat_gpu_tiles(GlContext& gl, const std::vector<Record>& records, c
     const std::vector<Part> parts =
         make_parts(from.records, tiles, std::min(blocks.most, kMostInPart), block_bytes / sizeof(std::uint32_t));
     const PartBuffers part_buffers = make_part_buffers(parts, std::move(blocks));
-    glUseProgram(gl.impl().compute_program("splat_tiles.comp", splat_variant(buffers)));
-    bind_inputs(gbuffer, buffers);
-    bind_targets(buffers);
+    const GLuint program = device.gl.impl().compute_program("splat_tiles.comp", splat_variant(buffers));
     for (int first_row = 0; first_row < gbuffer.height; first_row += max_rows) {
         const int rows = std::min(max_rows, gbuffer.height - first_row);
-        upload_gbuffer(gbuffer, first_row, rows, buffers);
-        if (has_lobes) upload_lobes(gbuffer, view, *glossy, first_row, rows, buffers);
+        upload_gbuffer(gbuffer, first_row, rows, buffers, device.pool);
+        if (has_lobes) lay_lobes(device.gl, {gbuffer, view, *glossy}, first_row, rows, buffers, device.pool);
+        glUseProgram(program);
+        bind_inputs(gbuffer, buffers);
+        bind_targets(buffers);
         splat_band(from, parts, part_buffers, tiles.x, first_row, rows);
-        read_back(first_row, rows, splats);
+        read_back(first_row, rows, device.pool, splats);
     }
     check_gl(kTilesStage);
     return splats;
 }
 
 SplatBuffer splat_gpu_tiles(GlContext& gl, const std::vector<Record>& records, const GBuffer& gbuffer, const View& view,
-                            const SplatSettings& options, SplatStats& stats, const Shading* glossy)
+                            const SplatSettings& options, ThreadPool& pool, SplatStats& stats, const Shading* glossy)
 {
-    return splat_gpu_tiles(gl, records, gbuffer, view, options, stats, glossy, std::numeric_limits<std::size_t>::max());
+    return splat_gpu_tiles({gl, pool, std::numeric_limits<std::size_t>::max()}, records, gbuffer, view, options, stats,
+                           glossy);
 }
 
 }  // namespace rcs

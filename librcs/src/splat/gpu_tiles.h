@@ -7,10 +7,16 @@
 
 namespace rcs {
 
-/// splat_gpu_tiles() of splat.h, with so many bytes of records on the device at a time: the sums of one part go on
-/// where those of the last ended, so that the parts change no bit.
-SplatBuffer splat_gpu_tiles(GlContext& gl, const std::vector<Record>& records, const GBuffer& gbuffer, const View& view,
-                            const SplatSettings& options, SplatStats& stats, const Shading* glossy,
-                            std::size_t block_bytes);
+/// What does a splat by tiles on the device, and how many bytes of records are there at a time.
+struct TileDevice {
+    GlContext& gl;
+    ThreadPool& pool;
+    std::size_t block_bytes;
+};
+
+/// splat_gpu_tiles() of splat.h; the sums of one part of the records go on where those of the last ended, so that the
+/// parts change no bit.
+SplatBuffer splat_gpu_tiles(const TileDevice& device, const std::vector<Record>& records, const GBuffer& gbuffer,
+                            const View& view, const SplatSettings& options, SplatStats& stats, const Shading* glossy);
 
 }  // namespace rcs

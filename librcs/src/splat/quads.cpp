@@ -45,11 +45,11 @@ void draw_records(const GpuRecords& from, const RecordBlocks& blocks)
 }  // namespace
 
 SplatBuffer splat_quads(GlContext& gl, const std::vector<Record>& records, const GBuffer& gbuffer, const View& view,
-                        const SplatSettings& options, SplatStats& stats, const Shading* glossy)
+                        const SplatSettings& options, ThreadPool& pool, SplatStats& stats, const Shading* glossy)
 {
     const bool has_lobes = glossy != nullptr;
     GpuRecords from;
-    SplatBuffer splats = begin_splat(records, gbuffer, view, options, has_lobes, from, stats);
+    SplatBuffer splats = begin_splat({records, gbuffer, view, options, has_lobes}, pool, from, stats);
     if (gbuffer.size() == 0 || from.records.empty()) return splats;
 
     gl.impl().make_current();
@@ -59,16 +59,16 @@ SplatBuffer splat_quads(GlContext& gl, const std::vector<Record>& records, const
     const RecordBlocks blocks = make_record_blocks(from, block_bytes);
     const GlVertexArray no_attributes = make_vertex_array();
     glBindVertexArray(no_attributes.id());
-    set_state(gl.impl(), gbuffer, buffers);
     for (int first_row = 0; first_row < gbuffer.height; first_row += max_rows) {
         const int rows = std::min(max_rows, gbuffer.height - first_row);
-        upload_gbuffer(gbuffer, first_row, rows, buffers);
-        if (has_lobes) upload_lobes(gbuffer, view, *glossy, first_row, rows, buffers);
+        upload_gbuffer(gbuffer, first_row, rows, buffers, pool);
+        if (has_lobes) lay_lobes(gl, {gbuffer, view, *glossy}, first_row, rows, buffers, pool);
+        set_state(gl.impl(), gbuffer, buffers);
         // The viewport spans the whole image; the band's rows of it fall on the target.
         glViewport(0, -first_row, gbuffer.width, gbuffer.height);
         clear_sums(buffers);
         draw_records(from, blocks);
-        read_back(first_row, rows, splats);
+        read_back(first_row, rows, pool, splats);
     }
     check_gl(kStage);
     return splats;

@@ -63,9 +63,9 @@ SplatBuffer splat_once(SplatMethod method, const SplatProbe& probe, GlContext& g
     SplatStats stats;
     switch (method) {
         case SplatMethod::quads:
-            return splat_quads(gl, probe.records, probe.gbuffer, probe.view, settings, stats);
+            return splat_quads(gl, probe.records, probe.gbuffer, probe.view, settings, pool, stats);
         case SplatMethod::gpu_tiles:
-            return splat_gpu_tiles(gl, probe.records, probe.gbuffer, probe.view, settings, stats);
+            return splat_gpu_tiles(gl, probe.records, probe.gbuffer, probe.view, settings, pool, stats);
         default:
             return splat_tiles(probe.records, probe.gbuffer, probe.view, settings, pool, stats);
     }

@@ -165,7 +165,7 @@ SplatBuffer splat_by(CaseRun& run, SplatMethod method, const std::vector<Record>
     SplatStats ignored;
     if (method == SplatMethod::tiles) return splat_tiles(records, gbuffer, view, options, run.pool(), ignored);
     return (method == SplatMethod::quads ? splat_quads : splat_gpu_tiles)(run.gl(), records, gbuffer, view, options,
-                                                                          ignored, nullptr);
+                                                                          run.pool(), ignored, nullptr);
 }
 
 std::string text_of(double value)

@@ -15,9 +15,9 @@ struct GatherChoice {
     std::string words() const { return (on_device ? "graphics card: " : "processor: ") + why; }
 };
 
-/// The faster of processor and device. A software GL is not asked. Else both trace rays through a built-in scene for a
-/// moment, and what they took is kept in the user's cache folder ($XDG_CACHE_HOME or ~/.cache, rcsplat/gather) for this
-/// device, driver, number of threads and version.
+/// The faster of processor and device. A software GL is not asked. Else both gather records in a built-in scene for a
+/// moment, and what they took is kept in the user's cache folder ($XDG_CACHE_HOME or ~/.cache, rcsplat/gathers) for
+/// this device, driver, number of threads and version.
 /// @param ask  measure even a software GL: for tests
 GatherChoice choose_gather(GlContext& gl, ThreadPool& pool, bool ask = false);
 
