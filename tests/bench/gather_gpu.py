@@ -10,6 +10,9 @@ Besides the scenes given, all built-in ones (--no-demos leaves them out) and tho
 --repeats runs; the first run of a device, which compiles shaders, is left out where there are several. --into FILE
 writes the table, with the command, between the two lines of that file that say `gather_gpu.py`. Ends with 1 where
 pictures differ by more than --limit.
+
+A machine that has a graphics card and little else takes two steps: there `--keep DIR` renders and compares nothing,
+then `--from DIR` makes the table elsewhere, of what was kept.
 """
 import argparse
 import json
@@ -32,6 +35,9 @@ def parse():
     parser.add_argument("--size", default="640x480")
     parser.add_argument("--repeats", type=int, default=1)
     parser.add_argument("--device", type=int, default=-1)
+    parser.add_argument("--threads", type=int, default=0, help="of the processor's way; 0: all. The device's has all")
+    parser.add_argument("--keep", type=pathlib.Path, help="folder for pictures and statistics: nothing else is done")
+    parser.add_argument("--from", dest="kept", type=pathlib.Path, help="folder that --keep has filled")
     parser.add_argument("--spp", type=int, default=4096, help="paths a pixel of the reference; 0: none")
     parser.add_argument("--stride", type=int, default=4, help="of the reference's pixels")
     parser.add_argument("--limit", type=float, default=0.2, help="on the MRE between the pictures [%%]")
@@ -56,13 +62,19 @@ def scenes_of(arguments):
     return demos + [scene for scene in arguments.scenes if scene not in demos] + files
 
 
+def kept_name(scene, way, ending):
+    return f"{pathlib.Path(scene).name.replace(':', '-')}.{way}.{ending}"
+
+
 def render(arguments, scene, way, folder):
     """The least time of records [s], and what --stats says of that run."""
     best = None
+    threads = arguments.threads if way == "cpu" else 0
     for i in range(arguments.repeats + (way == "gpu" and arguments.repeats > 1)):
-        stats = folder / "stats.json"
+        stats = folder / kept_name(scene, way, "json")
         run(arguments, "render", scene, "--size", arguments.size, "--aa", 1, *WAYS[way], "--device", arguments.device,
-            *arguments.more.split(), "-q", "--pixel-format", "float", "-o", folder / f"{way}.exr", "--stats", stats)
+            "--threads", threads, *arguments.more.split(), "-q", "--layers", "indirect", "-o",
+            folder / kept_name(scene, way, "exr"), "--stats", stats)
         said = json.loads(stats.read_text())
         if way == "gpu" and (said["gather_method"], said["splat_method"]) != ("gpu", "gpu-tiles"):
             sys.exit(f"{scene}: the device did not do it: {said['gather_method']}, {said['splat_method']}")
@@ -81,15 +93,21 @@ def error(arguments, a, b, layer="beauty", figure="MRE"):
 
 def row_of(arguments, scene, folder):
     """A line of the table, and the MRE between the pictures [%]."""
-    said = {way: render(arguments, scene, way, folder) for way in WAYS}
-    between = error(arguments, folder / "gpu.exr", folder / "cpu.exr")
+    if arguments.kept:
+        folder = arguments.kept
+        kept = {way: json.loads((folder / kept_name(scene, way, "json")).read_text()) for way in WAYS}
+        said = {way: (stats["stage_seconds"]["records"], stats) for way, stats in kept.items()}
+    else:
+        said = {way: render(arguments, scene, way, folder) for way in WAYS}
+    pictures = {way: folder / kept_name(scene, way, "exr") for way in WAYS}
+    between = error(arguments, pictures["gpu"], pictures["cpu"])
     errors = ["", ""]
     if arguments.spp:
-        reference = folder / "reference.exr"
+        reference = folder / kept_name(scene, "reference", "exr")
         run(arguments, "reference", scene, "--size", arguments.size, "--aa", 1, "--spp", arguments.spp, "--stride",
             arguments.stride, "-q", "-o", reference)
         # The mean of so few pixels is that of one or two that next to no light reaches.
-        errors = [f"{error(arguments, folder / f'{way}.exr', reference, 'indirect', 'median'):.2f}" for way in WAYS]
+        errors = [f"{error(arguments, pictures[way], reference, 'indirect', 'median'):.2f}" for way in WAYS]
     rates = []
     for seconds, stats in said.values():
         rays = stats["rays"]
@@ -109,8 +127,17 @@ def write_into(path, text):
     path.write_text(head + BEGIN + text + END + rest.split(END)[1])
 
 
+def keep(arguments):
+    arguments.keep.mkdir(parents=True, exist_ok=True)
+    for scene in scenes_of(arguments):
+        seconds = {way: render(arguments, scene, way, arguments.keep)[0] for way in WAYS}
+        print(pathlib.Path(scene).name, *(f"{way} {s:.2f} s" for way, s in seconds.items()), flush=True)
+
+
 def main():
     arguments = parse()
+    if arguments.keep:
+        return keep(arguments)
     table = ("| scene | records | by processor [s] | by device [s] | million rays a second | by device "
              "| MRE between them [%] | median error of indirect light, processor [%] | device [%] |\n"
              "| --- | --- | --- | --- | --- | --- | --- | --- | --- |\n")
