@@ -21,7 +21,9 @@ layout(location = RCS_SPLAT_UNIFORM_IMAGE_SIZE) uniform ivec2 band_size;
 layout(location = RCS_LOBES_UNIFORM_TOWARD) uniform vec4 toward;
 
 const int kBands = RCS_LOBE_BANDS;
-const float kPi = 3.14159265358979;
+// Of the axes' angles, j pi / 6: how exact a sine is GL does not say.
+const float kSines[kBands] = float[kBands](0.0, 0.5, 0.866025404, 1.0, 0.866025404, 0.5);
+const float kCosines[kBands] = float[kBands](1.0, 0.866025404, 0.5, 0.0, -0.5, -0.866025404);
 
 // Node below x in [0, 1], and how far beyond it.
 int node(float x, int nodes, out float fraction)
@@ -109,10 +111,9 @@ void main()
         vec3 tangent = length2 > 1e-12 ? across / sqrt(length2) : normalize(cross(normal, other));
         Mixture m = mixture_of(kind, cosine);
         for (int j = 0; j < kBands; ++j) {
-            float angle = float(j) * kPi / float(kBands);
             float weights[kBands];
             for (int l = 0; l < kBands; ++l) weights[l] = weight_of(m, kBands * l + j);
-            add_axis(sin(angle) * tangent + cos(angle) * normal, weights, sum);
+            add_axis(kSines[j] * tangent + kCosines[j] * normal, weights, sum);
         }
     }
     int first = 9 * (pixel.y * band_size.x + pixel.x);

@@ -1,5 +1,6 @@
 #version 450 core
 // Quads: one record at one pixel, blended into the sums.
+#define RCS_SPLAT_ONE_RECORD
 #include "splat_record.glsl"
 
 flat in int record_index;

@@ -1,5 +1,6 @@
 // What one record adds to one pixel: for quads (splat.frag) and for tiles (splat_tiles.comp). Variants: RCS_SPLAT_GLOSSY
-// also lights lobes, RCS_SPLAT_ERRORS also sums up what the error estimate takes.
+// also lights lobes, RCS_SPLAT_ERRORS also sums up what the error estimate takes. A file that defines
+// RCS_SPLAT_ONE_RECORD adds one at each pixel: lobes are read where it weighs anything, else once for all.
 #include "shared/bindings.h"
 #include "shared/gpu_record.h"
 #include "shared/weight.h"
@@ -28,6 +29,7 @@ struct SeenPoint {
     vec3 position, normal;
     bool covered;
 #ifdef RCS_SPLAT_GLOSSY
+    int first_lobe;
     vec4 lobe[9];  // its coefficients
 #endif
 };
@@ -39,6 +41,13 @@ struct Share {
     vec4 glossy;
 };
 
+#ifdef RCS_SPLAT_GLOSSY
+void read_lobe(inout SeenPoint seen)
+{
+    for (int k = 0; k < 9; ++k) seen.lobe[k] = lobes[seen.first_lobe + k];
+}
+#endif
+
 // @param pixel  of the band
 SeenPoint seen_at(ivec2 pixel)
 {
@@ -48,8 +57,10 @@ SeenPoint seen_at(ivec2 pixel)
     seen.normal = texelFetch(normals, pixel, 0).xyz;
     seen.covered = position.w != 0.0;
 #ifdef RCS_SPLAT_GLOSSY
-    int first_lobe = 9 * (pixel.y * image_size.x + pixel.x);
-    for (int k = 0; k < 9; ++k) seen.lobe[k] = lobes[first_lobe + k];
+    seen.first_lobe = 9 * (pixel.y * image_size.x + pixel.x);
+#ifndef RCS_SPLAT_ONE_RECORD
+    read_lobe(seen);
+#endif
 #endif
     return seen;
 }
@@ -90,6 +101,9 @@ bool add_record(int record, SeenPoint seen, out Share share)
     share.error = vec4(weight * l * l, variance, weight * variance, 0.0);
 #endif
 #ifdef RCS_SPLAT_GLOSSY
+#ifdef RCS_SPLAT_ONE_RECORD
+    read_lobe(seen);
+#endif
     vec3 radiance =
         vec3(reflected(record, 0, seen.lobe), reflected(record, 1, seen.lobe), reflected(record, 2, seen.lobe));
     float scale = rcs_radiance_scale(reflected(record, 3, seen.lobe));

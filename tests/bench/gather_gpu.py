@@ -12,7 +12,7 @@ writes the table, with the command, between the two lines of that file that say 
 pictures differ by more than --limit.
 
 A machine that has a graphics card and little else takes two steps: there `--keep DIR` renders and compares nothing,
-then `--from DIR` makes the table elsewhere, of what was kept.
+then `--from DIR` makes the table elsewhere, of the scenes that were kept.
 """
 import argparse
 import json
@@ -53,13 +53,18 @@ def run(arguments, *words, may_fail=False):
     return done.stdout + done.stderr
 
 
+def are_kept(arguments, scene):
+    return all((arguments.kept / kept_name(scene, way, "json")).exists() for way in WAYS)
+
+
 def scenes_of(arguments):
     demos = []
     if not arguments.no_demos:
         said = run(arguments, "render", "demo:", "-o", "none.png", may_fail=True)
         demos = list(dict.fromkeys(re.findall(r"demo:[\w-]+", said)))
     files = sorted(arguments.folder.glob("*.glb")) if arguments.folder else []
-    return demos + [scene for scene in arguments.scenes if scene not in demos] + files
+    scenes = demos + [scene for scene in arguments.scenes if scene not in demos] + files
+    return [scene for scene in scenes if not arguments.kept or are_kept(arguments, scene)]
 
 
 def kept_name(scene, way, ending):
@@ -73,7 +78,7 @@ def render(arguments, scene, way, folder):
     for i in range(arguments.repeats + (way == "gpu" and arguments.repeats > 1)):
         stats = folder / kept_name(scene, way, "json")
         run(arguments, "render", scene, "--size", arguments.size, "--aa", 1, *WAYS[way], "--device", arguments.device,
-            "--threads", threads, *arguments.more.split(), "-q", "--layers", "indirect", "-o",
+            "--threads", threads, *arguments.more.split(), "-q", "--pixel-format", "float", "--layers", "indirect", "-o",
             folder / kept_name(scene, way, "exr"), "--stats", stats)
         said = json.loads(stats.read_text())
         if way == "gpu" and (said["gather_method"], said["splat_method"]) != ("gpu", "gpu-tiles"):
@@ -83,6 +88,7 @@ def render(arguments, scene, way, folder):
         seconds = said["stage_seconds"]["records"]
         if best is None or seconds < best[0]:
             best = (seconds, said)
+    (folder / kept_name(scene, way, "json")).write_text(json.dumps(best[1]))
     return best
 
 

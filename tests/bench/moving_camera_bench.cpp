@@ -12,11 +12,14 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <initializer_list>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <glm/gtc/matrix_transform.hpp>
@@ -73,6 +76,8 @@ Arguments parse(const std::vector<std::string>& words)
                                                        {"quads", Splat::quads},
                                                        {"tiles", Splat::tiles},
                                                        {"gpu-tiles", Splat::gpu_tiles}});
+    if (options.width < 1 || arguments.threads < 0 || arguments.frames < 1)
+        throw rcs::Error(rcs::ErrorCode::bad_argument, "SIZE and FRAMES are numbers from 1, THREADS one from 0");
     return arguments;
 }
 

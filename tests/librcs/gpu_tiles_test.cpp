@@ -120,6 +120,18 @@ TEST_F(GpuTiles, LightGlossySurfacesAsTilesDo)
     }
 }
 
+TEST_F(GpuTiles, LightGlossySurfacesOfAParallelCameraAsTilesDo)
+{
+    view.camera.projection = Projection::orthographic;
+    gbuffer = wavy_wall(view, kEye);
+    records = random_records(gbuffer, 400, 7);
+    const Shading shading = test::make_glossy(gbuffer, records);
+    SplatStats ignored;
+    const SplatBuffer got = splat(records, &shading);
+    expect_near(got, splat_tiles(records, gbuffer, view, options, pool, ignored, &shading));
+    EXPECT_GT(*std::max_element(got.glossy_g.begin(), got.glossy_g.end()), 0.0f);
+}
+
 TEST_F(GpuTiles, AreTheSameBitsEachTimeAndInHoweverManyParts)
 {
     const Shading shading = test::make_glossy(gbuffer, records);

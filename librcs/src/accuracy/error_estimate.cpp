@@ -28,8 +28,11 @@ Sums sum_up(std::size_t count, ThreadPool& pool, const Add& add)
 {
     std::vector<Sums> of_block((count + kPixels - 1) / kPixels);
     pool.parallel_for(of_block.size(), 1, [&](std::size_t begin, std::size_t end, int) {
-        for (std::size_t b = begin; b < end; ++b)
-            for (std::size_t i = b * kPixels; i < std::min(count, (b + 1) * kPixels); ++i) add(of_block[b], i);
+        for (std::size_t b = begin; b < end; ++b) {
+            Sums sums{};
+            for (std::size_t i = b * kPixels; i < std::min(count, (b + 1) * kPixels); ++i) add(sums, i);
+            of_block[b] = sums;
+        }
     });
     Sums all{};
     for (const Sums& sums : of_block) all += sums;

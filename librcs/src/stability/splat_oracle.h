@@ -27,9 +27,11 @@ inline GBuffer wavy_wall(const View& view, glm::dvec3 eye)
     for (int y = 0; y < g.height; ++y) {
         for (int x = 0; x < g.width; ++x) {
             const std::size_t i = static_cast<std::size_t>(y * g.width + x);
-            const glm::dvec3 direction = camera_ray(view, x + 0.5, y + 0.5).direction;
-            const glm::dvec3 p = direction * (5.0 + 0.1 * std::sin(6.0 * direction.x));
-            const glm::dvec3 normal = glm::normalize(glm::dvec3(-0.3 * std::cos(6.0 * direction.x), 0.1, 1.0));
+            const CameraRay ray = camera_ray(view, x + 0.5, y + 0.5);
+            const glm::dvec3 from = ray.origin - eye;
+            const double across = from.x + ray.direction.x;
+            const glm::dvec3 p = from + ray.direction * (5.0 + 0.1 * std::sin(6.0 * across));
+            const glm::dvec3 normal = glm::normalize(glm::dvec3(-0.3 * std::cos(6.0 * across), 0.1, 1.0));
             g.position_x[i] = static_cast<float>(p.x);
             g.position_y[i] = static_cast<float>(p.y);
             g.position_z[i] = static_cast<float>(p.z);
