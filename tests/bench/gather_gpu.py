@@ -78,8 +78,8 @@ def render(arguments, scene, way, folder):
     for i in range(arguments.repeats + (way == "gpu" and arguments.repeats > 1)):
         stats = folder / kept_name(scene, way, "json")
         run(arguments, "render", scene, "--size", arguments.size, "--aa", 1, *WAYS[way], "--device", arguments.device,
-            "--threads", threads, *arguments.more.split(), "-q", "--pixel-format", "float", "--layers", "indirect", "-o",
-            folder / kept_name(scene, way, "exr"), "--stats", stats)
+            "--threads", threads, *arguments.more.split(), "-q", "--layers", "indirect", "--pixel-format", "float",
+            "-o", folder / kept_name(scene, way, "exr"), "--stats", stats)
         said = json.loads(stats.read_text())
         if way == "gpu" and (said["gather_method"], said["splat_method"]) != ("gpu", "gpu-tiles"):
             sys.exit(f"{scene}: the device did not do it: {said['gather_method']}, {said['splat_method']}")
