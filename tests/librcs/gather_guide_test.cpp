@@ -183,6 +183,25 @@ TEST(GatherGuide, IsMadeOnlyWhereItHelps)
     EXPECT_EQ(guide_of(test::room(0.5f), 1), nullptr) << "no light";
 }
 
+/// With how many of four seeds records look at lit points.
+int seeds_that_look(const Scene& scene, const char* camera)
+{
+    RenderOptions options = test::options_of_size(96, 54, 1);
+    options.quality = TargetIndirectError{0.2};
+    int count = 0;
+    for (options.seed = 1; options.seed <= 4; ++options.seed)
+        count += test::render_view(scene, find_camera(scene, camera), options).stats.records.lit_points > 0;
+    return count;
+}
+
+// With few points they seem to do good in the walk through demo:atrium, by chance, and with all of them they do not:
+// three seeds of four had them there, and 1.4 times the error.
+TEST(GatherGuide, IsMadeOnlyWhereItHelpsWithAllItsPoints)
+{
+    EXPECT_LE(seeds_that_look(load_scene("demo:atrium", {}, {.time = 0.25}), "walk"), 1);
+    EXPECT_GE(seeds_that_look(load_scene("demo:cornell"), "0"), 3);
+}
+
 TEST(GatherGuide, PicturesDoNotDependOnTheThreads)
 {
     RenderOptions options;
