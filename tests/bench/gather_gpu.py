@@ -64,7 +64,13 @@ def scenes_of(arguments):
         demos = list(dict.fromkeys(re.findall(r"demo:[\w-]+", said)))
     files = sorted(arguments.folder.glob("*.glb")) if arguments.folder else []
     scenes = demos + [scene for scene in arguments.scenes if scene not in demos] + files
-    return [scene for scene in scenes if not arguments.kept or are_kept(arguments, scene)]
+    if not arguments.kept:
+        return scenes
+    missing = [scene for scene in arguments.scenes if not are_kept(arguments, scene)]
+    kept = [scene for scene in scenes if are_kept(arguments, scene)]
+    if missing or not kept:
+        sys.exit(f"{arguments.kept} has nothing of {', '.join(missing) or 'any scene'}")
+    return kept
 
 
 def kept_name(scene, way, ending):

@@ -76,11 +76,16 @@ GBuffer render_gbuffer(GlContext& gl, const RayScene& rays, const View& view, fl
 void peel_gbuffer(const RayScene& rays, const View& view, float texture_scale, ThreadPool& pool,
                   const std::vector<glm::vec3>& weight, GBuffer& gbuffer, Shading& shading);
 
+/// Unit direction from any point to the viewer of an orthographic camera.
+inline glm::vec3 parallel_outgoing(const Camera& camera)
+{
+    return glm::vec3(glm::normalize(glm::dvec3(camera.world_from_view[2])));
+}
+
 /// Unit direction from a covered pixel's point to the viewer.
 inline glm::vec3 outgoing_at(const GBuffer& g, const Camera& camera, std::size_t pixel)
 {
-    if (camera.projection == Projection::orthographic)
-        return glm::vec3(glm::normalize(glm::dvec3(camera.world_from_view[2])));
+    if (camera.projection == Projection::orthographic) return parallel_outgoing(camera);
     return -glm::normalize(g.position(pixel));
 }
 

@@ -151,8 +151,7 @@ void lay_lobes(GlContext& gl, const LobedView& lobed, int first_row, int rows, c
     glUniform2i(RCS_SPLAT_UNIFORM_IMAGE_SIZE, band.width, band.rows);
     const Camera& camera = lobed.view.camera;
     const bool is_parallel = camera.projection == Projection::orthographic;
-    const glm::vec3 toward =
-        is_parallel ? glm::vec3(glm::normalize(glm::dvec3(camera.world_from_view[2]))) : glm::vec3(0.0f);
+    const glm::vec3 toward = is_parallel ? parallel_outgoing(camera) : glm::vec3(0.0f);
     glUniform4f(RCS_LOBES_UNIFORM_TOWARD, toward.x, toward.y, toward.z, is_parallel ? 1.0f : 0.0f);
     const auto groups = [](int pixels) {
         return static_cast<GLuint>((pixels + RCS_LOBES_GROUP - 1) / RCS_LOBES_GROUP);

@@ -61,7 +61,7 @@ bool find_lobes(const TiledSurfaces& surfaces, std::size_t t, const Camera& came
     const Lobe* lobes[kTilePixels] = {};
     glm::vec3 normals[kTilePixels], outgoing[kTilePixels];
     const TiledSurfaces::Tile& s = surfaces.tiles[t];
-    const glm::vec3 parallel(glm::normalize(glm::dvec3(camera.world_from_view[2])));
+    const glm::vec3 parallel = parallel_outgoing(camera);
     bool any = false;
     std::fill(tile.lit, tile.lit + kTile, false);
     for_each_pixel(surfaces, t, [&](std::size_t from, std::size_t to) {
