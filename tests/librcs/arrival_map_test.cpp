@@ -3,15 +3,18 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <numeric>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <glm/gtx/norm.hpp>
 
 #include "records/aimed_rays.h"
+#include "rcs/render.h"
 #include "records/guided_gathers.h"
 #include "support/effect_scenes.h"
 #include "support/seen_place.h"
+#include "support/session.h"
 #include "util/color.h"
 
 namespace rcs {
@@ -208,15 +211,38 @@ TEST(ArrivalMap, KnowsTheSameByAnyNumberOfThreads)
     }
 }
 
-TEST(ArrivalMap, AimsOnlyWhereNothingMoves)
+double indirect_of(const RenderResult& result)
 {
-    const auto aims = [](bool steady) {
-        Place place(windows());
-        const LightSearch found = search_light(place.rays, place.points, place.view, {}, steady, place.pool);
-        return found.arrivals != nullptr;
+    const std::vector<float>& values = result.image.layers.at("indirect").pixels;
+    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+/// By what earlier moments taught, whether light comes from there still or not.
+TEST(ArrivalMap, AimsInEveryMoment)
+{
+    const auto room = [](float blue) {
+        Scene scene = windows();
+        scene.lights.push_back(test::point_light({0.0, 0.5, 0.0}, {0.0f, 0.0f, blue}));
+        return scene;
     };
-    EXPECT_TRUE(aims(true));
-    EXPECT_FALSE(aims(false)) << "renewed records have the same rays";
+    constexpr int kSeeds = 2;
+    double followed = 0.0, alone = 0.0;
+    ThreadPool pool(2);
+    for (int seed = 1; seed <= kSeeds; ++seed) {
+        RenderOptions options = test::options_of_size(24, 24, 1);
+        options.seed = static_cast<std::uint64_t>(seed);
+        Session session(test::shared_gl(), pool, {.keep_records = true, .watch_records = true});
+        for (const float blue : {0.1f, 3.0f, 2.0f}) {
+            const Scene scene = room(blue);
+            session.show(scene);
+            const RenderResult now = render(session, scene.cameras[0], options);
+            EXPECT_GT(now.stats.records.aimed_rays, 0u) << blue;
+            if (blue != 2.0f) continue;
+            followed += indirect_of(now);
+            alone += indirect_of(test::render_first(scene, options));
+        }
+    }
+    EXPECT_NEAR(followed, alone, 0.03 * alone);
 }
 
 }  // namespace

@@ -317,7 +317,7 @@ LightSearch search_light(const LitScene& scene, const GBuffer& gbuffer, const Vi
         found.direct = std::move(cells.cells);
     else
         found.guide = std::move(looks.guide);
-    if (steady && !found.guide) found.arrivals = try_map(probes, view, settings, plain, found.direct.get());
+    if (!found.guide) found.arrivals = try_map(probes, view, settings, plain, found.direct.get());
     return found;
 }
 

@@ -19,7 +19,8 @@ struct LightSearch {
 /// Prepares gathers that know where the light is. Measures at visible points whether it pays to light the surfaces that
 /// rays end on once for all, and what part of a gather's rays is best spent on looks at lit points, for the least error
 /// in the same time.
-/// @param steady  nothing in the scene will move
+/// @param steady  nothing in the scene will move: the surfaces may be lit once for all. Rays are aimed in either case:
+/// what is known of another moment's light is as right, if not as good.
 LightSearch search_light(const LitScene& scene, const GBuffer& gbuffer, const View& view,
                          const RecordSettings& settings, bool steady, ThreadPool& pool);
 

@@ -137,7 +137,7 @@ RenderResult glance(Session& session, const Camera& camera, const RenderOptions&
     const RenderHooks hooks{.progress = progress};
     Frame frame = begin_frame(session, camera, options, hooks);
     std::optional<KeptGuide> guide = std::exchange(session.state().guide, std::nullopt);
-    if (guide && guide->knows() && guide->scene_number != session.state().scene_number) guide.reset();
+    if (guide && !guide->is_of(session.state().scene_number)) guide.reset();
     try {
         look_through(frame, guide, haste.gather_seconds);
     } catch (...) {

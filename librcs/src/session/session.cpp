@@ -343,9 +343,7 @@ std::optional<KeptGuide> Session::State::take_guide()
     // Its points lie where views up to then looked, and what was learned of who sees them from there.
     constexpr int kMostViews = 16;
     std::optional<KeptGuide> kept = std::exchange(guide, std::nullopt);
-    // That looks do no good holds for a scene in motion; points that do are lit as they were.
-    const bool serves = kept && kept->views < kMostViews && (!kept->knows() || kept->scene_number == scene_number);
-    return serves ? std::move(kept) : std::nullopt;
+    return kept && kept->views < kMostViews && kept->is_of(scene_number) ? std::move(kept) : std::nullopt;
 }
 
 void Session::State::keep_guide(KeptGuide kept, std::size_t made, std::size_t reused)

@@ -36,9 +36,10 @@ struct KeptGuide {
     std::unique_ptr<DirectCells> direct;   ///< null: to know the light where rays end did none
     std::unique_ptr<ArrivalMap> arrivals;  ///< null: to aim rays did none
     int views = 0;                         ///< that it has served
-    std::uint32_t scene_number = 0;        ///< that it holds light of
+    std::uint32_t scene_number = 0;        ///< that points and cells are lit as in; the rest is about as good in others
 
     bool knows() const { return guide || direct || arrivals; }
+    bool is_of(std::uint32_t scene) const { return scene_number == scene || !(guide || direct); }
 };
 
 /// What probes found of a view's error: it holds for the next ones as long as their records are the same.
