@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 #include <glm/gtx/norm.hpp>
 
-#include "records/aimed_rays.h"
 #include "rcs/render.h"
+#include "records/aimed_rays.h"
 #include "records/guided_gathers.h"
 #include "support/effect_scenes.h"
 #include "support/seen_place.h"
