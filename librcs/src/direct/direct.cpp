@@ -1,8 +1,11 @@
 #include "direct/direct.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -47,6 +50,67 @@ std::uint64_t mixed_at(const std::vector<LampSight>& sight, const GBuffer& g, st
     }
     return all.mixed() & sight[i].seen();
 }
+
+/// What an earlier view spares this one.
+class Sparing {
+public:
+    Sparing(const PastDirect* past, const GBuffer& g, const View& view, ThreadPool& pool)
+        : past_(past), pixels_(g.size()), is_spared_(past ? g.size() : 0, 0)
+    {
+        if (!past) return;
+        pool.parallel_for(g.size(), 1024, [&](std::size_t begin, std::size_t end, int) {
+            for (std::size_t i = begin; i < end; ++i)
+                is_spared_[i] = g.covered(i) && past->places[i].is_seen() && spares_at(g, view, i) ? 1 : 0;
+        });
+    }
+    bool spares(std::size_t i) const { return !is_spared_.empty() && is_spared_[i] != 0; }
+    /// What the pixels that are spared a look saw of the lamps before.
+    std::vector<LampSight> sight() const
+    {
+        std::vector<LampSight> known(pixels_);
+        for (std::size_t i = 0; i < is_spared_.size(); ++i)
+            if (spares(i)) known[i] = past_->light.sight[past_->places.nearest(i)];
+        return known;
+    }
+    /// Gives them the light of before.
+    void add_to(DirectLightResult& light) const
+    {
+        for (std::size_t i = 0; i < is_spared_.size(); ++i) {
+            if (!spares(i)) continue;
+            light.irradiance[i] = past_->places.mean(past_->light.irradiance, i);
+            if (!light.glossy.empty()) light.glossy[i] = past_->places.mean(past_->light.glossy, i);
+            light.in_part[i] = past_->light.in_part[past_->places.nearest(i)];
+        }
+    }
+
+private:
+    bool spares_at(const GBuffer& g, const View& view, std::size_t i) const
+    {
+        std::array<float, 4> light{};
+        float glossy = 0.0f, variance = 0.0f;
+        const auto add_error = [&](const std::vector<float>& errors, float scale, std::size_t j) {
+            if (!errors.empty()) variance += 0.25f * scale * scale * errors[j] * errors[j];
+        };
+        const std::array<std::size_t, 4> around = past_->places.around(i);
+        for (std::size_t k = 0; k < 4; ++k) {
+            const std::size_t j = around[k];
+            light[k] = std::numbers::inv_pi_v<float> * luminance(g.albedo[i] * past_->light.irradiance[j]);
+            add_error(past_->light.irradiance_error, std::numbers::inv_pi_v<float> * luminance(g.albedo[i]), j);
+            if (past_->light.glossy.empty()) continue;
+            light[k] += luminance(past_->light.glossy[j]);
+            glossy += 0.25f * luminance(past_->light.glossy[j]);
+            add_error(past_->light.glossy_error, 1.0f, j);
+        }
+        const float all = past_->places.mean(past_->all, i);
+        const int views = past_->places.views(i, all > 0.0f ? glossy / all : 0.0f);
+        const std::uint64_t turn = mix64(pixel_number(view, i)) + past_->view;
+        return turn % static_cast<std::uint64_t>(views) != 0 && is_even(light, std::sqrt(variance), all);
+    }
+
+    const PastDirect* past_;
+    std::size_t pixels_;
+    std::vector<std::uint8_t> is_spared_;
+};
 
 /// Light by samples of its own at the checked pixels. @param sample  of a pixel, a stream and a thread
 /// @param again  is filled in if that is wanted
@@ -112,10 +176,12 @@ double try_direct_light(const RayScene& rays, const GBuffer& gbuffer, const View
 }
 
 DirectLightResult direct_light(const RayScene& rays, const GBuffer& gbuffer, const View& view, const Shading& shading,
-                               const DirectSettings& options, ThreadPool& pool, std::uint64_t& shadow_rays)
+                               const DirectSettings& options, ThreadPool& pool, std::uint64_t& shadow_rays,
+                               const PastDirect* past)
 {
     validate(options);
     const DirectLight light(rays, options);
+    const Sparing sparing(light.averages() ? past : nullptr, gbuffer, view, pool);
     const bool highlights = shading.has_lobes() && effects_or_scene(options.effects, rays).has(Effect::highlights);
     DirectLightResult result;
     result.irradiance.assign(gbuffer.size(), glm::vec3(0.0f));
@@ -134,33 +200,39 @@ DirectLightResult direct_light(const RayScene& rays, const GBuffer& gbuffer, con
     };
     const bool looks_twice = light.takes_mixed();
     if (light.averages()) result.in_part.assign(gbuffer.size(), looks_twice ? 0 : 1);
-    std::vector<LampSight> sight(looks_twice ? gbuffer.size() : 0);
+    if (looks_twice) result.sight = sparing.sight();
     pool.parallel_for(gbuffer.size(), 1024, [&](std::size_t begin, std::size_t end, int thread) {
         DirectLight::Workspace& w = workspaces[static_cast<std::size_t>(thread)];
         for (std::size_t i = begin; i < end; ++i) {
-            if (!gbuffer.covered(i)) continue;
+            if (!gbuffer.covered(i) || sparing.spares(i)) continue;
             light_pixel(i, 0, w);
-            if (looks_twice) sight[i] = w.sight;
+            if (looks_twice) result.sight[i] = w.sight;
         }
     });
     // Penumbras are where a lamp is free at one pixel and hidden at the next.
-    pool.parallel_for(sight.size(), 1024, [&](std::size_t begin, std::size_t end, int thread) {
+    pool.parallel_for(result.sight.size(), 1024, [&](std::size_t begin, std::size_t end, int thread) {
         for (std::size_t i = begin; i < end; ++i) {
-            const std::uint64_t mixed = mixed_at(sight, gbuffer, i);
+            const std::uint64_t mixed = sparing.spares(i) ? 0 : mixed_at(result.sight, gbuffer, i);
             if (mixed == 0) continue;
             result.in_part[i] = 1;
             light_pixel(i, mixed, workspaces[static_cast<std::size_t>(thread)]);
         }
     });
+    sparing.add_to(result);
     if (options.error && light.averages()) {
         const auto sample = [&](std::uint32_t pixel, Stream stream, int thread) {
-            return light_at(pixel, mixed_at(sight, gbuffer, pixel), stream,
+            return light_at(pixel, mixed_at(result.sight, gbuffer, pixel), stream,
                             workspaces[static_cast<std::size_t>(thread)]);
         };
         spread_errors(sample_again(gbuffer, options, pool, sample, result.again), gbuffer, result);
     }
     for (const DirectLight::Workspace& w : workspaces) shadow_rays += w.rays;
     return result;
+}
+
+bool averages_direct_light(const RayScene& rays, const DirectSettings& options)
+{
+    return DirectLight(rays, options).averages();
 }
 
 std::vector<glm::vec3> direct_irradiance(const RayScene& rays, const GBuffer& gbuffer, const DirectSettings& options,

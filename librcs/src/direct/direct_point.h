@@ -6,6 +6,7 @@
 
 #include <glm/glm.hpp>
 
+#include "direct/direct.h"
 #include "lamps/candidates.h"
 #include "lamps/gathered_lamps.h"
 #include "lamps/lights.h"
@@ -23,15 +24,6 @@ namespace rcs {
 struct Lit {
     glm::vec3 irradiance{0.0f};
     glm::vec3 glossy{0.0f};
-};
-
-/// Which lamps a point finds free and which hidden, in part or wholly, by the shadow rays that it has shot; of many
-/// lamps several share a bit.
-struct LampSight {
-    std::uint64_t free = 0, hidden = 0;
-
-    std::uint64_t seen() const { return free | hidden; }
-    std::uint64_t mixed() const { return free & hidden; }
 };
 
 /// Light of lamps and of the sky's peaks at single points. Diffuse: the exact unoccluded irradiance of each triangle

@@ -37,7 +37,9 @@ void LobePaths::begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) cons
     const std::span<LobeRay> own = ring.of(pixel);
     std::fill(own.begin(), own.end(), LobeRay{});
     const bool looks = looks_ && LobeLooks::looks(bsdf, traced);
-    for (std::size_t n = 0; n < ring.count(); ++n) {
+    const std::size_t fewer = past_ ? static_cast<std::size_t>(past_->fewer(pixel)) : 1u;
+    const std::size_t rays = std::max<std::size_t>(1, ring.count() / fewer);
+    for (std::size_t n = 0; n < rays; ++n) {
         const glm::vec3 point = lattice_point(static_cast<int>(n), shift);
         const BsdfSample sample = rcs::sample(bsdf, outgoing, point.x, {point.y, point.z}, traced);
         if (!(sample.density > 0.0f) || sample.weight == glm::vec3(0.0f)) continue;
@@ -55,7 +57,7 @@ void LobePaths::begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) cons
             path.density = std::numeric_limits<float>::infinity();
         path.width = sample.alpha;
         if (sample.alpha > 2.0f * kLeastAlpha)
-            path.spread = 1.0f / std::sqrt(std::max(sample.density, 1e-4f) * static_cast<float>(ring.count()));
+            path.spread = 1.0f / std::sqrt(std::max(sample.density, 1e-4f) * static_cast<float>(rays));
         if (ring.has_looks()) ring.lit(own[n]) = {};
         if (looks) path.lit = &ring.lit(own[n]);
         if (ring.has_soft()) ring.soft(own[n]) = {};

@@ -9,6 +9,7 @@
 #include "gbuffer/shading.h"
 #include "glossy/lobe_looks.h"
 #include "glossy/lobe_rays.h"
+#include "glossy/past_lobes.h"
 #include "glossy/traced_lobes.h"
 #include "hit_light/hit_lobes.h"
 #include "hit_light/hit_radiance.h"
@@ -53,10 +54,18 @@ public:
         Workspace() { reset(packet.ray); }
     };
 
-    /// @param looks  null: there is nothing to look at
+    /// @param looks  null: there is nothing to look at   @param past  null: all pixels have all rays
     LobePaths(const RayScene& rays, const HitRadiance& light, const GBuffer& g, const View& view,
-              const Shading& shading, const LobeSettings& settings, const LobeLooks* looks)
-        : rays_(rays), light_(light), g_(g), view_(view), shading_(shading), settings_(settings), looks_(looks)
+              const Shading& shading, const LobeSettings& settings, const LobeLooks* looks,
+              const PastLobes* past = nullptr)
+        : rays_(rays),
+          light_(light),
+          g_(g),
+          view_(view),
+          shading_(shading),
+          settings_(settings),
+          looks_(looks),
+          past_(past)
     {
     }
 
@@ -88,6 +97,7 @@ private:
     const Shading& shading_;
     const LobeSettings& settings_;
     const LobeLooks* looks_;
+    const PastLobes* past_;
 };
 
 }  // namespace rcs

@@ -11,6 +11,12 @@
 #include "util/random.h"
 
 namespace rcs {
+
+bool looks_through(const Bsdf& bsdf)
+{
+    return (bsdf.those(lit_by_rays) & transmitting_lobes(bsdf) & ~lobes_lit_behind(bsdf)) != 0u;
+}
+
 namespace {
 
 constexpr int kNeighbours = 16;
@@ -107,12 +113,6 @@ float reach_of_hits(const RayRing& ring)
     constexpr float kRays = 64.0f;
     if (!ring.has_soft()) return 0.0f;
     return std::min(static_cast<float>(RayRing::kMostReach), std::sqrt(kRays / static_cast<float>(ring.count())));
-}
-
-/// Whether traced lobes show what is behind, which neighbours do not.
-bool looks_through(const Bsdf& bsdf)
-{
-    return (bsdf.those(lit_by_rays) & transmitting_lobes(bsdf) & ~lobes_lit_behind(bsdf)) != 0u;
 }
 
 /// What a pixel's lobes make of rays and looks, its own and others'.

@@ -11,6 +11,9 @@
 
 namespace rcs {
 
+/// Whether traced lobes show what is behind, which neighbours do not.
+bool looks_through(const Bsdf& bsdf);
+
 /// What one pixel's lobe reflects, and the standard error of its luminance.
 struct LobeLight {
     glm::vec3 radiance{0.0f};

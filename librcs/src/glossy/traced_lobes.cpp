@@ -7,6 +7,7 @@
 #include "glossy/lobe_paths.h"
 #include "glossy/lobe_rays.h"
 #include "glossy/lobe_sharing.h"
+#include "glossy/past_lobes.h"
 #include "util/random.h"
 
 namespace rcs {
@@ -65,7 +66,8 @@ TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GB
     const auto is_traced = [&](std::size_t i) { return gbuffer.covered(i) && shading.is_traced(i); };
     std::optional<LobeLooks> looks;
     if (options.looks_per_pixel > 0) looks.emplace(light, *options.guide, gbuffer, view, shading);
-    const LobePaths paths(rays, light, gbuffer, view, shading, options, looks ? &*looks : nullptr);
+    const PastLobes past(options.past, gbuffer, shading, pool);
+    const LobePaths paths(rays, light, gbuffer, view, shading, options, looks ? &*looks : nullptr, &past);
     const LobeSharing sharing(gbuffer, view, shading, options.seed);
     const bool of_lamps = options.gathered && options.gathered->any() && options.gathered->along_lobes;
     RayRing ring(
@@ -102,6 +104,7 @@ TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GB
             }
         });
     }
+    past.add_to(traced);
     if (options.checked)
         traced.again = CheckedLobes(rays, light, gbuffer, view, shading, options, looks ? &*looks : nullptr)
                            .trace(of_lamps, pool, workspaces);

@@ -7,6 +7,7 @@
 #include <glm/glm.hpp>
 
 #include "cells/direct_cells.h"
+#include "gbuffer/past_view.h"
 #include "gbuffer/shading.h"
 #include "hit_light/hit_radiance.h"
 #include "lamps/gathered_lamps.h"
@@ -29,6 +30,14 @@ struct TracedLight {
                                            ///< empty: of none
     std::vector<float> of_lamps_error = {};
     std::vector<TracedAgain> again = {};  ///< of the squares of CheckedPixels; empty where nobody asked
+    std::vector<float> variance = {};     ///< over that of one view's rays; empty: 1, nothing of earlier views is in it
+};
+
+/// What an earlier view of the same scene saw along the same lobes.
+struct PastTraced {
+    const PastPlaces& places;
+    const TracedLight& light;
+    const std::vector<float>& all;  ///< per pixel, about what there is to see of all that is sampled (KeptSamples)
 };
 
 struct LobeSettings {
@@ -40,6 +49,7 @@ struct LobeSettings {
     const GatherGuide* guide = nullptr;                   ///< to lit points that are looked at; null: none
     int looks_per_pixel = 0;                              ///< at those, beside the rays; needs a guide if > 0
     const DirectCells* direct = nullptr;                  ///< what is known of the light where rays end; null: nothing
+    const PastTraced* past = nullptr;                     ///< null: each pixel has all of its rays
 };
 
 /// Indirect light that narrow lobes reflect at every visible point: a few rays a pixel along the lobe (LobePaths),

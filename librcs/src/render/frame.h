@@ -27,6 +27,16 @@
 
 namespace rcs {
 
+/// Samples of the view before, and where this pass's points lie among them.
+struct PastSamples {
+    const KeptSamples& kept;
+    PastPlaces places;
+    std::uint64_t view;  ///< number of the one now
+
+    PastDirect direct() const { return {places, kept.direct, kept.all, view}; }
+    PastTraced traced() const { return {places, kept.traced, kept.all}; }
+};
+
 /// A picture in the making.
 struct Frame {
     Session& session;
@@ -74,6 +84,7 @@ struct Frame {
     Shading shading = {};
     /// per pixel, how much light comes through the layers in front; empty: there are none
     std::vector<glm::vec3> weight = {};
+    std::optional<PastSamples> past = {};
     PassLight light = {};
 
     const View& view() const { return views[static_cast<std::size_t>(pass)]; }

@@ -13,6 +13,7 @@
 #include "render/frame.h"
 #include "render/light_search.h"
 #include "render/moments.h"
+#include "render/past_light.h"
 #include "render/upkeep.h"
 #include "util/random.h"
 
@@ -102,18 +103,23 @@ TracedLight trace_round(Frame& f, int round)
 {
     ++f.stats().counts.lobe_passes;
     return timed(f, "glossy", [&] {
-        return trace_lobes(f.rays, light_of_hits(f), f.gbuffer, f.view(), f.shading, lobe_settings(f, round),
-                           f.session.pool(), f.stats().traced);
+        LobeSettings settings = lobe_settings(f, round);
+        std::optional<PastTraced> past;
+        if (f.past && round == 0 && !f.past->kept.traced.radiance.empty()) past.emplace(f.past->traced());
+        settings.past = past ? &*past : nullptr;
+        return trace_lobes(f.rays, light_of_hits(f), f.gbuffer, f.view(), f.shading, settings, f.session.pool(),
+                           f.stats().traced);
     });
 }
 
-DirectLightResult direct_round(Frame& f, std::uint64_t seed)
+/// @param past  null: each pixel has samples of its own
+DirectLightResult direct_round(Frame& f, std::uint64_t seed, const PastDirect* past)
 {
     return timed(f, "direct", [&] {
         DirectSettings settings = f.direct;
         settings.seed = seed;
         return direct_light(f.rays, f.gbuffer, f.view(), f.shading, settings, f.session.pool(),
-                            f.stats().direct_shadow_rays);
+                            f.stats().direct_shadow_rays, past);
     });
 }
 
@@ -223,11 +229,16 @@ void light_directly(Frame& f)
 {
     f.light = {};
     f.light.layers = &*f.layers;
+    if (f.settings.has_lamps) {
+        if (f.is_first_view() || f.has_moved) timed(f, "lamps", [&] { part_lamps(f); });
+        if (f.is_first_view()) f.direct = f.course.direct = affordable_direct(f);
+        f.direct.gathered = &f.gathered;
+    }
+    look_back(f);
     if (!f.settings.has_lamps) return;
-    if (f.is_first_view() || f.has_moved) timed(f, "lamps", [&] { part_lamps(f); });
-    if (f.is_first_view()) f.direct = f.course.direct = affordable_direct(f);
-    f.direct.gathered = &f.gathered;
-    f.light.direct = direct_round(f, f.direct.seed);
+    std::optional<PastDirect> past;
+    if (f.past && !f.past->kept.direct.irradiance.empty()) past.emplace(f.past->direct());
+    f.light.direct = direct_round(f, f.direct.seed, past ? &*past : nullptr);
     ++f.stats().counts.direct_passes;
 }
 
@@ -282,12 +293,13 @@ void splat_records(Frame& f)
 
 void sample_further(Frame& f)
 {
+    keep_samples(f);
     Rounds done;
     for (Rounds next = next_round(f, done);; next = next_round(f, done)) {
         if (next.lobes > done.lobes)
             add_round(f.light.traced, trace_round(f, done.lobes), done.lobes);
         else if (next.direct > done.direct)
-            add_round(f.light.direct, direct_round(f, direct_seed(f, done.direct)), done.direct);
+            add_round(f.light.direct, direct_round(f, direct_seed(f, done.direct), nullptr), done.direct);
         else
             break;
         done = next;

@@ -254,6 +254,7 @@ void Session::State::drop_light(const std::string& why)
     contacts.clear();
     guide.reset();
     error_scale.reset();
+    samples.clear();
     changed_in.clear();
     changes.clear();
     slack.reset();
@@ -267,6 +268,7 @@ void Session::State::change_light(const std::string& why, SceneChange change)
     if (!watches()) return drop_light(why);
     note(SessionPart::light_cache, false, why);
     light_cache.reset();
+    samples.clear();
     slack.reset();
     // Nobody knows what those would be that are not watched.
     std::erase_if(contacts, [](const Record& r) { return r.watch.seen.empty(); });

@@ -19,6 +19,7 @@
 #include "rcs/session.h"
 #include "records/gather_choice.h"
 #include "records/watch.h"
+#include "session/kept_samples.h"
 #include "splat/splat_choice.h"
 
 namespace rcs {
@@ -82,8 +83,9 @@ struct [[gnu::visibility("hidden")]] Session::State {
     std::optional<float> slack;             ///< how noisy records may be born in this scene, over what is wanted
     std::optional<KeptGuide> guide;
     std::optional<KeptScale> error_scale;
-    double record_pixel = 0.0;    ///< of the view that they were kept from, as ImagePlane has it; 0: unknown
-    std::string record_settings;  // that they were gathered with; empty: none are kept, or they come from outside
+    std::vector<KeptSamples> samples;  ///< of the view before, by pass; of passes whose pixels sampled nothing none
+    double record_pixel = 0.0;         ///< of the view that they were kept from, as ImagePlane has it; 0: unknown
+    std::string record_settings;       // that they were gathered with; empty: none are kept, or they come from outside
     std::array<Validity, kSessionParts> validity;
 
     Validity& of(SessionPart part) { return validity[static_cast<std::size_t>(part)]; }
@@ -109,8 +111,7 @@ struct [[gnu::visibility("hidden")]] Session::State {
                                      const RenderOptions& options, const View& view);
     /// Keeps those of a view that did not come about, or that was only glanced at, none of them older than it was.
     void put_back(std::vector<Record> records, const RenderOptions& options, const View& view);
-    /// The guide if it serves another view; none if it has to be found out anew whether looks do good. Only where
-    /// records are kept: without them a view is the same bits whatever was before.
+    /// The guide if it serves another view, and records are kept; none if it is to be found out anew.
     std::optional<KeptGuide> take_guide();
     /// @param made, reused  records of this view: where most are new it has little in common with those before
     void keep_guide(KeptGuide kept, std::size_t made, std::size_t reused);

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "gbuffer/shading.h"
+#include "rcs/camera.h"
+#include "rcs/gbuffer.h"
+#include "rcs/thread_pool.h"
+
+namespace rcs {
+
+/// What an earlier view's pixels saw.
+struct PastPoints {
+    View view;
+    glm::dvec3 camera_position{0.0};      ///< scene space [m]
+    std::vector<glm::vec3> position;      ///< per pixel, relative to that [m]
+    std::vector<glm::vec3> normal;        ///< of the shading normal, unit
+    std::vector<std::uint32_t> instance;  ///< GBuffer::kNone where nothing is seen
+};
+PastPoints points_of(const GBuffer& gbuffer, const View& view);
+
+/// Between which four pixels of an earlier view a point lies.
+struct PastPlace {
+    std::uint32_t first = GBuffer::kNone;  ///< the one at the top left; kNone: it was not seen
+    float x = 0.0f, y = 0.0f;              ///< from there, in [0, 1) [px]
+    float turn = 0.0f;  ///< of the viewer about the point since then, over the width of the surface's narrowest lobe
+
+    bool is_seen() const { return first != GBuffer::kNone; }
+};
+
+/// Where an earlier view of the same scene saw the points of this one, and its values there.
+class PastPlaces {
+public:
+    /// @param shading  of `gbuffer`
+    PastPlaces(const PastPoints& past, const GBuffer& gbuffer, const View& view, const Shading& shading,
+               ThreadPool& pool);
+
+    const PastPlace& operator[](std::size_t pixel) const { return places_[pixel]; }
+    /// The four pixels around the point; it has to be seen.
+    std::array<std::size_t, 4> around(std::size_t pixel) const
+    {
+        const std::size_t first = places_[pixel].first;
+        return {first, first + 1, first + width_, first + width_ + 1};
+    }
+    template <typename T>
+    T mean(const std::vector<T>& values, std::size_t pixel) const
+    {
+        const PastPlace& p = places_[pixel];
+        const std::array<std::size_t, 4> at = around(pixel);
+        return (1.0f - p.y) * ((1.0f - p.x) * values[at[0]] + p.x * values[at[1]]) +
+               p.y * ((1.0f - p.x) * values[at[2]] + p.x * values[at[3]]);
+    }
+    /// Views over which light stays about the same of which so large a part comes by lobes: 1, 2, 4 or 8. What is
+    /// reflected evenly stays in any case.
+    int views(std::size_t pixel, float part_of_lobes) const;
+    std::size_t nearest(std::size_t pixel) const
+    {
+        const PastPlace& p = places_[pixel];
+        return around(pixel)[(p.x > 0.5f ? 1u : 0u) + (p.y > 0.5f ? 2u : 0u)];
+    }
+
+private:
+    bool fits(const PastPoints& past, const GBuffer& g, std::size_t pixel, glm::vec3 point) const;
+
+    std::vector<PastPlace> places_;
+    std::size_t width_;  // of the earlier view [px]
+};
+
+/// Whether light changes so little from one of four pixels to the next that the mean of them is the light in between,
+/// as far as anyone knows.
+/// @param light  of the four, one channel   @param error  standard error of each
+/// @param beside  what there is to see that may be off by some of it, > 0
+bool is_even(const std::array<float, 4>& light, float error, float beside);
+
+/// Mixes an estimate with that of earlier views. @param weight  of `now`
+template <typename T>
+T mix_with_past(const T& past, const T& now, float weight)
+{
+    return past + weight * (now - past);
+}
+
+/// How much of a new estimate goes into what was known, and what variance that leaves, over that of one view's samples.
+struct PastMix {
+    float weight, variance;
+};
+/// @param past, now  variances   @param least  weight of the new one: so soon it follows what changes with the view
+PastMix mix_of(float past, float now, float least);
+
+}  // namespace rcs

@@ -1,0 +1,91 @@
+#include "render/past_light.h"
+
+#include <numbers>
+#include <numeric>
+#include <utility>
+
+#include "util/color.h"
+#include "util/random.h"
+
+namespace rcs {
+namespace {
+
+// Memory is for about so many pixels of all passes, but always for one pass [px].
+constexpr std::size_t kMostPixels = std::size_t{1} << 22;
+// What is darker than this part of the mean may be off by as much as if it were as bright.
+constexpr double kDark = 0.05;
+
+SampledWith sampled_with(const Frame& f)
+{
+    return {f.session.state().scene_number,
+            f.gathered.id,
+            f.settings.effects,
+            f.direct.area_samples,
+            f.direct.penumbra_samples,
+            f.direct.lamp_picks,
+            f.settings.lobes.rays_per_pixel,
+            f.settings.lobes.bounces};
+}
+
+/// KeptSamples::all
+std::vector<float> light_of(const KeptSamples& kept, const GBuffer& g)
+{
+    std::vector<float> all(g.size(), 0.0f);
+    const auto add = [&](const std::vector<glm::vec3>& light) {
+        for (std::size_t i = 0; i < light.size(); ++i) all[i] += luminance(light[i]);
+    };
+    for (std::size_t i = 0; i < kept.direct.irradiance.size(); ++i)
+        all[i] += std::numbers::inv_pi_v<float> * luminance(g.albedo[i] * kept.direct.irradiance[i]);
+    add(kept.direct.glossy);
+    add(kept.traced.radiance);
+    add(kept.traced.of_lamps);
+    const double sum = std::accumulate(all.begin(), all.end(), 0.0);
+    const auto little = static_cast<float>(kDark * sum / static_cast<double>(all.size()));
+    for (float& light : all) light += little;
+    return all;
+}
+
+/// Whether views of the session go on from one another's samples.
+bool goes_on(const Frame& f)
+{
+    return f.session.state().options.keep_records && f.layer == 0 && !f.moments && !f.is_glance;
+}
+
+}  // namespace
+
+void look_back(Frame& f)
+{
+    f.past.reset();
+    const Session::State& session = f.session.state();
+    const auto pass = static_cast<std::size_t>(f.pass);
+    if (!goes_on(f) || pass >= session.samples.size() || session.samples[pass].with != sampled_with(f)) return;
+    const KeptSamples& kept = session.samples[pass];
+    f.past.emplace(timed(f, "gbuffer", [&] {
+        return PastSamples{kept, PastPlaces(kept.points, f.gbuffer, f.view(), f.shading, f.session.pool()),
+                           session.view_number};
+    }));
+    // Else views would go on from the same samples.
+    f.direct.seed = stream_key(f.direct.seed, Stream::direct, session.view_number);
+}
+
+void keep_samples(Frame& f)
+{
+    if (!goes_on(f)) return;
+    std::vector<KeptSamples>& samples = f.session.state().samples;
+    const auto pass = static_cast<std::size_t>(f.pass);
+    if (pass == 0 && !samples.empty() && samples.front().with != sampled_with(f)) samples.clear();
+    KeptSamples kept;
+    if (f.settings.has_lamps && averages_direct_light(f.rays, f.direct)) kept.direct = f.light.direct;
+    kept.traced = f.light.traced;
+    kept.direct.again.clear();
+    kept.traced.again.clear();
+    const bool knows = !kept.direct.irradiance.empty() || !kept.traced.radiance.empty();
+    if (!knows || pass > samples.size() || (pass > 0 && (pass + 1) * f.gbuffer.size() > kMostPixels)) return;
+    kept.all = light_of(kept, f.gbuffer);
+    kept.points = points_of(f.gbuffer, f.view());
+    kept.with = sampled_with(f);
+    if (pass == samples.size()) samples.emplace_back();
+    samples[pass] = std::move(kept);
+}
+
+}  // namespace rcs

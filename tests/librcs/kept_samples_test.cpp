@@ -1,0 +1,166 @@
+// Views of one session go on from the samples of lamps and along lobes that the pixels of the view before took.
+#include "session/kept_samples.h"
+
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "rcs/render.h"
+#include "session/session_state.h"
+#include "support/effect_scenes.h"
+#include "support/scenes.h"
+#include "support/session.h"
+
+namespace rcs {
+namespace {
+
+/// A lamp with a penumbra, and a floor that shines.
+Scene shining_room(float lamp = 6.0f)
+{
+    Scene scene = test::furnished_room();
+    for (Material& material : scene.materials)
+        if (material.emission.x > 0.0f) material.emission = glm::vec3(lamp);
+    scene.lights.clear();
+    Material floor = test::metal(0.25f);
+    floor.metallic = 0.5f;
+    test::add_mesh(scene,
+                   test::quad({-1.99f, 0.01f, -1.99f}, {0, 0, 3.98f}, {3.98f, 0, 0}, test::add_surface(scene, floor)));
+    return scene;
+}
+
+RenderOptions small(int aa = 1) { return test::options_of_size(96, 96, aa); }
+
+/// Of a slow walk to the right.
+Camera camera_at(const Scene& scene, int view)
+{
+    Camera camera = scene.cameras[0];
+    camera.world_from_view[3] += 0.003 * view * camera.world_from_view[0];
+    return camera;
+}
+
+struct Walk {
+    ThreadPool pool;
+    Session session;
+
+    explicit Walk(int threads = 2, bool keeps = true)
+        : pool(threads), session(test::shared_gl(), pool, {.keep_records = keeps, .watch_records = keeps})
+    {
+    }
+    RenderResult show(const Scene& scene, int view, const RenderOptions& options)
+    {
+        session.show(scene);
+        return render(session, camera_at(scene, view), options);
+    }
+};
+
+double mean_of(const RenderResult& result, const char* layer)
+{
+    const std::vector<float>& values = result.image.layers.at(layer).pixels;
+    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+/// Mean difference of two layers over the mean of the second.
+double difference(const RenderResult& a, const RenderResult& b, const char* layer)
+{
+    const std::vector<float>&x = a.image.layers.at(layer).pixels, &y = b.image.layers.at(layer).pixels;
+    double sum = 0.0;
+    for (std::size_t i = 0; i < x.size(); ++i) sum += std::abs(static_cast<double>(x[i] - y[i]));
+    return sum / static_cast<double>(x.size()) / mean_of(b, layer);
+}
+
+TEST(KeptSamples, SpareViewsOfAStillSceneMostOfTheirs)
+{
+    const Scene scene = shining_room();
+    const RenderOptions options = small();
+    Walk walk;
+    RenderResult last = walk.show(scene, 0, options);
+    const std::uint64_t rays = last.stats.direct_shadow_rays, along_lobes = last.stats.traced.rays;
+    ASSERT_GT(along_lobes, 0u);
+    for (int view = 1; view <= 20; ++view) last = walk.show(scene, view, options);
+    EXPECT_LT(2 * last.stats.direct_shadow_rays, rays);
+    EXPECT_LT(3 * last.stats.traced.rays, 2 * along_lobes);
+
+    const auto alone = [&](std::uint64_t seed) {
+        RenderOptions seeded = options;
+        seeded.seed = seed;
+        return test::render_view(scene, camera_at(scene, 20), seeded);
+    };
+    const RenderResult one = alone(2), two = alone(3);
+    for (const char* layer : {"direct", "indirect"})
+        EXPECT_NEAR(mean_of(last, layer), 0.5 * (mean_of(one, layer) + mean_of(two, layer)), 0.01 * mean_of(one, layer))
+            << layer;
+    // Two renders that know nothing of each other differ by what both are off.
+    EXPECT_LT(difference(last, one, "direct"), 1.05 * difference(two, one, "direct"));
+}
+
+TEST(KeptSamples, PassesGoOnFromTheSamePassBefore)
+{
+    const Scene scene = shining_room();
+    RenderOptions options = small(4);
+    options.effects.with.set(Effect::anti_aliasing);
+    Walk walk;
+    const std::uint64_t rays = walk.show(scene, 0, options).stats.direct_shadow_rays;
+    walk.show(scene, 1, options);
+    const RenderResult last = walk.show(scene, 2, options);
+    EXPECT_LT(2 * last.stats.direct_shadow_rays, rays);
+    const RenderResult alone = test::render_view(scene, camera_at(scene, 2), options);
+    EXPECT_NEAR(mean_of(last, "direct"), mean_of(alone, "direct"), 0.01 * mean_of(alone, "direct"));
+}
+
+TEST(KeptSamples, AreOfNoUseOnceALampHasChanged)
+{
+    const RenderOptions options = small();
+    Walk walk;
+    const std::uint64_t rays = walk.show(shining_room(6.0f), 0, options).stats.direct_shadow_rays;
+    walk.show(shining_room(6.0f), 1, options);
+    const RenderResult now = walk.show(shining_room(2.0f), 2, options);
+    EXPECT_GT(now.stats.direct_shadow_rays, rays * 9 / 10);
+    const RenderResult alone = test::render_view(shining_room(2.0f), camera_at(shining_room(), 2), options);
+    EXPECT_NEAR(mean_of(now, "direct"), mean_of(alone, "direct"), 0.01 * mean_of(alone, "direct"));
+}
+
+TEST(KeptSamples, AreOfNoUseToViewsThatSampleOtherwise)
+{
+    RenderOptions options = small();
+    Walk walk;
+    const std::uint64_t rays = walk.show(shining_room(), 0, options).stats.direct_shadow_rays;
+    options.bounces = 2;
+    EXPECT_GT(walk.show(shining_room(), 0, options).stats.direct_shadow_rays, rays * 9 / 10);
+}
+
+TEST(KeptSamples, AreKeptByNoSessionWhoseViewsShareNothing)
+{
+    const Scene scene = shining_room();
+    Walk walk(2, false);
+    walk.show(scene, 0, small());
+    const RenderResult second = walk.show(scene, 1, small()),
+                       alone = test::render_view(scene, camera_at(scene, 1), small());
+    EXPECT_TRUE(second.image.layers.at("beauty").pixels == alone.image.layers.at("beauty").pixels);
+}
+
+TEST(KeptSamples, GiveTheSameBitsByAnyNumberOfThreads)
+{
+    const Scene scene = shining_room();
+    Walk one(1), three(3);
+    for (int view = 0; view < 3; ++view) {
+        const RenderResult a = one.show(scene, view, small()), b = three.show(scene, view, small());
+        EXPECT_TRUE(a.image.layers.at("beauty").pixels == b.image.layers.at("beauty").pixels) << view;
+    }
+}
+
+TEST(KeptSamples, TellOfTheirError)
+{
+    const Scene scene = shining_room();
+    Walk walk;
+    for (int view = 0; view < 12; ++view) walk.show(scene, view, small());
+    const RenderResult last = walk.show(scene, 12, small());
+    const RenderResult alone = test::render_view(scene, camera_at(scene, 12), small());
+    const auto told = [](const RenderResult& result) { return result.stats.errors.image.mean_relative; };
+    EXPECT_GT(told(last), 0.6 * told(alone));
+    EXPECT_LT(told(last), 1.3 * told(alone));
+}
+
+}  // namespace
+}  // namespace rcs
