@@ -2,11 +2,14 @@
 #include "session/kept_samples.h"
 
 #include <cmath>
+#include <cstdint>
 #include <numeric>
+#include <string_view>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "rcs/error.h"
 #include "rcs/render.h"
 #include "session/session_state.h"
 #include "support/effect_scenes.h"
@@ -93,6 +96,66 @@ TEST(KeptSamples, SpareViewsOfAStillSceneMostOfTheirs)
             << layer;
     // Two renders that know nothing of each other differ by what both are off.
     EXPECT_LT(difference(last, one, "direct"), 1.05 * difference(two, one, "direct"));
+}
+
+/// A mirror of that roughness in place of the floor: in such ones lobes turn by their width from view to view.
+Scene mirror_room(float roughness)
+{
+    Scene scene = test::furnished_room();
+    test::add_mesh(scene, test::quad({-1.99f, 0.01f, -1.99f}, {0, 0, 3.98f}, {3.98f, 0, 0},
+                                     test::add_surface(scene, test::metal(roughness))));
+    return scene;
+}
+
+/// The images in it move with the viewer as what they are of.
+TEST(KeptSamples, AlsoServeImagesInMirrors)
+{
+    const Scene scene = mirror_room(0.02f);
+    Walk walk;
+    RenderResult last = walk.show(scene, 0, small());
+    const std::uint64_t along_lobes = last.stats.traced.rays;
+    for (int view = 1; view <= 8; ++view) last = walk.show(scene, 4 * view, small());
+    EXPECT_LT(4 * last.stats.traced.rays, 3 * along_lobes);
+    std::vector<RenderResult> alone;
+    for (std::uint64_t seed = 2; seed < 4; ++seed) {
+        RenderOptions options = small();
+        options.seed = seed;
+        alone.push_back(test::render_view(scene, camera_at(scene, 32), options));
+    }
+    EXPECT_NEAR(mean_of(last, "indirect"), mean_of(alone[0], "indirect"), 0.015 * mean_of(alone[0], "indirect"));
+    EXPECT_LT(difference(last, alone[0], "indirect"), 1.25 * difference(alone[1], alone[0], "indirect"));
+}
+
+/// Half of the floor is rougher than lobes that rays are traced along.
+TEST(KeptSamples, WhereNothingWasTracedAreNotBlack)
+{
+    Scene scene = mirror_room(1.0f);
+    scene.materials.back().metallic_roughness_texture = test::add_halves(scene, {0, 0.4f, 1, 1}, {0, 0.7f, 1, 1});
+    scene.meshes.back().uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    Walk walk;
+    RenderResult last = walk.show(scene, 0, small());
+    ASSERT_GT(last.stats.traced.rays, 0u);
+    for (int view = 1; view <= 6; ++view) last = walk.show(scene, view, small());
+    const RenderResult alone = test::render_view(scene, camera_at(scene, 6), small());
+    EXPECT_NEAR(mean_of(last, "indirect"), mean_of(alone, "indirect"), 0.015 * mean_of(alone, "indirect"));
+}
+
+/// A view that is given up after a pass leaves samples, but the next one draws others.
+TEST(KeptSamples, ViewsThatAreGivenUpDrawOthersThanTheNext)
+{
+    const Scene scene = shining_room();
+    Walk walk;
+    walk.show(scene, 0, small(2));
+    std::vector<std::uint64_t> numbers;
+    for (int view = 1; view <= 3; ++view) {
+        RenderHooks hooks;
+        hooks.progress = [](std::string_view stage, float) { return stage != "compose"; };
+        walk.session.show(scene);
+        EXPECT_THROW(render(walk.session, camera_at(scene, view), small(2), hooks), Error);
+        numbers.push_back(walk.session.state().sampled);
+    }
+    EXPECT_LT(numbers[0], numbers[1]);
+    EXPECT_LT(numbers[1], numbers[2]);
 }
 
 TEST(KeptSamples, PassesGoOnFromTheSamePassBefore)

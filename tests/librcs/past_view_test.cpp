@@ -106,12 +106,35 @@ TEST(PastPlaces, LobesLagWhereTheyAreNarrowAndMatter)
     }
 }
 
+std::array<glm::vec3, 4> grey(float a, float b, float c, float d)
+{
+    return {glm::vec3(a), glm::vec3(b), glm::vec3(c), glm::vec3(d)};
+}
+
 TEST(PastPlaces, EvenIsWhatDiffersByLittleOrByNoise)
 {
-    EXPECT_TRUE(is_even({1.0f, 1.1f, 1.05f, 1.0f}, 0.0f, 1.0f));
-    EXPECT_FALSE(is_even({1.0f, 1.1f, 1.5f, 1.0f}, 0.0f, 1.0f)) << "the edge of a shadow";
-    EXPECT_TRUE(is_even({1.0f, 1.1f, 1.5f, 1.0f}, 0.0f, 5.0f)) << "beside so much light";
-    EXPECT_TRUE(is_even({1.0f, 1.1f, 1.5f, 1.0f}, 0.25f, 1.0f)) << "noise";
+    EXPECT_TRUE(is_even(grey(1.0f, 1.1f, 1.05f, 1.0f), 0.0f, 1.0f));
+    EXPECT_FALSE(is_even(grey(1.0f, 1.1f, 1.5f, 1.0f), 0.0f, 1.0f)) << "the edge of a shadow";
+    EXPECT_TRUE(is_even(grey(1.0f, 1.1f, 1.5f, 1.0f), 0.0f, 5.0f)) << "beside so much light";
+    EXPECT_TRUE(is_even(grey(1.0f, 1.1f, 1.5f, 1.0f), 0.25f, 1.0f)) << "noise";
+    const glm::vec3 red(1.0f, 0.0f, 0.0f), green(0.0f, 0.2973f, 0.0f);
+    EXPECT_FALSE(is_even({red, red, green, green}, 0.0f, 0.2126f)) << "of the same luminance";
+}
+
+TEST(PastPlaces, ExactlyEvenIsWhatChangesAsOnAPlane)
+{
+    EXPECT_TRUE(is_exactly_even(grey(1.0f, 1.04f, 1.03f, 1.07f), 1.0f));
+    EXPECT_FALSE(is_exactly_even(grey(1.0f, 1.05f, 1.0f, 1.0f), 1.0f)) << "the corner of a shadow";
+    EXPECT_FALSE(is_exactly_even(grey(1.0f, 1.2f, 1.0f, 1.2f), 1.0f)) << "its edge";
+}
+
+TEST(PastPlaces, AreNotBetweenMuchCoarserPixels)
+{
+    Scene near = test::furnished_room();
+    near.cameras[0].yfov *= 0.3;
+    const TwoViews views(test::furnished_room(), near);
+    EXPECT_EQ(views.seen(), 0);
+    EXPECT_GT(TwoViews(near, near).seen(), kSize * kSize * 8 / 10);
 }
 
 TEST(PastPlaces, MixesByVariance)

@@ -45,7 +45,8 @@ struct PastDirect {
     const PastPlaces& places;
     const DirectLightResult& light;
     const std::vector<float>& all;  ///< per pixel, about what there is to see of all that is sampled (KeptSamples)
-    std::uint64_t view;             ///< number of the one now: which pixels are sampled anew
+    float little;                   ///< of the light of lamps: as good as none [W m^-2 sr^-1]
+    std::uint64_t number;           ///< of the pass: which pixels are sampled anew
 };
 
 /// @param view  of `gbuffer`: says where each point is seen from

@@ -3,19 +3,32 @@
 #include <algorithm>
 #include <optional>
 
+#include "util/color.h"
+
 namespace rcs {
 namespace {
 
 // The point and its normal as the four pixels have them in between may be off by so many footprints, and by so much.
 constexpr float kSamePlace = 0.25f, kSameNormal = 0.05f;
+// The surface between the four over what a pixel covers now: coarser pixels know too little.
+constexpr float kMostCoarser = 2.0f;
 // Light may lag behind what the viewer should see of it by this part, if a lobe's changes as much as it is while the
 // viewer turns by the lobe's width...
 constexpr float kLag = 0.01f;
 // ... and be that of so many views.
 constexpr int kMostViews = 16;
 // Range of light over what there is to see, and over its error: four of the same light differ by 2.06 errors in the
-// mean.
-constexpr float kEven = 0.2f, kAsNoise = 2.5f;
+// mean, hardly ever by twice that. (Were that seldom, what is bright by chance would be left out.)
+constexpr float kEven = 0.2f, kAsNoise = 4.0f;
+// The same where there is no noise, and how far the light of the fourth may lie off the plane of the others'.
+constexpr float kExactlyEven = 0.1f, kTwist = 0.02f;
+
+float range_of(const std::array<glm::vec3, 4>& light)
+{
+    const glm::vec3 low = glm::min(glm::min(light[0], light[1]), glm::min(light[2], light[3]));
+    const glm::vec3 high = glm::max(glm::max(light[0], light[1]), glm::max(light[2], light[3]));
+    return largest(high - low);
+}
 
 float width_of(const Shading& shading, const GBuffer& g, std::size_t pixel)
 {
@@ -34,31 +47,41 @@ PastPoints points_of(const GBuffer& g, const View& view)
 }
 
 /// Whether the four pixels saw the surface around the point. @param point  relative to the earlier camera
-bool PastPlaces::fits(const PastPoints& past, const GBuffer& g, std::size_t i, glm::vec3 point) const
+bool PastPlaces::fits(const GBuffer& g, std::size_t i, glm::vec3 point) const
 {
     for (const std::size_t pixel : around(i))
-        if (past.instance[pixel] != g.instance[i]) return false;
-    return glm::length(mean(past.position, i) - point) <= kSamePlace * g.footprint[i] &&
-           glm::length(mean(past.normal, i) - g.normal(i)) <= kSameNormal;
+        if (past_.instance[pixel] != g.instance[i]) return false;
+    const std::array<std::size_t, 4> at = around(i);
+    const glm::vec3 corner = past_.position[at[0]];
+    const float area = glm::length(glm::cross(past_.position[at[1]] - corner, past_.position[at[2]] - corner));
+    return area <= kMostCoarser * g.footprint[i] * g.footprint[i] &&
+           glm::length(mean(past_.position, i) - point) <= kSamePlace * g.footprint[i] &&
+           glm::length(mean(past_.normal, i) - g.normal(i)) <= kSameNormal;
+}
+
+PastPlace PastPlaces::project(glm::dvec3 point) const
+{
+    const View& view = past_.view;
+    const std::optional<glm::dvec2> image = image_position(view, point);
+    if (!image) return {};
+    const glm::dvec2 at = *image - view.pixel_offset, corner = glm::floor(at);
+    if (!(corner.x >= 0.0 && corner.y >= 0.0 && corner.x < view.width - 1 && corner.y < view.height - 1)) return {};
+    return {static_cast<std::uint32_t>(corner.y) * static_cast<std::uint32_t>(width_) +
+                static_cast<std::uint32_t>(corner.x),
+            static_cast<float>(at.x - corner.x), static_cast<float>(at.y - corner.y)};
 }
 
 PastPlaces::PastPlaces(const PastPoints& past, const GBuffer& g, const View& view, const Shading& shading,
                        ThreadPool& pool)
-    : places_(g.size()), width_(static_cast<std::size_t>(past.view.width))
+    : past_(past), places_(g.size()), width_(static_cast<std::size_t>(past.view.width))
 {
     const glm::dvec3 to_past = g.camera_position - past.camera_position;
     const auto find = [&](std::size_t i) {
         const glm::dvec3 point = glm::dvec3(g.position(i)) + to_past;
-        const std::optional<glm::dvec2> image = image_position(past.view, point);
-        if (!image) return;
-        const glm::dvec2 at = *image - past.view.pixel_offset, corner = glm::floor(at);
-        if (!(corner.x >= 0.0 && corner.y >= 0.0 && corner.x < past.view.width - 1 && corner.y < past.view.height - 1))
-            return;
         PastPlace& place = places_[i];
-        place = {static_cast<std::uint32_t>(corner.y) * static_cast<std::uint32_t>(width_) +
-                     static_cast<std::uint32_t>(corner.x),
-                 static_cast<float>(at.x - corner.x), static_cast<float>(at.y - corner.y)};
-        if (!fits(past, g, i, glm::vec3(point))) {
+        place = project(point);
+        if (!place.is_seen()) return;
+        if (!fits(g, i, glm::vec3(point))) {
             place.first = GBuffer::kNone;
             return;
         }
@@ -80,10 +103,15 @@ int PastPlaces::views(std::size_t pixel, float part_of_lobes) const
     return views;
 }
 
-bool is_even(const std::array<float, 4>& light, float error, float beside)
+bool is_even(const std::array<glm::vec3, 4>& light, float error, float beside)
 {
-    const auto [low, high] = std::minmax_element(light.begin(), light.end());
-    return *high - *low <= std::max(kEven * beside, kAsNoise * error);
+    return range_of(light) <= std::max(kEven * beside, kAsNoise * error);
+}
+
+bool is_exactly_even(const std::array<glm::vec3, 4>& light, float beside)
+{
+    const glm::vec3 twist = glm::abs(light[0] - light[1] - light[2] + light[3]);
+    return range_of(light) <= kExactlyEven * beside && largest(twist) <= kTwist * beside;
 }
 
 PastMix mix_of(float past, float now, float least)

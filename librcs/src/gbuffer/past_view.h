@@ -36,26 +36,34 @@ struct PastPlace {
 /// Where an earlier view of the same scene saw the points of this one, and its values there.
 class PastPlaces {
 public:
-    /// @param shading  of `gbuffer`
+    /// @param past  has to outlive this   @param shading  of `gbuffer`
     PastPlaces(const PastPoints& past, const GBuffer& gbuffer, const View& view, const Shading& shading,
                ThreadPool& pool);
 
     const PastPlace& operator[](std::size_t pixel) const { return places_[pixel]; }
+    const PastPoints& points() const { return past_; }
+    /// Where a point shows in the earlier view, whatever was seen there. @param point  relative to that view's camera
+    PastPlace project(glm::dvec3 point) const;
+
     /// The four pixels around the point; it has to be seen.
-    std::array<std::size_t, 4> around(std::size_t pixel) const
+    std::array<std::size_t, 4> around(const PastPlace& p) const
     {
-        const std::size_t first = places_[pixel].first;
-        return {first, first + 1, first + width_, first + width_ + 1};
+        return {p.first, p.first + 1, p.first + width_, p.first + width_ + 1};
     }
+    std::array<std::size_t, 4> around(std::size_t pixel) const { return around(places_[pixel]); }
     template <typename T>
     T mean(const std::vector<T>& values, std::size_t pixel) const
     {
-        const PastPlace& p = places_[pixel];
-        const std::array<std::size_t, 4> at = around(pixel);
+        return mean(values, places_[pixel]);
+    }
+    template <typename T>
+    T mean(const std::vector<T>& values, const PastPlace& p) const
+    {
+        const std::array<std::size_t, 4> at = around(p);
         return (1.0f - p.y) * ((1.0f - p.x) * values[at[0]] + p.x * values[at[1]]) +
                p.y * ((1.0f - p.x) * values[at[2]] + p.x * values[at[3]]);
     }
-    /// Views over which light stays about the same of which so large a part comes by lobes: 1, 2, 4 or 8. What is
+    /// Views over which light stays about the same of which so large a part comes by lobes: 1, 2, 4, 8 or 16. What is
     /// reflected evenly stays in any case.
     int views(std::size_t pixel, float part_of_lobes) const;
     std::size_t nearest(std::size_t pixel) const
@@ -65,7 +73,9 @@ public:
     }
 
 private:
-    bool fits(const PastPoints& past, const GBuffer& g, std::size_t pixel, glm::vec3 point) const;
+    bool fits(const GBuffer& g, std::size_t pixel, glm::vec3 point) const;
+
+    const PastPoints& past_;
 
     std::vector<PastPlace> places_;
     std::size_t width_;  // of the earlier view [px]
@@ -73,9 +83,11 @@ private:
 
 /// Whether light changes so little from one of four pixels to the next that the mean of them is the light in between,
 /// as far as anyone knows.
-/// @param light  of the four, one channel   @param error  standard error of each
+/// @param light  of the four   @param error  standard error of the luminance of each
 /// @param beside  what there is to see that may be off by some of it, > 0
-bool is_even(const std::array<float, 4>& light, float error, float beside);
+bool is_even(const std::array<glm::vec3, 4>& light, float error, float beside);
+/// The same of light without noise, which is not to become worse: it changes as it would on a plane.
+bool is_exactly_even(const std::array<glm::vec3, 4>& light, float beside);
 
 /// Mixes an estimate with that of earlier views. @param weight  of `now`
 template <typename T>

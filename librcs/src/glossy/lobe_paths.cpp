@@ -38,7 +38,7 @@ void LobePaths::begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) cons
     std::fill(own.begin(), own.end(), LobeRay{});
     const bool looks = looks_ && LobeLooks::looks(bsdf, traced);
     const std::size_t fewer = past_ ? static_cast<std::size_t>(past_->fewer(pixel)) : 1u;
-    const std::size_t rays = std::max<std::size_t>(1, ring.count() / fewer);
+    const std::size_t rays = ring.count() / fewer;
     for (std::size_t n = 0; n < rays; ++n) {
         const glm::vec3 point = lattice_point(static_cast<int>(n), shift);
         const BsdfSample sample = rcs::sample(bsdf, outgoing, point.x, {point.y, point.z}, traced);

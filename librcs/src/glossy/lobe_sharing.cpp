@@ -162,7 +162,7 @@ public:
     /// @param alone  of the pixel's own rays: their mean, else that over the mean of their weights
     LobeLights sum(bool alone) const
     {
-        LobeLights lights{light_of(rays_, alone), light_of(of_lamps_, alone)};
+        LobeLights lights{light_of(rays_, alone), light_of(of_lamps_, alone), 0.0f, whole_};
         if (!looks_) return lights;
         // Each pixel's looks add up to what rays leave to them.
         const auto looks = static_cast<float>(ring_.looks_of(0).size());
@@ -280,7 +280,9 @@ LobeLights LobeSharing::share(std::size_t pixel, const RayRing& ring) const
     each_neighbour(pixel, reach.rays, [&](std::size_t i) { receiver.add_rays(i); });
     receiver.add_looks(pixel);
     each_neighbour(pixel, reach.looks, [&](std::size_t i) { receiver.add_looks(i); });
-    return receiver.sum(false);
+    LobeLights lights = receiver.sum(false);
+    lights.distance = mean_distance(ring.of(pixel));
+    return lights;
 }
 
 LobeLights LobeSharing::by_own(std::size_t pixel, const RayRing& ring) const

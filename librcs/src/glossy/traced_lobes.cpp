@@ -66,7 +66,7 @@ TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GB
     const auto is_traced = [&](std::size_t i) { return gbuffer.covered(i) && shading.is_traced(i); };
     std::optional<LobeLooks> looks;
     if (options.looks_per_pixel > 0) looks.emplace(light, *options.guide, gbuffer, view, shading);
-    const PastLobes past(options.past, gbuffer, shading, pool);
+    const PastLobes past(options, gbuffer, view, shading, pool);
     const LobePaths paths(rays, light, gbuffer, view, shading, options, looks ? &*looks : nullptr, &past);
     const LobeSharing sharing(gbuffer, view, shading, options.seed);
     const bool of_lamps = options.gathered && options.gathered->any() && options.gathered->along_lobes;
@@ -75,6 +75,8 @@ TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GB
     std::vector<LobePaths::Workspace> workspaces(static_cast<std::size_t>(pool.size()));
     TracedLight traced{std::vector<glm::vec3>(gbuffer.size(), glm::vec3(0.0f)),
                        std::vector<float>(gbuffer.size(), 0.0f)};
+    traced.distance.assign(gbuffer.size(), 0.0f);
+    traced.reflectance.assign(gbuffer.size(), glm::vec3(0.0f));
     if (of_lamps) {
         traced.of_lamps.assign(gbuffer.size(), glm::vec3(0.0f));
         traced.of_lamps_error.assign(gbuffer.size(), 0.0f);
@@ -98,6 +100,8 @@ TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GB
                 const LobeLights light_here = sharing.share(i, ring);
                 traced.radiance[i] = light_here.reflected.radiance;
                 traced.error[i] = light_here.reflected.error;
+                traced.distance[i] = light_here.distance;
+                traced.reflectance[i] = light_here.reflectance;
                 if (!of_lamps) continue;
                 traced.of_lamps[i] = light_here.of_lamps.radiance;
                 traced.of_lamps_error[i] = light_here.of_lamps.error;

@@ -31,6 +31,8 @@ struct TracedLight {
     std::vector<float> of_lamps_error = {};
     std::vector<TracedAgain> again = {};  ///< of the squares of CheckedPixels; empty where nobody asked
     std::vector<float> variance = {};     ///< over that of one view's rays; empty: 1, nothing of earlier views is in it
+    std::vector<float> distance = {};     ///< harmonic mean of the rays' lengths [m]
+    std::vector<glm::vec3> reflectance = {};  ///< albedo of the lobes towards the viewer
 };
 
 /// What an earlier view of the same scene saw along the same lobes.

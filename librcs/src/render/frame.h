@@ -31,9 +31,9 @@ namespace rcs {
 struct PastSamples {
     const KeptSamples& kept;
     PastPlaces places;
-    std::uint64_t view;  ///< number of the one now
+    std::uint64_t number;  ///< of all such passes of the session
 
-    PastDirect direct() const { return {places, kept.direct, kept.all, view}; }
+    PastDirect direct() const { return {places, kept.direct, kept.all, kept.little_direct, number}; }
     PastTraced traced() const { return {places, kept.traced, kept.all}; }
 };
 

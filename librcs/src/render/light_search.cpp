@@ -175,8 +175,8 @@ void look_around(Frame& f)
             else
                 f.kept_guide = find_light(f, 0);
         }
-        // In the scene of another moment, looks do no good where they did none.
-        if (f.has_moved && f.guide()) f.kept_guide = find_light(f, f.kept_guide.views);
+        // In the scene of another moment, looks do no good where they did none; what was lit is lit otherwise.
+        if (f.has_moved && (f.guide() || f.kept_guide.direct)) f.kept_guide = find_light(f, f.kept_guide.views);
         if (f.is_first_view() || f.has_moved) {
             f.first_guide.reset(), f.first_arrivals.reset();
             if (f.guide()) f.first_guide = *f.guide();

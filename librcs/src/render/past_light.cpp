@@ -1,5 +1,6 @@
 #include "render/past_light.h"
 
+#include <algorithm>
 #include <numbers>
 #include <numeric>
 #include <utility>
@@ -12,14 +13,17 @@ namespace {
 
 // Memory is for about so many pixels of all passes, but always for one pass [px].
 constexpr std::size_t kMostPixels = std::size_t{1} << 22;
-// What is darker than this part of the mean may be off by as much as if it were as bright.
-constexpr double kDark = 0.05;
+// What is darker than this part of the mean may be off by as much as if it were as bright: of all light, and of that of
+// lamps alone, which pictures have as a layer.
+constexpr float kDark = 0.05f, kLittle = 0.01f;
 
 SampledWith sampled_with(const Frame& f)
 {
+    EffectSet effects = f.settings.effects;
+    effects.set(Effect::emission, false);  // what is seen to shine does so on its own
     return {f.session.state().scene_number,
             f.gathered.id,
-            f.settings.effects,
+            effects,
             f.direct.area_samples,
             f.direct.penumbra_samples,
             f.direct.lamp_picks,
@@ -27,28 +31,35 @@ SampledWith sampled_with(const Frame& f)
             f.settings.lobes.bounces};
 }
 
-/// KeptSamples::all
-std::vector<float> light_of(const KeptSamples& kept, const GBuffer& g)
+float mean_of(const std::vector<float>& light)
 {
-    std::vector<float> all(g.size(), 0.0f);
+    const double sum = std::accumulate(light.begin(), light.end(), 0.0);
+    return static_cast<float>(sum / static_cast<double>(std::max<std::size_t>(1, light.size())));
+}
+
+/// Sets what says by how much the samples may be off.
+void sum_up(const GBuffer& g, KeptSamples& kept)
+{
+    std::vector<float>& all = kept.all;
+    all.assign(g.size(), 0.0f);
     const auto add = [&](const std::vector<glm::vec3>& light) {
         for (std::size_t i = 0; i < light.size(); ++i) all[i] += luminance(light[i]);
     };
     for (std::size_t i = 0; i < kept.direct.irradiance.size(); ++i)
         all[i] += std::numbers::inv_pi_v<float> * luminance(g.albedo[i] * kept.direct.irradiance[i]);
     add(kept.direct.glossy);
+    kept.little_direct = kLittle * mean_of(all);
     add(kept.traced.radiance);
     add(kept.traced.of_lamps);
-    const double sum = std::accumulate(all.begin(), all.end(), 0.0);
-    const auto little = static_cast<float>(kDark * sum / static_cast<double>(all.size()));
-    for (float& light : all) light += little;
-    return all;
+    const float dark = kDark * mean_of(all);
+    for (float& light : all) light += dark;
 }
 
-/// Whether views of the session go on from one another's samples.
+/// Whether views of the session go on from one another's samples. What a budget can afford is told by pixels that are
+/// spared none.
 bool goes_on(const Frame& f)
 {
-    return f.session.state().options.keep_records && f.layer == 0 && !f.moments && !f.is_glance;
+    return f.session.state().options.keep_records && f.layer == 0 && !f.moments && !f.is_glance && !f.deadline.is_set();
 }
 
 }  // namespace
@@ -56,16 +67,16 @@ bool goes_on(const Frame& f)
 void look_back(Frame& f)
 {
     f.past.reset();
-    const Session::State& session = f.session.state();
+    Session::State& session = f.session.state();
     const auto pass = static_cast<std::size_t>(f.pass);
     if (!goes_on(f) || pass >= session.samples.size() || session.samples[pass].with != sampled_with(f)) return;
     const KeptSamples& kept = session.samples[pass];
     f.past.emplace(timed(f, "gbuffer", [&] {
         return PastSamples{kept, PastPlaces(kept.points, f.gbuffer, f.view(), f.shading, f.session.pool()),
-                           session.view_number};
+                           ++session.sampled};
     }));
     // Else views would go on from the same samples.
-    f.direct.seed = stream_key(f.direct.seed, Stream::direct, session.view_number);
+    f.direct.seed = stream_key(f.direct.seed, Stream::direct, f.past->number);
 }
 
 void keep_samples(Frame& f)
@@ -81,7 +92,7 @@ void keep_samples(Frame& f)
     kept.traced.again.clear();
     const bool knows = !kept.direct.irradiance.empty() || !kept.traced.radiance.empty();
     if (!knows || pass > samples.size() || (pass > 0 && (pass + 1) * f.gbuffer.size() > kMostPixels)) return;
-    kept.all = light_of(kept, f.gbuffer);
+    sum_up(f.gbuffer, kept);
     kept.points = points_of(f.gbuffer, f.view());
     kept.with = sampled_with(f);
     if (pass == samples.size()) samples.emplace_back();

@@ -29,6 +29,7 @@ struct KeptSamples {
     TracedLight traced;        ///< empty: no lobes are traced
     /// Luminance of what both send to the camera, per pixel, and a little: by what part of that they are off counts.
     std::vector<float> all;
+    float little_direct = 0.0f;  ///< a hundredth of what lamps send to the camera from a pixel in the mean
 };
 
 }  // namespace rcs

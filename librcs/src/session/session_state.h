@@ -84,6 +84,7 @@ struct [[gnu::visibility("hidden")]] Session::State {
     std::optional<KeptGuide> guide;
     std::optional<KeptScale> error_scale;
     std::vector<KeptSamples> samples;  ///< of the view before, by pass; of passes whose pixels sampled nothing none
+    std::uint64_t sampled = 0;         ///< passes so far that went on from samples: each draws others
     double record_pixel = 0.0;         ///< of the view that they were kept from, as ImagePlane has it; 0: unknown
     std::string record_settings;       // that they were gathered with; empty: none are kept, or they come from outside
     std::array<Validity, kSessionParts> validity;
@@ -105,11 +106,10 @@ struct [[gnu::visibility("hidden")]] Session::State {
 
     /// The records that a view with these options begins with; keeps none of them.
     std::vector<Record> take_records(const RenderOptions& options);
-    /// Keeps the records of a view, if that is wanted, and those that were laid aside, if they have not been so for
-    /// long. @return those that are not kept
+    /// Keeps a view's records, if that is wanted, and those laid aside not long ago. @return those that are not kept
     std::vector<Record> keep_records(std::vector<Record> records, std::vector<Record> aside,
                                      const RenderOptions& options, const View& view);
-    /// Keeps those of a view that did not come about, or that was only glanced at, none of them older than it was.
+    /// Keeps those of a view that did not come about, or was only glanced at, none of them older than it was.
     void put_back(std::vector<Record> records, const RenderOptions& options, const View& view);
     /// The guide if it serves another view, and records are kept; none if it is to be found out anew.
     std::optional<KeptGuide> take_guide();
