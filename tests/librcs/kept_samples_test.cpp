@@ -172,6 +172,20 @@ TEST(KeptSamples, PassesGoOnFromTheSamePassBefore)
     EXPECT_NEAR(mean_of(last, "direct"), mean_of(alone, "direct"), 0.01 * mean_of(alone, "direct"));
 }
 
+/// Nothing flickers where nothing moves.
+TEST(KeptSamples, AreAllThereIsToAViewThatStays)
+{
+    const Scene scene = shining_room();
+    for (const int aa : {1, 4}) {
+        Walk walk;
+        for (int view = 0; view < 2; ++view) walk.show(scene, view, small(aa));
+        const RenderResult before = walk.show(scene, 2, small(aa)), now = walk.show(scene, 2, small(aa));
+        EXPECT_EQ(difference(now, before, "direct"), 0.0) << aa;
+        EXPECT_LT(difference(now, before, "beauty"), 1e-3) << aa << ": further passes may add records";
+        EXPECT_EQ(now.stats.direct_shadow_rays, 0u);
+    }
+}
+
 TEST(KeptSamples, AreOfNoUseOnceALampHasChanged)
 {
     const RenderOptions options = small();

@@ -30,11 +30,11 @@ namespace rcs {
 /// Samples of the view before, and where this pass's points lie among them.
 struct PastSamples {
     const KeptSamples& kept;
-    PastPlaces places;
-    std::uint64_t number;  ///< of all such passes of the session
+    std::optional<PastPlaces> places;  ///< none: that view is this one, and nobody samples again
+    std::uint64_t number;              ///< of all such passes of the session
 
-    PastDirect direct() const { return {places, kept.direct, kept.all, kept.little_direct, number}; }
-    PastTraced traced() const { return {places, kept.traced, kept.all}; }
+    PastDirect direct() const { return {*places, kept.direct, kept.all, kept.little_direct, number}; }
+    PastTraced traced() const { return {*places, kept.traced, kept.all}; }
 };
 
 /// A picture in the making.

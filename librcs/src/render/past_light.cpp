@@ -71,6 +71,11 @@ void look_back(Frame& f)
     const auto pass = static_cast<std::size_t>(f.pass);
     if (!goes_on(f) || pass >= session.samples.size() || session.samples[pass].with != sampled_with(f)) return;
     const KeptSamples& kept = session.samples[pass];
+    if (kept.points.view == f.view() && kept.points.instance == f.gbuffer.instance) {
+        // A filter is told by samples beside the pixels'.
+        if (!f.direct.checked) f.past.emplace(PastSamples{kept, std::nullopt, 0});
+        return;
+    }
     f.past.emplace(timed(f, "gbuffer", [&] {
         return PastSamples{kept, PastPlaces(kept.points, f.gbuffer, f.view(), f.shading, f.session.pool()),
                            ++session.sampled};
@@ -81,7 +86,7 @@ void look_back(Frame& f)
 
 void keep_samples(Frame& f)
 {
-    if (!goes_on(f)) return;
+    if (!goes_on(f) || (f.past && !f.past->places)) return;
     std::vector<KeptSamples>& samples = f.session.state().samples;
     const auto pass = static_cast<std::size_t>(f.pass);
     if (pass == 0 && !samples.empty() && samples.front().with != sampled_with(f)) samples.clear();

@@ -105,28 +105,29 @@ TracedLight trace_round(Frame& f, int round)
     return timed(f, "glossy", [&] {
         LobeSettings settings = lobe_settings(f, round);
         std::optional<PastTraced> past;
-        if (f.past && round == 0 && !f.past->kept.traced.radiance.empty()) past.emplace(f.past->traced());
+        if (f.past && round == 0 && !f.past->kept.traced.radiance.empty()) {
+            if (!f.past->places) return f.past->kept.traced;
+            past.emplace(f.past->traced());
+        }
         settings.past = past ? &*past : nullptr;
         return trace_lobes(f.rays, light_of_hits(f), f.gbuffer, f.view(), f.shading, settings, f.session.pool(),
                            f.stats().traced);
     });
 }
 
-/// @param past  null: each pixel has samples of its own
-DirectLightResult direct_round(Frame& f, std::uint64_t seed, const PastDirect* past)
+DirectLightResult direct_round(Frame& f, int round)
 {
     return timed(f, "direct", [&] {
+        std::optional<PastDirect> past;
+        if (f.past && round == 0 && !f.past->kept.direct.irradiance.empty()) {
+            if (!f.past->places) return f.past->kept.direct;
+            past.emplace(f.past->direct());
+        }
         DirectSettings settings = f.direct;
-        settings.seed = seed;
+        if (round > 0) settings.seed = stream_key(settings.seed, Stream::direct, static_cast<std::uint64_t>(round));
         return direct_light(f.rays, f.gbuffer, f.view(), f.shading, settings, f.session.pool(),
-                            f.stats().direct_shadow_rays, past);
+                            f.stats().direct_shadow_rays, past ? &*past : nullptr);
     });
-}
-
-/// Of a further round. @param round  >= 1
-std::uint64_t direct_seed(const Frame& f, int round)
-{
-    return stream_key(f.direct.seed, Stream::direct, static_cast<std::uint64_t>(round));
 }
 
 /// Says so where passes are too few to show blur as such.
@@ -236,9 +237,7 @@ void light_directly(Frame& f)
     }
     look_back(f);
     if (!f.settings.has_lamps) return;
-    std::optional<PastDirect> past;
-    if (f.past && !f.past->kept.direct.irradiance.empty()) past.emplace(f.past->direct());
-    f.light.direct = direct_round(f, f.direct.seed, past ? &*past : nullptr);
+    f.light.direct = direct_round(f, 0);
     ++f.stats().counts.direct_passes;
 }
 
@@ -299,7 +298,7 @@ void sample_further(Frame& f)
         if (next.lobes > done.lobes)
             add_round(f.light.traced, trace_round(f, done.lobes), done.lobes);
         else if (next.direct > done.direct)
-            add_round(f.light.direct, direct_round(f, direct_seed(f, done.direct), nullptr), done.direct);
+            add_round(f.light.direct, direct_round(f, done.direct), done.direct);
         else
             break;
         done = next;
