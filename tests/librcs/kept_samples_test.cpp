@@ -126,6 +126,24 @@ TEST(KeptSamples, AlsoServeImagesInMirrors)
     EXPECT_LT(difference(last, alone[0], "indirect"), 1.25 * difference(alone[1], alone[0], "indirect"));
 }
 
+TEST(KeptSamples, OfOtherLobesShowNoImage)
+{
+    // Polished to the left, worn to the right: what the left shows sharp the right does not.
+    Scene scene = mirror_room(1.0f);
+    scene.materials.back().metallic_roughness_texture = test::add_halves(scene, {0, 0.02f, 1, 1}, {0, 0.4f, 1, 1});
+    scene.meshes.back().uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    Walk walk;
+    RenderResult last;
+    for (int view = 0; view <= 5; ++view) last = walk.show(scene, 10 * view, small());
+    const auto alone = [&](std::uint64_t seed) {
+        RenderOptions options = small();
+        options.seed = seed;
+        return test::render_view(scene, camera_at(scene, 50), options);
+    };
+    const RenderResult one = alone(2), two = alone(3);
+    EXPECT_LT(difference(last, one, "indirect"), 1.25 * difference(two, one, "indirect"));
+}
+
 /// Half of the floor is rougher than lobes that rays are traced along.
 TEST(KeptSamples, WhereNothingWasTracedAreNotBlack)
 {
@@ -196,6 +214,16 @@ TEST(KeptSamples, AreOfNoUseOnceALampHasChanged)
     EXPECT_GT(now.stats.direct_shadow_rays, rays * 9 / 10);
     const RenderResult alone = test::render_view(shining_room(2.0f), camera_at(shining_room(), 2), options);
     EXPECT_NEAR(mean_of(now, "direct"), mean_of(alone, "direct"), 0.01 * mean_of(alone, "direct"));
+}
+
+TEST(KeptSamples, AreNotThoseOfAnotherSeed)
+{
+    const Scene scene = shining_room();
+    Walk walk;
+    RenderOptions options = small();
+    const RenderResult first = walk.show(scene, 0, options);
+    options.seed = 2;
+    EXPECT_GT(difference(walk.show(scene, 0, options), first, "direct"), 0.0);
 }
 
 TEST(KeptSamples, AreOfNoUseToViewsThatSampleOtherwise)

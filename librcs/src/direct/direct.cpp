@@ -89,34 +89,32 @@ public:
 private:
     bool spares_at(const GBuffer& g, const View& view, std::size_t i) const
     {
-        std::array<glm::vec3, 4> light{};
+        std::array<glm::vec3, 4> diffuse{}, glossy{};
         // What black surfaces receive, others show.
         const glm::vec3 reflected = std::numbers::inv_pi_v<float> * glm::max(g.albedo[i], kGrey);
-        glm::vec3 mean(0.0f);
-        float glossy = 0.0f, variance = 0.0f;
+        float mean = 0.0f, of_lobes = 0.0f, diffuse_variance = 0.0f, glossy_variance = 0.0f;
         bool is_exact = true;
-        const auto add_error = [&](const std::vector<float>& errors, float scale, std::size_t j) {
-            if (!errors.empty()) variance += 0.25f * scale * scale * errors[j] * errors[j];
+        const auto squared = [](const std::vector<float>& errors, float scale, std::size_t j) {
+            return errors.empty() ? 0.0f : 0.25f * scale * scale * errors[j] * errors[j];
         };
         const std::array<std::size_t, 4> around = past_->places.around(i);
         for (std::size_t k = 0; k < 4; ++k) {
             const std::size_t j = around[k];
-            light[k] = reflected * past_->light.irradiance[j];
-            add_error(past_->light.irradiance_error, luminance(reflected), j);
-            if (!past_->light.glossy.empty()) {
-                light[k] += past_->light.glossy[j];
-                glossy += 0.25f * luminance(past_->light.glossy[j]);
-                add_error(past_->light.glossy_error, 1.0f, j);
-            }
-            mean += 0.25f * light[k];
+            diffuse[k] = reflected * past_->light.irradiance[j];
+            diffuse_variance += squared(past_->light.irradiance_error, luminance(reflected), j);
             is_exact = is_exact && past_->light.in_part[j] == 0;
+            if (!past_->light.glossy.empty()) glossy[k] = past_->light.glossy[j];
+            glossy_variance += squared(past_->light.glossy_error, 1.0f, j);
+            of_lobes += 0.25f * luminance(glossy[k]);
+            mean += 0.25f * luminance(diffuse[k] + glossy[k]);
         }
         const float all = past_->places.mean(past_->all, i);
-        const int views = past_->places.views(i, all > 0.0f ? glossy / all : 0.0f);
+        const int views = past_->places.views(i, all > 0.0f ? of_lobes / all : 0.0f);
         const std::uint64_t turn = mix64(pixel_number(view, i)) + past_->number;
         if (turn % static_cast<std::uint64_t>(views) == 0) return false;
-        const float beside = luminance(mean) + past_->little;
-        return is_exact ? is_exactly_even(light, beside) : is_even(light, std::sqrt(variance), beside);
+        const float beside = mean + past_->little;
+        return is_even(glossy, std::sqrt(glossy_variance), beside) &&
+               (is_exact ? is_exactly_even(diffuse, beside) : is_even(diffuse, std::sqrt(diffuse_variance), beside));
     }
 
     const PastDirect* past_;

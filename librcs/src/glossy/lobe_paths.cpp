@@ -37,8 +37,7 @@ void LobePaths::begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) cons
     const std::span<LobeRay> own = ring.of(pixel);
     std::fill(own.begin(), own.end(), LobeRay{});
     const bool looks = looks_ && LobeLooks::looks(bsdf, traced);
-    const std::size_t fewer = past_ ? static_cast<std::size_t>(past_->fewer(pixel)) : 1u;
-    const std::size_t rays = ring.count() / fewer;
+    const std::size_t rays = past_ ? past_->rays(pixel, ring.count()) : ring.count();
     for (std::size_t n = 0; n < rays; ++n) {
         const glm::vec3 point = lattice_point(static_cast<int>(n), shift);
         const BsdfSample sample = rcs::sample(bsdf, outgoing, point.x, {point.y, point.z}, traced);

@@ -282,6 +282,7 @@ LobeLights LobeSharing::share(std::size_t pixel, const RayRing& ring) const
     each_neighbour(pixel, reach.looks, [&](std::size_t i) { receiver.add_looks(i); });
     LobeLights lights = receiver.sum(false);
     lights.distance = mean_distance(ring.of(pixel));
+    lights.width = narrowest_traced(pixel);
     return lights;
 }
 

@@ -24,6 +24,7 @@ struct LobeLights {
     LobeLight reflected, of_lamps;
     float distance = 0.0f;        ///< harmonic mean of the pixel's own rays' lengths [m]
     glm::vec3 reflectance{0.0f};  ///< albedo of its lobes towards the viewer
+    float width = 0.0f;           ///< of the narrowest of them
 };
 
 /// Rays are shared between neighbours on the same surface (Stachowiak 2015, "Stochastic screen-space reflections"):

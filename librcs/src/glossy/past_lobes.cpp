@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "glossy/lobe_sharing.h"
 #include "util/color.h"
@@ -10,13 +11,14 @@
 namespace rcs {
 namespace {
 
-// ... but two rays are the fewest whose difference tells of their error.
-constexpr int kMostFewer = 4, kFewestRays = 2;
+// Two rays are the fewest whose difference tells of their error.
+constexpr int most_fewer(int rays) { return rays >= 8 ? 4 : rays >= 4 ? 2 : 1; }
 // What surfaces reflect into a lobe changes by about so much of it as the lobe turns by its width: unlike lamps, they
 // are all around.
 constexpr float kChange = 0.3f;
-// What shows in a plane: normals differ by no more, and points are off the plane by so many footprints...
-constexpr float kFlat = 0.01f, kOffPlane = 0.5f;
+// What shows in a plane: points are off it by so many footprints at the most, lobes as wide and as bright but for so
+// much...
+constexpr float kOffPlane = 0.5f, kSameLobe = 0.1f;
 // ... and it shows where it is looked for but for so much [px], and so much of what the lobe blurs it by.
 constexpr double kSamePixel = 0.5, kOfBlur = 0.1;
 // Farther off than so many times the point: as good as infinitely far.
@@ -29,111 +31,161 @@ glm::vec3 recoloured(glm::vec3 light, glm::vec3 now, glm::vec3 before)
     return light;
 }
 
-}  // namespace
+/// From an observer at 0 to what a plane shows behind one of its points, as far beyond it.
+glm::dvec3 behind(glm::dvec3 point, double distance)
+{
+    const double away = glm::length(point);
+    return point * (1.0 + std::min(distance, kFar * away) / away);
+}
 
-/// The view that goes on.
-struct PastLobes::Seen {
-    const GBuffer& g;
-    const View& view;
-    const Shading& shading;
-};
+float width_of(const Bsdf& bsdf) { return narrowest(bsdf, bsdf.those(lit_by_rays)); }
+
+}  // namespace
 
 PastLobes::PastLobes(const LobeSettings& options, const GBuffer& g, const View& view, const Shading& shading,
                      ThreadPool& pool)
-    : past_(options.past),
-      most_fewer_(std::min(kMostFewer, options.rays_per_pixel / kFewestRays)),
+    : options_(options),
+      past_(options.past),
+      g_(g),
+      view_(view),
+      shading_(shading),
+      most_fewer_(most_fewer(options.rays_per_pixel)),
       known_(past_ && most_fewer_ > 1 ? g.size() : 0)
 {
     if (known_.empty()) return;
-    const Seen seen{g, view, shading};
     pool.parallel_for(g.size(), 1024, [&](std::size_t begin, std::size_t end, int) {
         for (std::size_t i = begin; i < end; ++i)
-            if (g.covered(i) && shading.is_traced(i)) known_[i] = find(seen, i);
+            if (g.covered(i) && shading.is_traced(i)) known_[i] = find(i);
     });
 }
 
-PastLobes::Known PastLobes::find(const Seen& seen, std::size_t i) const
+PastLobes::Known PastLobes::find(std::size_t i) const
 {
     const PastPlace& place = past_->places[i];
-    if (!place.is_seen() || looks_through(seen.shading.bsdf(seen.g, i))) return {};
-    if (const int views = views_at(place, i); views > 1)
-        return {place, static_cast<std::uint8_t>(std::min(most_fewer_, views))};
-    const PastPlace image = image_of(seen, i);
-    if (!image.is_seen() || views_at(image, std::nullopt) == 1) return {};
-    return {image, static_cast<std::uint8_t>(most_fewer_)};
+    if (!place.is_seen() || looks_through(shading_.bsdf(g_, i))) return {};
+    if (is_known_at(place)) {
+        const int views = past_->places.views(i, kChange * part_of_lobes(place));
+        if (views > 1) return {place, static_cast<std::uint8_t>(std::min(most_fewer_, views))};
+    }
+    const PastPlace image = image_of(i);
+    if (!image.is_seen() || !is_known_at(image)) return {};
+    return {image, static_cast<std::uint8_t>(most_fewer_), true};
 }
 
-/// Views over which what shows at a place of the earlier view does so; 1: it is not even there.
-/// @param pixel  whose lobes lag behind the viewer; none: they show an image
-int PastLobes::views_at(const PastPlace& place, std::optional<std::size_t> pixel) const
+/// Whether the four pixels there know what lies between them.
+bool PastLobes::is_known_at(const PastPlace& place) const
 {
     std::array<glm::vec3, 4> light{};
-    float mean = 0.0f, variance = 0.0f;
+    float variance = 0.0f;
     const std::array<std::size_t, 4> around = past_->places.around(place);
     for (std::size_t k = 0; k < 4; ++k) {
         const std::size_t j = around[k];
-        if (!(luminance(past_->light.reflectance[j]) > 0.0f)) return 1;  // nothing was traced there
+        if (!(luminance(past_->light.reflectance[j]) > 0.0f)) return false;  // nothing was traced there
         light[k] = past_->light.radiance[j];
         variance += 0.25f * past_->light.error[j] * past_->light.error[j];
-        if (!past_->light.of_lamps.empty()) {
-            light[k] += past_->light.of_lamps[j];
-            variance += 0.25f * past_->light.of_lamps_error[j] * past_->light.of_lamps_error[j];
-        }
-        mean += 0.25f * luminance(light[k]);
+        if (past_->light.of_lamps.empty()) continue;
+        light[k] += past_->light.of_lamps[j];
+        variance += 0.25f * past_->light.of_lamps_error[j] * past_->light.of_lamps_error[j];
     }
+    return is_even(light, std::sqrt(variance), past_->places.mean(past_->all, place));
+}
+
+/// Of all that is sampled.
+float PastLobes::part_of_lobes(const PastPlace& place) const
+{
+    float light = luminance(past_->places.mean(past_->light.radiance, place));
+    if (!past_->light.of_lamps.empty()) light += luminance(past_->places.mean(past_->light.of_lamps, place));
     const float all = past_->places.mean(past_->all, place);
-    if (!is_even(light, std::sqrt(variance), all)) return 1;
-    return pixel ? past_->places.views(*pixel, all > 0.0f ? kChange * mean / all : 0.0f) : kMostFewer;
+    return all > 0.0f ? light / all : 0.0f;
+}
+
+/// What shows at the pixel, in the plane of its point, as far behind it as its rays went; relative to the earlier
+/// camera.
+glm::dvec3 PastLobes::image_at(std::size_t i, float distance) const
+{
+    return g_.camera_position - past_->places.points().camera_position +
+           behind(glm::dvec3(g_.position(i)), static_cast<double>(distance));
 }
 
 /// Where the earlier view saw, in the plane of the point, the image that this view sees there.
-PastPlace PastLobes::image_of(const Seen& seen, std::size_t i) const
+PastPlace PastLobes::image_of(std::size_t i) const
 {
-    const PastPoints& past = past_->places.points();
-    if (seen.view.camera.projection == Projection::orthographic) return {};
-    const glm::dvec3 to_past = seen.g.camera_position - past.camera_position, relative(seen.g.position(i));
-    const double far = kFar * glm::length(relative);
-    const double distance = std::min(far, static_cast<double>(past_->light.distance[past_->places.nearest(i)]));
-    const glm::dvec3 point = relative + to_past, image = point + distance * glm::normalize(relative);
+    for (const View* view : {&view_, &past_->places.points().view})
+        if (view->camera.projection == Projection::orthographic) return {};
+    const glm::dvec3 image = image_at(i, past_->light.distance[past_->places.nearest(i)]);
     const PastPlace place = past_->places.project(image);
     if (!place.is_seen()) return {};
-    for (const std::size_t before : past_->places.around(place))
-        if (!shows_image(seen, i, glm::vec3(point), glm::vec3(image), before)) return {};
-    return place;
+    const std::array<std::size_t, 4> around = past_->places.around(place);
+    const bool shown = std::all_of(around.begin(), around.end(),
+                                   [&](std::size_t before) { return shows_image(i, glm::vec3(image), before); });
+    return shown ? place : PastPlace{};
 }
 
-/// Whether a pixel of the earlier view lies in the plane of this one's point, and lobes from there met what the image
-/// is of. @param point, image  relative to the earlier camera
-bool PastLobes::shows_image(const Seen& seen, std::size_t i, glm::vec3 point, glm::vec3 image, std::size_t before) const
+/// By how much a lobe blurs what it shows so far behind the point, seen from so far before it [px].
+double PastLobes::blur_of(std::size_t i, double distance) const
+{
+    const auto width = static_cast<double>(width_of(shading_.bsdf(g_, i)));
+    const auto away = static_cast<double>(glm::length(g_.position(i)));
+    return width * distance / (distance + away) / image_plane(view_).pixel;
+}
+
+/// Whether a pixel of the earlier view lies in the plane of this one's point, has such a lobe, and met along it what
+/// the image is of.
+bool PastLobes::shows_image(std::size_t i, glm::vec3 image, std::size_t before) const
 {
     const PastPoints& past = past_->places.points();
-    const glm::vec3 normal = seen.g.normal(i), there = past.position[before];
-    if (past.instance[before] != seen.g.instance[i] || glm::length(past.normal[before] - normal) > kFlat) return false;
-    if (std::abs(glm::dot(there - point, normal)) > kOffPlane * seen.g.footprint[i]) return false;
-    // Where this view sees what shows there, if it lies as far behind the plane as it was met, or as the image does.
-    const glm::dvec3 from(there), to_now = past.camera_position - seen.g.camera_position;
-    const auto shown_at = [&](double distance) {
-        return image_position(seen.view, from + distance * glm::normalize(from) + to_now);
+    const glm::dvec3 to_now = past.camera_position - g_.camera_position;
+    const glm::vec3 normal = g_.normal(i), there = past.position[before];
+    const Bsdf bsdf = shading_.bsdf(g_, i);
+    const float width = width_of(bsdf);
+    const glm::vec3 reflectance = albedo(bsdf, outgoing_at(g_, view_.camera, i), bsdf.those(lit_by_rays));
+    // A mirror that turns turns what it shows by twice that.
+    const double turned = 2.0 * static_cast<double>(glm::length(past.normal[before] - normal));
+    if (past.instance[before] != g_.instance[i] ||
+        turned > kSamePixel * image_plane(view_).pixel + kOfBlur * static_cast<double>(width) ||
+        std::abs(glm::dot(glm::dvec3(there) + to_now - glm::dvec3(g_.position(i)), glm::dvec3(normal))) >
+            static_cast<double>(kOffPlane * g_.footprint[i]) ||
+        std::abs(past_->light.width[before] - width) > kSameLobe * width ||
+        largest(glm::abs(past_->light.reflectance[before] - reflectance)) > kSameLobe * luminance(reflectance))
+        return false;
+    // Where this view sees what showed there, were it as far behind the plane as it was met, or as the image is.
+    const auto distance = static_cast<double>(glm::length(image - there));
+    const std::optional<glm::dvec2> as_met = image_position(
+                                        view_,
+                                        behind(glm::dvec3(there), static_cast<double>(past_->light.distance[before])) +
+                                            to_now),
+                                    as_image = image_position(view_, behind(glm::dvec3(there), distance) + to_now);
+    return as_met && as_image && glm::length(*as_met - *as_image) <= kSamePixel + kOfBlur * blur_of(i, distance);
+}
+
+/// Whether what this view's own rays met, so far away, is what the image is of.
+bool PastLobes::still_shows(std::size_t i, float distance) const
+{
+    const PastPlace &shown = past_->places.project(image_at(i, distance)), &known = known_[i].place;
+    if (!shown.is_seen()) return false;
+    const auto width = static_cast<std::uint32_t>(past_->places.points().view.width);
+    const auto at = [&](const PastPlace& p) {
+        return glm::dvec2(static_cast<double>(p.first % width) + static_cast<double>(p.x),
+                          static_cast<double>(p.first / width) + static_cast<double>(p.y));
     };
-    const double behind = static_cast<double>(glm::length(image - there)), away = glm::length(from);
-    const double met = std::min(kFar * away, static_cast<double>(past_->light.distance[before]));
-    const std::optional<glm::dvec2> as_met = shown_at(met), as_image = shown_at(behind);
-    const Bsdf bsdf = seen.shading.bsdf(seen.g, i);
-    const double width = static_cast<double>(narrowest(bsdf, bsdf.those(lit_by_rays)));
-    const double blur = width * behind / (behind + away) / image_plane(seen.view).pixel;
-    return as_met && as_image && glm::length(*as_met - *as_image) <= kSamePixel + kOfBlur * blur;
+    return glm::length(at(shown) - at(known)) <= kSamePixel + kOfBlur * blur_of(i, static_cast<double>(distance));
 }
 
 void PastLobes::add_to(TracedLight& light) const
 {
     if (known_.empty()) return;
     light.variance.assign(known_.size(), 1.0f);
+    const auto all = static_cast<std::size_t>(options_.rays_per_pixel);
     for (std::size_t i = 0; i < known_.size(); ++i) {
         if (known_[i].fewer == 1) continue;
+        const auto now = static_cast<float>(all) / static_cast<float>(rays(i, all));
+        if (known_[i].is_image && !still_shows(i, light.distance[i])) {
+            light.variance[i] = now;
+            continue;
+        }
         const PastPlace& place = known_[i].place;
-        const auto now = static_cast<float>(known_[i].fewer);
         const float known = past_->light.variance.empty() ? 1.0f : past_->places.mean(past_->light.variance, place);
-        const PastMix mix = mix_of(known, now, 1.0f / now);
+        const PastMix mix = mix_of(known, now, 1.0f / static_cast<float>(known_[i].fewer));
         const float error = std::sqrt(mix.variance / now);
         const glm::vec3 reflectance = past_->places.mean(past_->light.reflectance, place);
         const auto add = [&](const std::vector<glm::vec3>& before, std::vector<glm::vec3>& radiance,

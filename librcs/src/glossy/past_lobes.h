@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "gbuffer/past_view.h"
@@ -19,24 +18,35 @@ public:
     PastLobes(const LobeSettings& options, const GBuffer& gbuffer, const View& view, const Shading& shading,
               ThreadPool& pool);
 
-    /// How many times fewer rays a pixel takes: 1, 2 or 4.
-    int fewer(std::size_t pixel) const { return known_.empty() ? 1 : known_[pixel].fewer; }
+    /// Of a pixel that would have `all`.
+    std::size_t rays(std::size_t pixel, std::size_t all) const
+    {
+        return known_.empty() ? all : all / known_[pixel].fewer;
+    }
     /// Adds what is known to what the pixels' rays found.
     void add_to(TracedLight& light) const;
 
 private:
     struct Known {
         PastPlace place = {};
-        std::uint8_t fewer = 1;
+        std::uint8_t fewer = 1;  ///< times: 1, 2 or 4
+        bool is_image = false;
     };
-    struct Seen;
 
-    Known find(const Seen& seen, std::size_t pixel) const;
-    PastPlace image_of(const Seen& seen, std::size_t pixel) const;
-    bool shows_image(const Seen& seen, std::size_t pixel, glm::vec3 point, glm::vec3 image, std::size_t before) const;
-    int views_at(const PastPlace& place, std::optional<std::size_t> pixel) const;
+    Known find(std::size_t pixel) const;
+    bool is_known_at(const PastPlace& place) const;
+    float part_of_lobes(const PastPlace& place) const;
+    glm::dvec3 image_at(std::size_t pixel, float distance) const;
+    PastPlace image_of(std::size_t pixel) const;
+    bool shows_image(std::size_t pixel, glm::vec3 image, std::size_t before) const;
+    bool still_shows(std::size_t pixel, float distance) const;
+    double blur_of(std::size_t pixel, double distance) const;
 
+    const LobeSettings& options_;
     const PastTraced* past_;
+    const GBuffer& g_;
+    const View& view_;
+    const Shading& shading_;
     int most_fewer_;
     std::vector<Known> known_;
 };

@@ -58,6 +58,15 @@ private:
     LobePaths paths_[2];
 };
 
+TracedLight dark(std::size_t pixels, bool of_lamps)
+{
+    const std::vector<glm::vec3> black(pixels, glm::vec3(0.0f));
+    const std::vector<float> none(pixels, 0.0f);
+    TracedLight light{.radiance = black, .error = none, .distance = none, .reflectance = black, .width = none};
+    if (of_lamps) light.of_lamps = black, light.of_lamps_error = none;
+    return light;
+}
+
 }  // namespace
 
 TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GBuffer& gbuffer, const View& view,
@@ -73,14 +82,7 @@ TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GB
     RayRing ring(
         {gbuffer.width, gbuffer.width, options.rays_per_pixel, options.looks_per_pixel, of_lamps, light.has_soft()});
     std::vector<LobePaths::Workspace> workspaces(static_cast<std::size_t>(pool.size()));
-    TracedLight traced{std::vector<glm::vec3>(gbuffer.size(), glm::vec3(0.0f)),
-                       std::vector<float>(gbuffer.size(), 0.0f)};
-    traced.distance.assign(gbuffer.size(), 0.0f);
-    traced.reflectance.assign(gbuffer.size(), glm::vec3(0.0f));
-    if (of_lamps) {
-        traced.of_lamps.assign(gbuffer.size(), glm::vec3(0.0f));
-        traced.of_lamps_error.assign(gbuffer.size(), 0.0f);
-    }
+    TracedLight traced = dark(gbuffer.size(), of_lamps);
     const auto first_pixel = [&](int row) {
         return static_cast<std::size_t>(row) * static_cast<std::size_t>(gbuffer.width);
     };
@@ -102,6 +104,7 @@ TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GB
                 traced.error[i] = light_here.reflected.error;
                 traced.distance[i] = light_here.distance;
                 traced.reflectance[i] = light_here.reflectance;
+                traced.width[i] = light_here.width;
                 if (!of_lamps) continue;
                 traced.of_lamps[i] = light_here.of_lamps.radiance;
                 traced.of_lamps_error[i] = light_here.of_lamps.error;

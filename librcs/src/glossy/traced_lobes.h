@@ -33,6 +33,7 @@ struct TracedLight {
     std::vector<float> variance = {};     ///< over that of one view's rays; empty: 1, nothing of earlier views is in it
     std::vector<float> distance = {};     ///< harmonic mean of the rays' lengths [m]
     std::vector<glm::vec3> reflectance = {};  ///< albedo of the lobes towards the viewer
+    std::vector<float> width = {};            ///< of the narrowest of them
 };
 
 /// What an earlier view of the same scene saw along the same lobes.

@@ -55,14 +55,12 @@ void sum_up(const GBuffer& g, KeptSamples& kept)
     for (float& light : all) light += dark;
 }
 
-/// Whether views of the session go on from one another's samples. What a budget can afford is told by pixels that are
-/// spared none.
+}  // namespace
+
 bool goes_on(const Frame& f)
 {
-    return f.session.state().options.keep_records && f.layer == 0 && !f.moments && !f.is_glance && !f.deadline.is_set();
+    return f.session.state().options.keep_records && f.layer == 0 && !f.moments && !f.is_glance && !has_goal(f.asked);
 }
-
-}  // namespace
 
 void look_back(Frame& f)
 {
@@ -71,7 +69,7 @@ void look_back(Frame& f)
     const auto pass = static_cast<std::size_t>(f.pass);
     if (!goes_on(f) || pass >= session.samples.size() || session.samples[pass].with != sampled_with(f)) return;
     const KeptSamples& kept = session.samples[pass];
-    if (kept.points.view == f.view() && kept.points.instance == f.gbuffer.instance) {
+    if (kept.seed == f.settings.seed && kept.points.view == f.view() && kept.points.instance == f.gbuffer.instance) {
         // A filter is told by samples beside the pixels'.
         if (!f.direct.checked) f.past.emplace(PastSamples{kept, std::nullopt, 0});
         return;
@@ -81,7 +79,7 @@ void look_back(Frame& f)
                            ++session.sampled};
     }));
     // Else views would go on from the same samples.
-    f.direct.seed = stream_key(f.direct.seed, Stream::direct, f.past->number);
+    f.direct.seed = stream_key(f.direct.seed, Stream::views, f.past->number);
 }
 
 void keep_samples(Frame& f)
@@ -100,6 +98,7 @@ void keep_samples(Frame& f)
     sum_up(f.gbuffer, kept);
     kept.points = points_of(f.gbuffer, f.view());
     kept.with = sampled_with(f);
+    kept.seed = f.settings.seed;
     if (pass == samples.size()) samples.emplace_back();
     samples[pass] = std::move(kept);
 }

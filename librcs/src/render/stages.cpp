@@ -233,6 +233,7 @@ void light_directly(Frame& f)
     if (f.settings.has_lamps) {
         if (f.is_first_view() || f.has_moved) timed(f, "lamps", [&] { part_lamps(f); });
         if (f.is_first_view()) f.direct = f.course.direct = affordable_direct(f);
+        f.direct.error = f.direct.error || goes_on(f);  // which says what of the samples is noise
         f.direct.gathered = &f.gathered;
     }
     look_back(f);

@@ -24,6 +24,7 @@ struct SampledWith {
 /// there.
 struct KeptSamples {
     SampledWith with;
+    std::uint64_t seed = 1;
     PastPoints points;
     DirectLightResult direct;  ///< empty: lamps have no size
     TracedLight traced;        ///< empty: no lobes are traced

@@ -28,7 +28,8 @@ enum class Stream : std::uint64_t {
     direct_again,
     lamp_checks,
     contacts,
-    renewal
+    renewal,
+    views
 };
 
 inline std::uint64_t stream_key(std::uint64_t seed, Stream stream, std::uint64_t index)
