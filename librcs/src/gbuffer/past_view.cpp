@@ -86,8 +86,7 @@ PastPlaces::PastPlaces(const PastPoints& past, const GBuffer& g, const View& vie
             return;
         }
         if (!shading.has_lobes()) return;
-        const bool parallel = past.view.camera.projection == Projection::orthographic;
-        const glm::vec3 outgoing = parallel ? parallel_outgoing(past.view.camera) : -glm::vec3(glm::normalize(point));
+        const glm::vec3 outgoing = outgoing_from(past.view.camera, glm::vec3(point));
         place.turn = glm::length(outgoing - outgoing_at(g, view.camera, i)) / width_of(shading, g, i);
     };
     pool.parallel_for(g.size(), 1024, [&](std::size_t begin, std::size_t end, int) {

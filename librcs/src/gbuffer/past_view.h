@@ -76,7 +76,6 @@ private:
     bool fits(const GBuffer& g, std::size_t pixel, glm::vec3 point) const;
 
     const PastPoints& past_;
-
     std::vector<PastPlace> places_;
     std::size_t width_;  // of the earlier view [px]
 };
@@ -88,13 +87,6 @@ private:
 bool is_even(const std::array<glm::vec3, 4>& light, float error, float beside);
 /// The same of light without noise, which is not to become worse: it changes as it would on a plane.
 bool is_exactly_even(const std::array<glm::vec3, 4>& light, float beside);
-
-/// Mixes an estimate with that of earlier views. @param weight  of `now`
-template <typename T>
-T mix_with_past(const T& past, const T& now, float weight)
-{
-    return past + weight * (now - past);
-}
 
 /// How much of a new estimate goes into what was known, and what variance that leaves, over that of one view's samples.
 struct PastMix {

@@ -82,11 +82,16 @@ inline glm::vec3 parallel_outgoing(const Camera& camera)
     return glm::vec3(glm::normalize(glm::dvec3(camera.world_from_view[2])));
 }
 
-/// Unit direction from a covered pixel's point to the viewer.
+/// Unit direction from a point to the viewer. @param point  relative to the camera
+inline glm::vec3 outgoing_from(const Camera& camera, glm::vec3 point)
+{
+    return camera.projection == Projection::orthographic ? parallel_outgoing(camera) : -glm::normalize(point);
+}
+
+/// The same of a covered pixel's point.
 inline glm::vec3 outgoing_at(const GBuffer& g, const Camera& camera, std::size_t pixel)
 {
-    if (camera.projection == Projection::orthographic) return parallel_outgoing(camera);
-    return -glm::normalize(g.position(pixel));
+    return outgoing_from(camera, g.position(pixel));
 }
 
 }  // namespace rcs

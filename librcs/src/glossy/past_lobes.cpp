@@ -192,7 +192,7 @@ void PastLobes::add_to(TracedLight& light) const
                              std::vector<float>& errors) {
             if (radiance.empty()) return;
             const glm::vec3 there = recoloured(past_->places.mean(before, place), light.reflectance[i], reflectance);
-            radiance[i] = mix_with_past(there, radiance[i], mix.weight);
+            radiance[i] = glm::mix(there, radiance[i], mix.weight);
             errors[i] *= error;
         };
         add(past_->light.radiance, light.radiance, light.error);
