@@ -322,5 +322,29 @@ TEST(Bsdf, APaneSendsLightStraightOn)
     EXPECT_GT(through, 64 * 64 / 2);
 }
 
+/// Looked at once or for each direction anew: the lobes are the same.
+TEST(SeenLobes, ScatterAsTheirSurfaceDoes)
+{
+    for (const Bsdf& b : {metal(0.3f), plastic(0.5f), coated(0.4f, 0.1f), pane(0.2f), sheen(0.6f), brushed(0.3f, 0.8f),
+                          leaf({0.3f, 0.6f, 0.2f}, {0.4f, 0.5f, 0.1f})}) {
+        for (const float cosine : kCosines) {
+            const glm::vec3 outgoing = direction(cosine, 1.1f);
+            for (const LobeSet set : {kAllLobes, reflecting_lobes(b), diffuse_lobes(b)}) {
+                const SeenLobes seen(b, outgoing, set);
+                for_each_sample(4, [&](float choice, glm::vec2 u) {
+                    const BsdfSample own = seen.sample(choice, u), other = sample(b, outgoing, choice, u, set);
+                    EXPECT_EQ(own.incoming, other.incoming);
+                    EXPECT_EQ(own.density, other.density);
+                    const glm::vec3 incoming = direction(u.x, 6.0f * u.y);
+                    const glm::vec3 f = evaluate(b, outgoing, incoming, set), found = seen.evaluate(incoming);
+                    for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], f[c], 1e-5f * f[c]);
+                    const float density = rcs::density(b, outgoing, incoming, set);
+                    EXPECT_NEAR(seen.density(incoming), density, 1e-5f * density);
+                });
+            }
+        }
+    }
+}
+
 }  // namespace
 }  // namespace rcs::test

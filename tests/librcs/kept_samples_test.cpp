@@ -98,6 +98,23 @@ TEST(KeptSamples, SpareViewsOfAStillSceneMostOfTheirs)
     EXPECT_LT(difference(last, one, "direct"), 1.05 * difference(two, one, "direct"));
 }
 
+/// Close to a lamp light changes from pixel to pixel, but its shape tells by how much where nothing hides it.
+TEST(KeptSamples, KnowTheLightOfLampsThatNothingHides)
+{
+    Scene scene = test::room(0.5f);
+    test::add_mesh(scene, test::quad({-0.5f, 2.9f, -1.9f}, {1, 0, 0}, {0, 0, 0.5f},
+                                     test::add_material(scene, glm::vec3(0.0f), glm::vec3(9.0f))));
+    Walk walk;
+    const std::uint64_t rays = walk.show(scene, 0, small()).stats.direct_shadow_rays;
+    for (int view = 1; view <= 20; ++view) {
+        const RenderResult now = walk.show(scene, 5 * view, small());
+        EXPECT_LT(5 * now.stats.direct_shadow_rays, rays) << view;
+        if (view % 10 != 0) continue;
+        const RenderResult alone = test::render_view(scene, camera_at(scene, 5 * view), small());
+        EXPECT_LT(difference(now, alone, "direct"), 1e-3) << view;
+    }
+}
+
 /// A mirror of that roughness in place of the floor: in such ones lobes turn by their width from view to view.
 Scene mirror_room(float roughness)
 {
@@ -124,6 +141,27 @@ TEST(KeptSamples, AlsoServeImagesInMirrors)
     }
     EXPECT_NEAR(mean_of(last, "indirect"), mean_of(alone[0], "indirect"), 0.015 * mean_of(alone[0], "indirect"));
     EXPECT_LT(difference(last, alone[0], "indirect"), 1.25 * difference(alone[1], alone[0], "indirect"));
+}
+
+/// What is reflected in a mirror with stripes has none.
+TEST(KeptSamples, ServeImagesInMirrorsOfAnyPattern)
+{
+    Scene scene = mirror_room(0.02f);
+    scene.materials.back().base_color_texture = test::add_halves(scene, {1, 1, 1, 1}, {0.6f, 0.7f, 0.8f, 1});
+    scene.meshes.back().uvs = {{0, 0}, {0, 10}, {10, 10}, {10, 0}};
+    Walk walk;
+    RenderResult last = walk.show(scene, 0, small());
+    const std::uint64_t along_lobes = last.stats.traced.rays;
+    for (int view = 1; view <= 8; ++view) last = walk.show(scene, 4 * view, small());
+    EXPECT_LT(4 * last.stats.traced.rays, 3 * along_lobes);
+    const auto alone = [&](std::uint64_t seed) {
+        RenderOptions options = small();
+        options.seed = seed;
+        return test::render_view(scene, camera_at(scene, 32), options);
+    };
+    const RenderResult one = alone(2), two = alone(3);
+    EXPECT_NEAR(mean_of(last, "indirect"), mean_of(one, "indirect"), 0.015 * mean_of(one, "indirect"));
+    EXPECT_LT(difference(last, one, "indirect"), 1.25 * difference(two, one, "indirect"));
 }
 
 TEST(KeptSamples, OfOtherLobesShowNoImage)

@@ -11,6 +11,7 @@
 
 #include "direct/direct_error.h"
 #include "direct/direct_point.h"
+#include "direct/spared_pixels.h"
 #include "facts/scene_effects.h"
 #include "gbuffer/checked_pixels.h"
 #include "gbuffer/visible_points.h"
@@ -50,77 +51,6 @@ std::uint64_t mixed_at(const std::vector<LampSight>& sight, const GBuffer& g, st
     }
     return all.mixed() & sight[i].seen();
 }
-
-// Albedo at least by which light is judged.
-constexpr float kGrey = 0.2f;
-
-/// What an earlier view spares this one.
-class Sparing {
-public:
-    Sparing(const PastDirect* past, const GBuffer& g, const View& view, ThreadPool& pool)
-        : past_(past), pixels_(g.size()), is_spared_(past ? g.size() : 0, 0)
-    {
-        if (!past) return;
-        pool.parallel_for(g.size(), 1024, [&](std::size_t begin, std::size_t end, int) {
-            for (std::size_t i = begin; i < end; ++i)
-                is_spared_[i] = g.covered(i) && past->places[i].is_seen() && spares_at(g, view, i) ? 1 : 0;
-        });
-    }
-    bool spares(std::size_t i) const { return !is_spared_.empty() && is_spared_[i] != 0; }
-    /// What the pixels that are spared a look saw of the lamps before.
-    std::vector<LampSight> sight() const
-    {
-        std::vector<LampSight> known(pixels_);
-        for (std::size_t i = 0; i < is_spared_.size(); ++i)
-            if (spares(i)) known[i] = past_->light.sight[past_->places.nearest(i)];
-        return known;
-    }
-    /// Gives them the light of before.
-    void add_to(DirectLightResult& light) const
-    {
-        for (std::size_t i = 0; i < is_spared_.size(); ++i) {
-            if (!spares(i)) continue;
-            light.irradiance[i] = past_->places.mean(past_->light.irradiance, i);
-            if (!light.glossy.empty()) light.glossy[i] = past_->places.mean(past_->light.glossy, i);
-            light.in_part[i] = past_->light.in_part[past_->places.nearest(i)];
-        }
-    }
-
-private:
-    bool spares_at(const GBuffer& g, const View& view, std::size_t i) const
-    {
-        std::array<glm::vec3, 4> diffuse{}, glossy{};
-        // What black surfaces receive, others show.
-        const glm::vec3 reflected = std::numbers::inv_pi_v<float> * glm::max(g.albedo[i], kGrey);
-        float mean = 0.0f, of_lobes = 0.0f, diffuse_variance = 0.0f, glossy_variance = 0.0f;
-        bool is_exact = true;
-        const auto squared = [](const std::vector<float>& errors, float scale, std::size_t j) {
-            return errors.empty() ? 0.0f : 0.25f * scale * scale * errors[j] * errors[j];
-        };
-        const std::array<std::size_t, 4> around = past_->places.around(i);
-        for (std::size_t k = 0; k < 4; ++k) {
-            const std::size_t j = around[k];
-            diffuse[k] = reflected * past_->light.irradiance[j];
-            diffuse_variance += squared(past_->light.irradiance_error, luminance(reflected), j);
-            is_exact = is_exact && past_->light.in_part[j] == 0;
-            if (!past_->light.glossy.empty()) glossy[k] = past_->light.glossy[j];
-            glossy_variance += squared(past_->light.glossy_error, 1.0f, j);
-            of_lobes += 0.25f * luminance(glossy[k]);
-            mean += 0.25f * luminance(diffuse[k] + glossy[k]);
-        }
-        const float all = past_->places.mean(past_->all, i);
-        const int views = past_->places.views(i, all > 0.0f ? of_lobes / all : 0.0f);
-        const std::uint64_t turn = mix64(pixel_number(view, i)) + past_->number;
-        if (turn % static_cast<std::uint64_t>(views) == 0) return false;
-        const float beside = mean + past_->little;
-        return is_even(glossy, std::sqrt(glossy_variance), beside) &&
-               (is_exact ? is_exactly_even(diffuse, beside) : is_even(diffuse, std::sqrt(diffuse_variance), beside));
-    }
-
-    const PastDirect* past_;
-    std::size_t pixels_;
-    std::vector<std::uint8_t> is_spared_;
-};
 
 /// Light by samples of its own at the checked pixels. @param sample  of a pixel, a stream and a thread
 /// @param again  is filled in if that is wanted
@@ -191,12 +121,12 @@ DirectLightResult direct_light(const RayScene& rays, const GBuffer& gbuffer, con
 {
     validate(options);
     const DirectLight light(rays, options);
-    const Sparing sparing(light.averages() ? past : nullptr, gbuffer, view, pool);
     const bool highlights = shading.has_lobes() && effects_or_scene(options.effects, rays).has(Effect::highlights);
     DirectLightResult result;
     result.irradiance.assign(gbuffer.size(), glm::vec3(0.0f));
     if (highlights) result.glossy.assign(gbuffer.size(), glm::vec3(0.0f));
     std::vector<DirectLight::Workspace> workspaces(static_cast<std::size_t>(pool.size()));
+    const SparedPixels spared(light.averages() ? past : nullptr, light, gbuffer, view, pool, workspaces);
     const auto light_at = [&](std::size_t i, std::uint64_t mixed, Stream stream, DirectLight::Workspace& w) {
         Bsdf bsdf;
         return light.at(visible_point(gbuffer, i),
@@ -210,11 +140,11 @@ DirectLightResult direct_light(const RayScene& rays, const GBuffer& gbuffer, con
     };
     const bool looks_twice = light.takes_mixed();
     if (light.averages()) result.in_part.assign(gbuffer.size(), looks_twice ? 0 : 1);
-    if (looks_twice) result.sight = sparing.sight();
+    if (looks_twice) result.sight = spared.sight();
     pool.parallel_for(gbuffer.size(), 1024, [&](std::size_t begin, std::size_t end, int thread) {
         DirectLight::Workspace& w = workspaces[static_cast<std::size_t>(thread)];
         for (std::size_t i = begin; i < end; ++i) {
-            if (!gbuffer.covered(i) || sparing.spares(i)) continue;
+            if (!gbuffer.covered(i) || spared.has(i)) continue;
             light_pixel(i, 0, w);
             if (looks_twice) result.sight[i] = w.sight;
         }
@@ -222,13 +152,13 @@ DirectLightResult direct_light(const RayScene& rays, const GBuffer& gbuffer, con
     // Penumbras are where a lamp is free at one pixel and hidden at the next.
     pool.parallel_for(result.sight.size(), 1024, [&](std::size_t begin, std::size_t end, int thread) {
         for (std::size_t i = begin; i < end; ++i) {
-            const std::uint64_t mixed = sparing.spares(i) ? 0 : mixed_at(result.sight, gbuffer, i);
+            const std::uint64_t mixed = spared.has(i) ? 0 : mixed_at(result.sight, gbuffer, i);
             if (mixed == 0) continue;
             result.in_part[i] = 1;
             light_pixel(i, mixed, workspaces[static_cast<std::size_t>(thread)]);
         }
     });
-    sparing.add_to(result);
+    spared.add_to(result);
     if (options.error && light.averages()) {
         const auto sample = [&](std::uint32_t pixel, Stream stream, int thread) {
             return light_at(pixel, mixed_at(result.sight, gbuffer, pixel), stream,

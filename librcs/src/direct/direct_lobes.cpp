@@ -40,7 +40,7 @@ float lobe_solid_angle(float alpha) { return std::min(4.0f * kPi * alpha * alpha
 void DirectLight::choose_samples(const SurfacePoint& point, const Workspace& w, Lobes& lobes) const
 {
     if (!lobes.any) return;
-    const float alpha = narrowest(lobes.bsdf, lobes.reflecting);
+    const float alpha = narrowest(*lobes.bsdf, lobes.reflecting);
     bool narrow = lobes.lit_by_gathered != 0u;
     narrow |= alpha < kLampsAlpha &&
               (candidates_.draws() || (sky_.has_peaks() && lobe_solid_angle(alpha) < sky_.peak_solid_angle()));
@@ -117,8 +117,7 @@ void DirectLight::add_lobe_rays(const SurfacePoint& point, const Lobes& lobes, s
         };
         const float choice = at(shift.x, 0.8191725133961645);
         BsdfSample& s = samples[i];
-        s = sample(lobes.bsdf, lobes.outgoing, choice,
-                   {at(shift.y, 0.6710436067037893), at(shift.z, 0.5497004779019703)}, lobes.reflecting);
+        s = lobes.seen->sample(choice, {at(shift.y, 0.6710436067037893), at(shift.z, 0.5497004779019703)});
         if (s.weight == glm::vec3(0.0f) || !(s.density > 0.0f) ||
             !(glm::dot(point.geometric_normal, s.incoming) > 0.0f) ||
             !(glm::dot(point.shading_normal, s.incoming) > 0.0f) || !may_meet_lamp(point, s.incoming))
@@ -132,6 +131,7 @@ void DirectLight::add_lobe_rays(const SurfacePoint& point, const Lobes& lobes, s
     w.rays += static_cast<std::uint64_t>(std::popcount(active));
     tally(Count::highlight_rays, static_cast<std::uint64_t>(std::popcount(active)));
     const float n = static_cast<float>(lobes.samples);
+    const SeenLobes lit_by_gathered(*lobes.bsdf, lobes.outgoing, lobes.lit_by_gathered);
     for (int i = 0; i < lobes.samples; ++i) {
         if ((active >> i & 1u) == 0u) continue;
         float towards = 0.0f;
@@ -141,7 +141,7 @@ void DirectLight::add_lobe_rays(const SurfacePoint& point, const Lobes& lobes, s
                               options_.gathered->has(w.packet.instance(i));
         if (gathered) towards = 0.0f;
         const glm::vec3 reflected = gathered
-                                        ? glossy(lobes, lobes.lit_by_gathered, samples[i].incoming) / samples[i].density
+                                        ? glossy(*lobes.bsdf, lit_by_gathered, samples[i].incoming) / samples[i].density
                                         : samples[i].weight;
         lit.glossy += weights.weight[i] * radiance * reflected *
                       (power_heuristic(lobes.counted * samples[i].density, towards) / n);

@@ -55,27 +55,33 @@ DirectLight::Lobes DirectLight::make_lobes(const Viewer& viewer) const
     Lobes lobes;
     if (!viewer.bsdf || glossy_lobes(*viewer.bsdf) == 0u) return lobes;
     lobes.any = true;
-    lobes.bsdf = *viewer.bsdf;
+    lobes.bsdf = viewer.bsdf;
     // What comes through from behind is found by rays, straight ones or those along the lobe; but punctual lamps by
     // none.
-    lobes.reflecting = reflecting_lobes(lobes.bsdf);
+    lobes.reflecting = reflecting_lobes(*lobes.bsdf);
+    lobes.seen.emplace(*viewer.bsdf, viewer.outgoing, lobes.reflecting);
     if (options_.gathered && options_.gathered->any()) {
         lobes.lit_by_gathered = lobes.reflecting;
-        if (options_.gathered->by_direction) lobes.lit_by_gathered &= ~lobes.bsdf.those(lit_by_records);
-        if (options_.gathered->along_lobes) lobes.lit_by_gathered &= ~lobes.bsdf.those(lit_by_rays);
+        if (options_.gathered->by_direction) lobes.lit_by_gathered &= ~lobes.bsdf->those(lit_by_records);
+        if (options_.gathered->along_lobes) lobes.lit_by_gathered &= ~lobes.bsdf->those(lit_by_rays);
     }
-    lobes.lit_behind = lobes_lit_behind(lobes.bsdf);
-    lobes.transmitting = transmitting_lobes(lobes.bsdf) & ~lobes.lit_behind;
+    lobes.lit_behind = lobes_lit_behind(*lobes.bsdf);
+    lobes.transmitting = transmitting_lobes(*lobes.bsdf) & ~lobes.lit_behind;
     lobes.outgoing = viewer.outgoing;
-    lobes.diffuse = kInversePi * luminance(albedo(lobes.bsdf, lobes.outgoing, diffuse_lobes(lobes.bsdf)));
+    lobes.diffuse = kInversePi * luminance(albedo(*lobes.bsdf, lobes.outgoing, diffuse_lobes(*lobes.bsdf)));
     return lobes;
 }
 
-glm::vec3 DirectLight::glossy(const Lobes& lobes, LobeSet which, glm::vec3 to_light) const
+glm::vec3 DirectLight::glossy(const Lobes& lobes, glm::vec3 to_light)
 {
-    const float cosine = glm::dot(lobes.bsdf.normal, to_light);
-    if (!(cosine > 0.0f) || !(glm::dot(lobes.bsdf.geometric_normal, to_light) > 0.0f)) return glm::vec3(0.0f);
-    return cosine * evaluate(lobes.bsdf, lobes.outgoing, to_light, which);
+    return glossy(*lobes.bsdf, *lobes.seen, to_light);
+}
+
+glm::vec3 DirectLight::glossy(const Bsdf& bsdf, const SeenLobes& seen, glm::vec3 to_light)
+{
+    const float cosine = glm::dot(bsdf.normal, to_light);
+    if (!(cosine > 0.0f) || !(glm::dot(bsdf.geometric_normal, to_light) > 0.0f)) return glm::vec3(0.0f);
+    return cosine * seen.evaluate(to_light);
 }
 
 Lit DirectLight::at(const SurfacePoint& point, const Viewer& viewer, std::uint64_t key, Workspace& w,
@@ -88,10 +94,34 @@ Lit DirectLight::at(const SurfacePoint& point, const Viewer& viewer, std::uint64
     Lobes none;
     none.is_behind = true;
     const Lit behind = on_this_side(other_side(point), none, mix64(key + 1), w, mixed);
-    lit.glossy += kInversePi * albedo(lobes.bsdf, lobes.outgoing, lobes.lit_behind) * behind.irradiance;
+    lit.glossy += kInversePi * albedo(*lobes.bsdf, lobes.outgoing, lobes.lit_behind) * behind.irradiance;
     w.sight.free |= sight.free;
     w.sight.hidden |= sight.hidden;
     return lit;
+}
+
+bool DirectLight::knows_by_shape() const
+{
+    return takes_mixed() && !sky_.has_peaks() && !rays_.has_transparency() &&
+           std::none_of(lights_.triangles.begin(), lights_.triangles.end(),
+                        [](const EmissiveTriangle& t) { return t.varied; });
+}
+
+std::optional<glm::vec3> DirectLight::irradiance_of_seen(const SurfacePoint& point, const LampSight& sight,
+                                                         Workspace& w) const
+{
+    const Lobes none{};
+    RandomStream random(0);  // where lamps are drawn nothing is known by shape
+    w.lamps.clear();
+    find_lamps(point, none, random, w);
+    Lit lit;
+    for (const LampView& lamp : w.lamps) {
+        const std::uint64_t bit = bit_of_lamp(lamp.number);
+        if ((sight.seen() & bit) == 0u || (sight.mixed() & bit) != 0u) return std::nullopt;
+        if ((sight.free & bit) != 0u) lit.irradiance += lamp.irradiance;
+    }
+    add_punctual(point, none, w, lit);
+    return lit.irradiance;
 }
 
 Lit DirectLight::on_this_side(const SurfacePoint& point, Lobes& lobes, std::uint64_t key, Workspace& w,
@@ -125,11 +155,11 @@ void DirectLight::add_punctual(const SurfacePoint& point, const Lobes& lobes, Wo
         const glm::vec3 arriving = rays_.has_transparency() ? s.irradiance * transmittance(rays_, ray) : s.irradiance;
         if (is_behind) {
             lit.glossy +=
-                arriving * std::abs(cosine) * evaluate(lobes.bsdf, lobes.outgoing, s.to_light, lobes.transmitting);
+                arriving * std::abs(cosine) * evaluate(*lobes.bsdf, lobes.outgoing, s.to_light, lobes.transmitting);
             continue;
         }
         lit.irradiance += cosine * arriving;
-        if (lobes.any) lit.glossy += arriving * glossy(lobes, lobes.reflecting, s.to_light);
+        if (lobes.any) lit.glossy += arriving * glossy(lobes, s.to_light);
     }
 }
 
@@ -161,9 +191,9 @@ void DirectLight::find_lamps(const SurfacePoint& point, const Lobes& lobes, Rand
             // Highlights of all lamps take as long as the rays that a few picks save.
             if (lobes.any && options_.lamp_picks == 0) {
                 const glm::vec3 centre = lamp.corner[0] + lamp.corner[1] + lamp.corner[2];
-                const float cosine = glm::dot(lobes.bsdf.normal, glm::normalize(centre));
+                const float cosine = glm::dot(lobes.bsdf->normal, glm::normalize(centre));
                 const float highlight =
-                    cosine > 0.0f ? luminance(glossy(lobes, lobes.reflecting, glm::normalize(centre))) / cosine : 0.0f;
+                    cosine > 0.0f ? luminance(glossy(lobes, glm::normalize(centre))) / cosine : 0.0f;
                 lamp.importance *= lobes.diffuse + std::min(highlight, kMostHighlight * kInversePi) + 0.01f;
             }
             w.lamps.push_back(lamp);
@@ -202,10 +232,8 @@ void DirectLight::shoot(const SurfacePoint& point, const Lobes& lobes, LampView&
             triangle.varied ? radiance_at(rays_, triangle, point.position + s.position) : triangle.radiance;
         if (triangle.varied) w.radiance.push_back(radiance);
         if (!lobes.any) continue;
-        glm::vec3 g = lamp.scale * s.inverse_density * radiance * glossy(lobes, lobes.reflecting, to_light);
-        if (lobes.samples > 0)
-            g *= power_heuristic(towards,
-                                 lobes.counted * density(lobes.bsdf, lobes.outgoing, to_light, lobes.reflecting));
+        glm::vec3 g = lamp.scale * s.inverse_density * radiance * glossy(lobes, to_light);
+        if (lobes.samples > 0) g *= power_heuristic(towards, lobes.counted * lobes.seen->density(to_light));
         w.glossy.push_back(g);
     }
     w.shadow.trace(rays_);
@@ -335,11 +363,10 @@ void DirectLight::add_peaks(const SurfacePoint& point, const Lobes& lobes, std::
             w.shadow.add(ray_from(point, s.direction));
             w.radiance.push_back(cosine / s.density * s.radiance);
             if (!lobes.any) continue;
-            glm::vec3 g = s.radiance * glossy(lobes, lobes.reflecting, s.direction) / s.density;
+            glm::vec3 g = s.radiance * glossy(lobes, s.direction) / s.density;
             if (lobes.samples > 0) {
                 const float towards = static_cast<float>(options_.area_samples) * s.density;
-                g *= power_heuristic(
-                    towards, lobes.counted * density(lobes.bsdf, lobes.outgoing, s.direction, lobes.reflecting));
+                g *= power_heuristic(towards, lobes.counted * lobes.seen->density(s.direction));
             }
             w.glossy.push_back(g);
         }

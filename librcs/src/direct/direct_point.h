@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include <glm/glm.hpp>
@@ -73,6 +74,12 @@ public:
     Lit at(const SurfacePoint& point, const Viewer& viewer, std::uint64_t key, Workspace& w,
            std::uint64_t mixed = ~0ull) const;
 
+    /// Whether irradiance_of_seen() is worth a try: lamps send the same everywhere, and nothing tints it.
+    bool knows_by_shape() const;
+    /// Irradiance at a point that sees each lamp wholly or not at all, exact but for the shadow rays to lamps without
+    /// size; none if `sight` does not say that of each lamp.
+    std::optional<glm::vec3> irradiance_of_seen(const SurfacePoint& point, const LampSight& sight, Workspace& w) const;
+
     /// Whether rays stand for more than themselves: only lamps without size need no average.
     bool averages() const { return !lights_.triangles.empty() || sky_.has_peaks(); }
 
@@ -88,9 +95,10 @@ private:
 
     /// The lobes that reflect, and how they share the work with the lamps.
     struct Lobes {
-        Bsdf bsdf;
+        const Bsdf* bsdf = nullptr;  // the viewer's; set if there are any
         LobeSet reflecting = 0, transmitting = 0, lit_behind = 0;
-        LobeSet lit_by_gathered = 0;  // of the reflecting ones, those whose gathered lamps nothing else finds
+        LobeSet lit_by_gathered = 0;    // of the reflecting ones, those whose gathered lamps nothing else finds
+        std::optional<SeenLobes> seen;  // the reflecting ones
         glm::vec3 outgoing{0.0f};
         float diffuse = 0.0f;         // luminance of the diffuse albedo over pi
         int samples = 0;              // rays along the lobes
@@ -103,7 +111,9 @@ private:
     Lit on_this_side(const SurfacePoint& point, Lobes& lobes, std::uint64_t key, Workspace& w,
                      std::uint64_t mixed) const;
     Lobes make_lobes(const Viewer& viewer) const;
-    glm::vec3 glossy(const Lobes& lobes, LobeSet which, glm::vec3 to_light) const;  // f x cosine
+    /// Of the reflecting lobes f times the cosine.
+    static glm::vec3 glossy(const Lobes& lobes, glm::vec3 to_light);
+    static glm::vec3 glossy(const Bsdf& bsdf, const SeenLobes& seen, glm::vec3 to_light);
     bool is_gathered(const EmissiveTriangle& triangle, const Lobes& lobes) const
     {
         return options_.gathered && !lobes.is_behind && options_.gathered->has(triangle.instance);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -59,9 +60,16 @@ public:
     template <typename T>
     T mean(const std::vector<T>& values, const PastPlace& p) const
     {
+        return mean([&](std::size_t j) { return values[j]; }, p);
+    }
+    /// @param value  of a pixel of the earlier view
+    template <typename Value>
+        requires std::invocable<Value, std::size_t>
+    auto mean(const Value& value, const PastPlace& p) const
+    {
         const std::array<std::size_t, 4> at = around(p);
-        return (1.0f - p.y) * ((1.0f - p.x) * values[at[0]] + p.x * values[at[1]]) +
-               p.y * ((1.0f - p.x) * values[at[2]] + p.x * values[at[3]]);
+        return (1.0f - p.y) * ((1.0f - p.x) * value(at[0]) + p.x * value(at[1])) +
+               p.y * ((1.0f - p.x) * value(at[2]) + p.x * value(at[3]));
     }
     /// Views over which light stays about the same of which so large a part comes by lobes: 1, 2, 4, 8 or 16. What is
     /// reflected evenly stays in any case.

@@ -26,12 +26,13 @@ struct LobeLooks::Viewed {
     glm::vec3 outgoing, position, geometric_normal;
     LookCells cells;
     float albedo;  // luminance
+    SeenLobes seen{bsdf, outgoing, traced};
 
     /// pi times the part of the lobes' light that comes from a direction, per solid angle.
     float density(glm::vec3 incoming) const
     {
-        const glm::vec3 f = evaluate(bsdf, outgoing, incoming, traced);
-        return std::numbers::pi_v<float> * luminance(f) * std::abs(glm::dot(bsdf.normal, incoming)) / albedo;
+        return std::numbers::pi_v<float> * luminance(seen.evaluate(incoming)) *
+               std::abs(glm::dot(bsdf.normal, incoming)) / albedo;
     }
 };
 
@@ -102,18 +103,18 @@ void LobeLooks::look(std::size_t pixel, std::uint64_t key, RayRing& ring, Worksp
 {
     const std::span<LobeRay> looks = ring.looks_of(pixel);
     std::fill(looks.begin(), looks.end(), LobeRay{});
-    Viewed from{shading_.bsdf(g_, pixel),
-                0u,
-                outgoing_at(g_, view_.camera, pixel),
-                g_.scene_position(pixel),
-                g_.geometric_normal[pixel],
-                {},
-                0.0f};
-    from.traced = from.bsdf.those(lit_by_rays);
-    if (looks.empty() || !LobeLooks::looks(from.bsdf, from.traced)) return;
-    from.albedo = luminance(albedo(from.bsdf, from.outgoing, from.traced));
+    const Bsdf bsdf = shading_.bsdf(g_, pixel);
+    const LobeSet traced = bsdf.those(lit_by_rays);
+    if (looks.empty() || !LobeLooks::looks(bsdf, traced)) return;
+    const glm::vec3 outgoing = outgoing_at(g_, view_.camera, pixel), position = g_.scene_position(pixel);
+    const Viewed from{bsdf,
+                      traced,
+                      outgoing,
+                      position,
+                      g_.geometric_normal[pixel],
+                      guide_.cells(position, bsdf.normal),
+                      luminance(albedo(bsdf, outgoing, traced))};
     if (!(from.albedo > 0.0f)) return;
-    from.cells = guide_.cells(from.position, from.bsdf.normal);
     const double stratum = weigh_clusters(from, w) / static_cast<double>(looks.size());
     if (!(stratum > 0.0)) return;
     const glm::vec3 origin = from.position + g_.position_error[pixel] * from.geometric_normal;

@@ -37,10 +37,11 @@ void LobePaths::begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) cons
     const std::span<LobeRay> own = ring.of(pixel);
     std::fill(own.begin(), own.end(), LobeRay{});
     const bool looks = looks_ && LobeLooks::looks(bsdf, traced);
+    const SeenLobes seen(bsdf, outgoing, traced);
     const std::size_t rays = past_ ? past_->rays(pixel, ring.count()) : ring.count();
     for (std::size_t n = 0; n < rays; ++n) {
         const glm::vec3 point = lattice_point(static_cast<int>(n), shift);
-        const BsdfSample sample = rcs::sample(bsdf, outgoing, point.x, {point.y, point.z}, traced);
+        const BsdfSample sample = seen.sample(point.x, {point.y, point.z});
         if (!(sample.density > 0.0f) || sample.weight == glm::vec3(0.0f)) continue;
         own[n].density = sample.density;
         const bool outwards = glm::dot(sample.incoming, g_.geometric_normal[pixel]) >= 0.0f;

@@ -120,12 +120,11 @@ class Receiver {
 public:
     Receiver(const Bsdf& bsdf, glm::vec3 outgoing, glm::vec3 position, const RayRing& ring)
         : bsdf_(bsdf),
-          traced_(bsdf.those(lit_by_rays)),
-          outgoing_(outgoing),
+          seen_(bsdf, outgoing, bsdf.those(lit_by_rays)),
           position_(position),
-          whole_(albedo(bsdf, outgoing, traced_)),
+          whole_(albedo(bsdf, outgoing, bsdf.those(lit_by_rays))),
           to_density_(std::numbers::pi_v<float> / std::max(luminance(whole_), 1e-30f)),
-          looks_(ring.has_looks() && LobeLooks::looks(bsdf, traced_)),
+          looks_(ring.has_looks() && LobeLooks::looks(bsdf, bsdf.those(lit_by_rays))),
           ring_(ring)
     {
     }
@@ -174,7 +173,7 @@ public:
 private:
     glm::vec3 scatter(const Arriving& a) const
     {
-        return evaluate(bsdf_, outgoing_, a.incoming, traced_) * std::abs(glm::dot(bsdf_.normal, a.incoming));
+        return seen_.evaluate(a.incoming) * std::abs(glm::dot(bsdf_.normal, a.incoming));
     }
     float part_of_looks(const Arriving& a, glm::vec3 scattered, const LitPart& lit) const
     {
@@ -190,8 +189,8 @@ private:
     }
 
     const Bsdf& bsdf_;
-    LobeSet traced_;
-    glm::vec3 outgoing_, position_, whole_;
+    SeenLobes seen_;
+    glm::vec3 position_, whole_;
     float to_density_;
     bool looks_;
     const RayRing& ring_;

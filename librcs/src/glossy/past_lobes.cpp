@@ -16,9 +16,10 @@ constexpr int most_fewer(int rays) { return rays >= 8 ? 4 : rays >= 4 ? 2 : 1; }
 // What surfaces reflect into a lobe changes by about so much of it as the lobe turns by its width: unlike lamps, they
 // are all around.
 constexpr float kChange = 0.3f;
-// What shows in a plane: points are off it by so many footprints at the most, lobes as wide and as bright but for so
-// much...
-constexpr float kOffPlane = 0.5f, kSameLobe = 0.1f;
+// What shows in a plane: points are off it by so many footprints at the most, lobes as wide but for so much...
+constexpr float kOffPlane = 0.5f, kSameWidth = 0.1f;
+// What lobes reflect, apart from how much of it: that is known of a lobe so many times as bright or dark, no more.
+constexpr float kMostBrighter = 2.0f;
 // ... and it shows where it is looked for but for so much [px], and so much of what the lobe blurs it by.
 constexpr double kSamePixel = 0.5, kOfBlur = 0.1;
 // Farther off than so many times the point: as good as infinitely far.
@@ -29,6 +30,11 @@ glm::vec3 recoloured(glm::vec3 light, glm::vec3 now, glm::vec3 before)
 {
     for (int c = 0; c < 3; ++c) light[c] = before[c] > 0.0f ? light[c] * now[c] / before[c] : 0.0f;
     return light;
+}
+
+bool are_alike(glm::vec3 a, glm::vec3 b)
+{
+    return glm::all(glm::lessThanEqual(a, kMostBrighter * b)) && glm::all(glm::lessThanEqual(b, kMostBrighter * a));
 }
 
 /// From an observer at 0 to what a plane shows behind one of its points, as far beyond it.
@@ -77,15 +83,18 @@ bool PastLobes::is_known_at(const PastPlace& place) const
 {
     std::array<glm::vec3, 4> light{};
     float variance = 0.0f;
+    const glm::vec3 reflectance = past_->places.mean(past_->light.reflectance, place);
     const std::array<std::size_t, 4> around = past_->places.around(place);
     for (std::size_t k = 0; k < 4; ++k) {
         const std::size_t j = around[k];
-        if (!(luminance(past_->light.reflectance[j]) > 0.0f)) return false;  // nothing was traced there
-        light[k] = past_->light.radiance[j];
-        variance += 0.25f * past_->light.error[j] * past_->light.error[j];
+        const glm::vec3 there = past_->light.reflectance[j];
+        if (!(luminance(there) > 0.0f)) return false;  // nothing was traced there
+        const float brighter = luminance(reflectance) / luminance(there);
+        light[k] = recoloured(past_->light.radiance[j], reflectance, there);
+        variance += 0.25f * brighter * brighter * past_->light.error[j] * past_->light.error[j];
         if (past_->light.of_lamps.empty()) continue;
-        light[k] += past_->light.of_lamps[j];
-        variance += 0.25f * past_->light.of_lamps_error[j] * past_->light.of_lamps_error[j];
+        light[k] += recoloured(past_->light.of_lamps[j], reflectance, there);
+        variance += 0.25f * brighter * brighter * past_->light.of_lamps_error[j] * past_->light.of_lamps_error[j];
     }
     return is_even(light, std::sqrt(variance), past_->places.mean(past_->all, place));
 }
@@ -145,8 +154,8 @@ bool PastLobes::shows_image(std::size_t i, glm::vec3 image, std::size_t before) 
         turned > kSamePixel * image_plane(view_).pixel + kOfBlur * static_cast<double>(width) ||
         std::abs(glm::dot(glm::dvec3(there) + to_now - glm::dvec3(g_.position(i)), glm::dvec3(normal))) >
             static_cast<double>(kOffPlane * g_.footprint[i]) ||
-        std::abs(past_->light.width[before] - width) > kSameLobe * width ||
-        largest(glm::abs(past_->light.reflectance[before] - reflectance)) > kSameLobe * luminance(reflectance))
+        std::abs(past_->light.width[before] - width) > kSameWidth * width ||
+        !are_alike(past_->light.reflectance[before], reflectance))
         return false;
     // Where this view sees what showed there, were it as far behind the plane as it was met, or as the image is.
     const auto distance = static_cast<double>(glm::length(image - there));
@@ -171,6 +180,13 @@ bool PastLobes::still_shows(std::size_t i, float distance) const
     return glm::length(at(shown) - at(known)) <= kSamePixel + kOfBlur * blur_of(i, static_cast<double>(distance));
 }
 
+/// What was known at the four, had their lobes been as bright.
+glm::vec3 PastLobes::mean_as(glm::vec3 reflectance, const std::vector<glm::vec3>& light, const PastPlace& place) const
+{
+    return past_->places.mean(
+        [&](std::size_t j) { return recoloured(light[j], reflectance, past_->light.reflectance[j]); }, place);
+}
+
 void PastLobes::add_to(TracedLight& light) const
 {
     if (known_.empty()) return;
@@ -187,12 +203,10 @@ void PastLobes::add_to(TracedLight& light) const
         const float known = past_->light.variance.empty() ? 1.0f : past_->places.mean(past_->light.variance, place);
         const PastMix mix = mix_of(known, now, 1.0f / static_cast<float>(known_[i].fewer));
         const float error = std::sqrt(mix.variance / now);
-        const glm::vec3 reflectance = past_->places.mean(past_->light.reflectance, place);
         const auto add = [&](const std::vector<glm::vec3>& before, std::vector<glm::vec3>& radiance,
                              std::vector<float>& errors) {
             if (radiance.empty()) return;
-            const glm::vec3 there = recoloured(past_->places.mean(before, place), light.reflectance[i], reflectance);
-            radiance[i] = glm::mix(there, radiance[i], mix.weight);
+            radiance[i] = glm::mix(mean_as(light.reflectance[i], before, place), radiance[i], mix.weight);
             errors[i] *= error;
         };
         add(past_->light.radiance, light.radiance, light.error);

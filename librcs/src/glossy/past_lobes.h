@@ -35,6 +35,7 @@ private:
 
     Known find(std::size_t pixel) const;
     bool is_known_at(const PastPlace& place) const;
+    glm::vec3 mean_as(glm::vec3 reflectance, const std::vector<glm::vec3>& light, const PastPlace& place) const;
     float part_of_lobes(const PastPlace& place) const;
     glm::dvec3 image_at(std::size_t pixel, float distance) const;
     PastPlace image_of(std::size_t pixel) const;

@@ -80,48 +80,6 @@ RCS_ALWAYS_INLINE Scattering scattering(const Bsdf& b, LobeSet set, const Scatte
     return sum;
 }
 
-/// The lobes of a set as one viewer sees them.
-struct Views {
-    LobeView view[kMostLobes];  // of those in the set
-    float total = 0.0f;         ///< of the shares
-
-    Views(const Bsdf& b, glm::vec3 outgoing, LobeSet set)
-    {
-        for_each_view(b, outgoing, set, [&](auto, std::uint32_t lobe, const LobeView& seen) {
-            view[lobe] = seen;
-            total += seen.share;
-        });
-    }
-};
-
-/// @param views  of the same set
-Scattering scattering(const Bsdf& b, const Views& views, LobeSet set, const ScatterPair& pair)
-{
-    Scattering s;
-    for (std::uint32_t i = b.count; i-- > 0;) {
-        if (!has(set, i)) continue;
-        with_kind(b.lobe[i].kind, [&](auto kind) {
-            if (takes_part(kind, b, pair)) kind.add(views.view[i], pair, s);
-        });
-    }
-    s.density /= views.total;
-    return s;
-}
-
-/// The lobe that a number in [0, total) falls to: what reflects from the bottom, then what transmits.
-std::uint32_t pick(const Bsdf& b, const Views& views, LobeSet set, float rest)
-{
-    std::uint32_t picked = 0;
-    for (const bool through : {false, true}) {
-        for (std::uint32_t i = b.count; i-- > 0;) {
-            if (!has(set, i) || transmits(b.lobe[i]) != through || !(views.view[i].share > 0.0f)) continue;
-            picked = i;
-            if ((rest -= views.view[i].share) < 0.0f) return picked;
-        }
-    }
-    return picked;
-}
-
 }  // namespace
 
 Bsdf Bsdf::only(LobeSet set) const
@@ -174,26 +132,79 @@ float density(const Bsdf& bsdf, glm::vec3 outgoing, glm::vec3 incoming, LobeSet 
 
 BsdfSample sample(const Bsdf& bsdf, glm::vec3 outgoing, float choice, glm::vec2 u, LobeSet lobes)
 {
-    const float cosine_o = glm::dot(bsdf.normal, outgoing);
-    const Views views(bsdf, outgoing, lobes);
+    return SeenLobes(bsdf, outgoing, lobes).sample(choice, u);
+}
+
+SeenLobes::SeenLobes(const Bsdf& bsdf, glm::vec3 outgoing, LobeSet lobes)
+    : bsdf_(&bsdf), outgoing_(outgoing), lobes_(lobes)
+{
+    for_each_view(bsdf, outgoing, lobes, [&](auto, std::uint32_t lobe, const LobeView& seen) {
+        view_[lobe] = seen;
+        total_ += seen.share;
+    });
+}
+
+/// @param pair  valid
+Scattering SeenLobes::scattering(const ScatterPair& pair) const
+{
+    Scattering s;
+    for (std::uint32_t i = bsdf_->count; i-- > 0;) {
+        if (!has(lobes_, i)) continue;
+        with_kind(bsdf_->lobe[i].kind, [&](auto kind) {
+            if (takes_part(kind, *bsdf_, pair)) kind.add(view_[i], pair, s);
+        });
+    }
+    s.density = total_ > 0.0f ? s.density / total_ : 0.0f;
+    return s;
+}
+
+glm::vec3 SeenLobes::evaluate(glm::vec3 incoming) const
+{
+    const ScatterPair pair(bsdf_->normal, bsdf_->geometric_normal, outgoing_, incoming);
+    return pair.valid ? scattering(pair).value : glm::vec3(0.0f);
+}
+
+float SeenLobes::density(glm::vec3 incoming) const
+{
+    const ScatterPair pair(bsdf_->normal, bsdf_->geometric_normal, outgoing_, incoming);
+    return pair.valid ? scattering(pair).density : 0.0f;
+}
+
+/// The lobe that a number in [0, total) falls to: what reflects from the bottom, then what transmits.
+std::uint32_t SeenLobes::pick(float rest) const
+{
+    std::uint32_t picked = 0;
+    for (const bool through : {false, true}) {
+        for (std::uint32_t i = bsdf_->count; i-- > 0;) {
+            if (!has(lobes_, i) || transmits(bsdf_->lobe[i]) != through || !(view_[i].share > 0.0f)) continue;
+            picked = i;
+            if ((rest -= view_[i].share) < 0.0f) return picked;
+        }
+    }
+    return picked;
+}
+
+BsdfSample SeenLobes::sample(float choice, glm::vec2 u) const
+{
+    const float cosine_o = glm::dot(bsdf_->normal, outgoing_);
     BsdfSample result;
-    if (!(views.total > 0.0f)) return result;
-    const LobeView& view = views.view[pick(bsdf, views, lobes, choice * views.total)];
+    if (!(total_ > 0.0f)) return result;
+    const LobeView& view = view_[pick(choice * total_)];
     const bool is_drawn = with_kind(view.lobe->kind, [&](auto kind) {
         if (!kind.is_diffuse && !(cosine_o > 0.0f)) return false;
         result.alpha = view.lobe->alpha;
-        result.incoming = kind.sample(view, outgoing, u);
-        const float cosine_i = glm::dot(result.incoming, bsdf.normal);
+        result.incoming = kind.sample(view, outgoing_, u);
+        const float cosine_i = glm::dot(result.incoming, bsdf_->normal);
         if (!kind.is_diffuse && !(cosine_i > 0.0f)) return false;
-        if (kind.transmits) result.incoming -= 2.0f * cosine_i * bsdf.normal;
+        if (kind.transmits) result.incoming -= 2.0f * cosine_i * bsdf_->normal;
         return true;
     });
     if (!is_drawn) return result;
-    const ScatterPair pair(bsdf.normal, bsdf.geometric_normal, outgoing, result.incoming);
+    const ScatterPair pair(bsdf_->normal, bsdf_->geometric_normal, outgoing_, result.incoming);
     if (!pair.valid) return result;
-    const Scattering s = scattering(bsdf, views, lobes, pair);
+    const Scattering s = scattering(pair);
     result.density = s.density;
-    if (s.density > 0.0f) result.weight = s.value * (std::abs(glm::dot(bsdf.normal, result.incoming)) / s.density);
+    if (s.density > 0.0f) result.weight = s.value * (std::abs(glm::dot(bsdf_->normal, result.incoming)) / s.density);
     return result;
 }
 

@@ -87,4 +87,25 @@ BsdfSample sample(const Bsdf& bsdf, glm::vec3 outgoing, float choice, glm::vec2 
 /// Density with which sample() picks `incoming` [1/sr].
 float density(const Bsdf& bsdf, glm::vec3 outgoing, glm::vec3 incoming, LobeSet lobes = kAllLobes);
 
+/// Some of a surface's lobes as one viewer sees them: the same functions, for many directions.
+class SeenLobes {
+public:
+    /// @param bsdf  has to outlive this
+    SeenLobes(const Bsdf& bsdf, glm::vec3 outgoing, LobeSet lobes);
+
+    glm::vec3 evaluate(glm::vec3 incoming) const;
+    float density(glm::vec3 incoming) const;
+    BsdfSample sample(float choice, glm::vec2 u) const;
+
+private:
+    Scattering scattering(const ScatterPair& pair) const;
+    std::uint32_t pick(float rest) const;
+
+    const Bsdf* bsdf_;
+    glm::vec3 outgoing_;
+    LobeSet lobes_;
+    LobeView view_[kMostLobes];  // of those in the set
+    float total_ = 0.0f;         // of the shares
+};
+
 }  // namespace rcs

@@ -342,16 +342,15 @@ void Session::State::put_back(std::vector<Record> kept, const RenderOptions& ask
 
 std::optional<KeptGuide> Session::State::take_guide()
 {
-    // Its points lie where views up to then looked, and what was learned of who sees them from there.
-    constexpr int kMostViews = 16;
     std::optional<KeptGuide> kept = std::exchange(guide, std::nullopt);
-    return kept && kept->views < kMostViews && kept->is_of(scene_number) ? std::move(kept) : std::nullopt;
+    return kept && !kept->is_old() && kept->is_of(scene_number) ? std::move(kept) : std::nullopt;
 }
 
 void Session::State::keep_guide(KeptGuide kept, std::size_t made, std::size_t reused)
 {
     if (!options.keep_records) return;
     const bool is_first = kept.views++ == 0;
+    if (!is_first) kept.made += static_cast<double>(made) / static_cast<double>(std::max<std::size_t>(1, reused));
     if (is_first || made < reused) guide = std::move(kept);
 }
 

@@ -36,9 +36,19 @@ struct KeptGuide {
     std::unique_ptr<GatherGuide> guide;    ///< null: looks did no good
     std::unique_ptr<DirectCells> direct;   ///< null: to know the light where rays end did none
     std::unique_ptr<ArrivalMap> arrivals;  ///< null: to aim rays did none
+    std::optional<int> looks_of_lobes;     ///< per pixel, at the guide's points; none: nobody has asked
     int views = 0;                         ///< that it has served
-    std::uint32_t scene_number = 0;        ///< that points and cells are lit as in; the rest is about as good in others
+    double made = 0.0;               ///< records gathered with it, over those that there were, since the first view
+    std::uint32_t scene_number = 0;  ///< that points and cells are lit as in; the rest is about as good in others
 
+    /// Its points lie where views up to then looked, and what was learned of who sees them from there. Where views
+    /// hardly need records, there is nothing to win by another.
+    bool is_old() const
+    {
+        constexpr int kMostViews = 16;
+        constexpr double kFewMade = 0.25;
+        return views >= kMostViews && made > kFewMade;
+    }
     bool knows() const { return guide || direct || arrivals; }
     bool is_of(std::uint32_t scene) const { return scene_number == scene || !(guide || direct); }
 };

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "direct/direct.h"
+#include "direct/direct_point.h"
+#include "rcs/camera.h"
+#include "rcs/gbuffer.h"
+#include "rcs/thread_pool.h"
+
+namespace rcs {
+
+/// Pixels whose direct light an earlier view knows. It is the mean of what the four pixels around the point had, or,
+/// where these agree on which lamps are wholly seen and which wholly hidden, irradiance by the former's shapes alone.
+class SparedPixels {
+public:
+    /// @param past  null: none is spared   @param workspaces  one per thread
+    SparedPixels(const PastDirect* past, const DirectLight& light, const GBuffer& gbuffer, const View& view,
+                 ThreadPool& pool, std::vector<DirectLight::Workspace>& workspaces);
+
+    bool has(std::size_t pixel) const { return how_[pixel] != How::sampled; }
+    /// What they saw of the lamps before; nothing of the others.
+    std::vector<LampSight> sight() const;
+    /// Gives them their light.
+    void add_to(DirectLightResult& light) const;
+
+private:
+    enum class How : std::uint8_t { sampled, mean, by_shape };
+
+    How find(const DirectLight& light, const GBuffer& g, const View& view, std::size_t pixel,
+             DirectLight::Workspace& w);
+    std::optional<glm::vec3> by_shape(const DirectLight& light, const GBuffer& g, std::size_t pixel,
+                                      const std::array<std::size_t, 4>& around, DirectLight::Workspace& w) const;
+
+    const PastDirect* past_;
+    std::vector<How> how_;
+    std::vector<glm::vec3> by_shape_;  // irradiance; empty where no lamp's shape tells it
+};
+
+}  // namespace rcs
