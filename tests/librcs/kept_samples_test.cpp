@@ -115,6 +115,29 @@ TEST(KeptSamples, KnowTheLightOfLampsThatNothingHides)
     }
 }
 
+/// Of a large lamp behind a panel, while the camera moves by two fifths of a pixel from view to view.
+TEST(KeptSamples, LeaveEdgesOfShadowsWhereTheyAre)
+{
+    Scene scene = test::room(0.5f);
+    const int black = test::add_material(scene, glm::vec3(0.0f), glm::vec3(0.0f), true);
+    test::add_mesh(scene, test::quad({-1.0f, 2.9f, -1.5f}, {1.2f, 0, 0}, {0, 0, 1.2f},
+                                     test::add_material(scene, glm::vec3(0.0f), glm::vec3(9.0f))));
+    test::add_mesh(scene, test::quad({-1.0f, 1.9f, -1.9f}, {1, 0, 0}, {0, 0, 1.6f}, black));
+    for (const int step : {-3, 3}) {
+        Walk walk;
+        RenderResult last;
+        for (int view = 0; view <= 24; ++view) last = walk.show(scene, step * view, small());
+        std::vector<RenderResult> alone;
+        for (std::uint64_t seed = 2; seed < 4; ++seed) {
+            RenderOptions options = small();
+            options.seed = seed;
+            alone.push_back(test::render_view(scene, camera_at(scene, step * 24), options));
+        }
+        EXPECT_NEAR(mean_of(last, "direct"), mean_of(alone[0], "direct"), 0.002 * mean_of(alone[0], "direct")) << step;
+        EXPECT_LT(difference(last, alone[0], "direct"), difference(alone[1], alone[0], "direct")) << step;
+    }
+}
+
 /// A mirror of that roughness in place of the floor: in such ones lobes turn by their width from view to view.
 Scene mirror_room(float roughness)
 {

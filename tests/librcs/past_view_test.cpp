@@ -9,6 +9,7 @@
 #include "support/effect_scenes.h"
 #include "support/scenes.h"
 #include "support/seen_place.h"
+#include "util/random.h"
 
 namespace rcs {
 namespace {
@@ -58,6 +59,21 @@ TEST(PastPlaces, OfTheSameViewAreItsPixels)
         if (!views.places[i].is_seen()) continue;
         EXPECT_EQ(views.places.nearest(i), i);
         EXPECT_LE(glm::length(views.places.mean(views.points.position, i) - views.now.points.position(i)), 1e-4f);
+    }
+}
+
+TEST(PastPlaces, HandOnWhatLiesAtThePointInTheMean)
+{
+    const TwoViews views(seen_from(0.0), seen_from(0.05));
+    for (std::size_t i = 0; i < views.now.points.size(); i += 97) {
+        if (!views.places[i].is_seen()) continue;
+        glm::vec3 sum(0.0f);
+        constexpr int kDraws = 4000;
+        for (int draw = 0; draw < kDraws; ++draw)
+            sum += views.points.position[views.places.drawn(i, mix64(static_cast<std::uint64_t>(draw)))];
+        const float pixel = views.now.points.footprint[i];
+        EXPECT_LE(glm::length(sum / static_cast<float>(kDraws) - views.places.mean(views.points.position, i)),
+                  0.05f * pixel);
     }
 }
 

@@ -102,7 +102,10 @@ Lit DirectLight::at(const SurfacePoint& point, const Viewer& viewer, std::uint64
 
 bool DirectLight::knows_by_shape() const
 {
-    return takes_mixed() && !sky_.has_peaks() && !rays_.has_transparency() &&
+    // So many have bits of LampSight of their own.
+    constexpr std::size_t kMostTriangles = 31;
+    return takes_mixed() && lights_.triangles.size() <= kMostTriangles && lights_.punctual.empty() &&
+           !sky_.has_peaks() && !rays_.has_transparency() &&
            std::none_of(lights_.triangles.begin(), lights_.triangles.end(),
                         [](const EmissiveTriangle& t) { return t.varied; });
 }
@@ -114,14 +117,13 @@ std::optional<glm::vec3> DirectLight::irradiance_of_seen(const SurfacePoint& poi
     RandomStream random(0);  // where lamps are drawn nothing is known by shape
     w.lamps.clear();
     find_lamps(point, none, random, w);
-    Lit lit;
+    glm::vec3 irradiance(0.0f);
     for (const LampView& lamp : w.lamps) {
         const std::uint64_t bit = bit_of_lamp(lamp.number);
         if ((sight.seen() & bit) == 0u || (sight.mixed() & bit) != 0u) return std::nullopt;
-        if ((sight.free & bit) != 0u) lit.irradiance += lamp.irradiance;
+        if ((sight.free & bit) != 0u) irradiance += lamp.irradiance;
     }
-    add_punctual(point, none, w, lit);
-    return lit.irradiance;
+    return irradiance;
 }
 
 Lit DirectLight::on_this_side(const SurfacePoint& point, Lobes& lobes, std::uint64_t key, Workspace& w,

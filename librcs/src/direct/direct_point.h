@@ -74,10 +74,10 @@ public:
     Lit at(const SurfacePoint& point, const Viewer& viewer, std::uint64_t key, Workspace& w,
            std::uint64_t mixed = ~0ull) const;
 
-    /// Whether irradiance_of_seen() is worth a try: lamps send the same everywhere, and nothing tints it.
+    /// Whether irradiance_of_seen() is worth a try: a few lamps with a size and no others, which send the same
+    /// everywhere, and nothing tints it.
     bool knows_by_shape() const;
-    /// Irradiance at a point that sees each lamp wholly or not at all, exact but for the shadow rays to lamps without
-    /// size; none if `sight` does not say that of each lamp.
+    /// Irradiance at a point that sees each lamp wholly or not at all; none if `sight` does not say that of each lamp.
     std::optional<glm::vec3> irradiance_of_seen(const SurfacePoint& point, const LampSight& sight, Workspace& w) const;
 
     /// Whether rays stand for more than themselves: only lamps without size need no average.

@@ -96,11 +96,17 @@ std::optional<glm::vec3> SparedPixels::by_shape(const DirectLight& light, const 
     return light.irradiance_of_seen(visible_point(g, i), sight, w);
 }
 
+/// The pixel of before whose sight of the lamps a pixel takes on.
+std::size_t SparedPixels::handed_on(std::size_t pixel) const
+{
+    return past_->places.drawn(pixel, mix64(mix64(pixel) + past_->number));
+}
+
 std::vector<LampSight> SparedPixels::sight() const
 {
     std::vector<LampSight> known(how_.size());
     for (std::size_t i = 0; i < how_.size(); ++i)
-        if (has(i)) known[i] = past_->light.sight[past_->places.nearest(i)];
+        if (has(i)) known[i] = past_->light.sight[handed_on(i)];
     return known;
 }
 
@@ -110,7 +116,7 @@ void SparedPixels::add_to(DirectLightResult& light) const
         if (!has(i)) continue;
         light.irradiance[i] = how_[i] == How::by_shape ? by_shape_[i] : past_->places.mean(past_->light.irradiance, i);
         if (!light.glossy.empty()) light.glossy[i] = past_->places.mean(past_->light.glossy, i);
-        light.in_part[i] = past_->light.in_part[past_->places.nearest(i)];
+        light.in_part[i] = past_->light.in_part[handed_on(i)];
     }
 }
 

@@ -12,6 +12,7 @@
 #include "rcs/camera.h"
 #include "rcs/gbuffer.h"
 #include "rcs/thread_pool.h"
+#include "util/random.h"
 
 namespace rcs {
 
@@ -74,6 +75,15 @@ public:
     /// Views over which light stays about the same of which so large a part comes by lobes: 1, 2, 4, 8 or 16. What is
     /// reflected evenly stays in any case.
     int views(std::size_t pixel, float part_of_lobes) const;
+    /// One of the four, drawn in proportion to its part of the mean: what is handed on so from view to view stays where
+    /// it was on the surface, in the mean. @param bits  random, two numbers of 32 bits
+    std::size_t drawn(std::size_t pixel, std::uint64_t bits) const
+    {
+        const PastPlace& p = places_[pixel];
+        const float x = to_unit_float(static_cast<std::uint32_t>(bits)),
+                    y = to_unit_float(static_cast<std::uint32_t>(bits >> 32));
+        return around(pixel)[(x < p.x ? 1u : 0u) + (y < p.y ? 2u : 0u)];
+    }
     std::size_t nearest(std::size_t pixel) const
     {
         const PastPlace& p = places_[pixel];

@@ -84,11 +84,14 @@ bool PastLobes::is_known_at(const PastPlace& place) const
     std::array<glm::vec3, 4> light{};
     float variance = 0.0f;
     const glm::vec3 reflectance = past_->places.mean(past_->light.reflectance, place);
+    const float width = past_->places.mean(past_->light.width, place);
     const std::array<std::size_t, 4> around = past_->places.around(place);
     for (std::size_t k = 0; k < 4; ++k) {
         const std::size_t j = around[k];
         const glm::vec3 there = past_->light.reflectance[j];
         if (!(luminance(there) > 0.0f)) return false;  // nothing was traced there
+        if (!are_alike(there, reflectance) || std::abs(past_->light.width[j] - width) > kSameWidth * width)
+            return false;
         const float brighter = luminance(reflectance) / luminance(there);
         light[k] = recoloured(past_->light.radiance[j], reflectance, there);
         variance += 0.25f * brighter * brighter * past_->light.error[j] * past_->light.error[j];

@@ -39,7 +39,7 @@ KeptGuide find_light(const Frame& f, int views)
     const Session::State& session = f.session.state();
     LightSearch found = search_light({f.rays, f.light_cache, nullptr, &f.gathered}, f.gbuffer, f.view(),
                                      f.course.records, !session.watches() && !f.moments, f.session.pool());
-    return {std::move(found.guide), std::move(found.direct), std::move(found.arrivals), {}, views, 0.0,
+    return {std::move(found.guide), std::move(found.direct), std::move(found.arrivals), views, 0.0,
             session.scene_number};
 }
 
@@ -150,7 +150,7 @@ LobeSettings lobe_settings(const Frame& f, int round)
     settings.seed = stream_key(f.direct.seed, Stream::glossy, static_cast<std::uint64_t>(round));
     settings.gathered = &f.gathered;
     settings.guide = f.guide();
-    settings.looks_per_pixel = f.guide() ? f.kept_guide.looks_of_lobes.value_or(0) : 0;
+    settings.looks_per_pixel = f.guide() ? f.looks_of_lobes : 0;
     settings.direct = f.kept_guide.direct.get();
     return settings;
 }
@@ -158,14 +158,11 @@ LobeSettings lobe_settings(const Frame& f, int round)
 void choose_looks(Frame& f)
 {
     if (!f.guide() || f.settings.lobes.bounces == 0) return;
-    std::optional<int>& looks = f.kept_guide.looks_of_lobes;
-    if (looks == 0) return;
-    timed(f, "glossy", [&] {
+    f.looks_of_lobes = timed(f, "glossy", [&] {
         learn_along_lobes(f.rays, light_of_hits(f), f.gbuffer, f.view(), f.shading, f.settings.seed, f.session.pool(),
                           *f.kept_guide.guide);
-        if (!looks)
-            looks = worthwhile_looks(f.rays, light_of_hits(f), f.gbuffer, f.view(), f.shading, lobe_settings(f, 0),
-                                     f.session.pool());
+        return worthwhile_looks(f.rays, light_of_hits(f), f.gbuffer, f.view(), f.shading, lobe_settings(f, 0),
+                                f.session.pool());
     });
 }
 

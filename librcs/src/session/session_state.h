@@ -36,7 +36,6 @@ struct KeptGuide {
     std::unique_ptr<GatherGuide> guide;    ///< null: looks did no good
     std::unique_ptr<DirectCells> direct;   ///< null: to know the light where rays end did none
     std::unique_ptr<ArrivalMap> arrivals;  ///< null: to aim rays did none
-    std::optional<int> looks_of_lobes;     ///< per pixel, at the guide's points; none: nobody has asked
     int views = 0;                         ///< that it has served
     double made = 0.0;               ///< records gathered with it, over those that there were, since the first view
     std::uint32_t scene_number = 0;  ///< that points and cells are lit as in; the rest is about as good in others
