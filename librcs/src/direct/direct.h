@@ -46,7 +46,8 @@ struct PastDirect {
     const DirectLightResult& light;
     const std::vector<float>& all;  ///< per pixel, about what there is to see of all that is sampled (KeptSamples)
     float little;                   ///< of the light of lamps: as good as none [W m^-2 sr^-1]
-    std::uint64_t number;           ///< of the pass: which pixels are sampled anew
+    std::uint64_t turn;             ///< of the view: whose pixels are sampled anew
+    std::uint64_t number;           ///< of the pass: what is drawn
 };
 
 /// @param view  of `gbuffer`: says where each point is seen from

@@ -46,18 +46,18 @@ FourLit lit_before(const DirectLightResult& light, const std::array<std::size_t,
 
 SparedPixels::SparedPixels(const PastDirect* past, const DirectLight& light, const GBuffer& g, const View& view,
                            ThreadPool& pool, std::vector<DirectLight::Workspace>& workspaces)
-    : past_(past), how_(g.size(), How::sampled)
+    : past_(past), view_(view), how_(g.size(), How::sampled)
 {
     if (!past) return;
     if (light.knows_by_shape() && !past->light.sight.empty()) by_shape_.resize(g.size());
     pool.parallel_for(g.size(), 1024, [&](std::size_t begin, std::size_t end, int thread) {
         for (std::size_t i = begin; i < end; ++i)
             if (g.covered(i) && past->places[i].is_seen())
-                how_[i] = find(light, g, view, i, workspaces[static_cast<std::size_t>(thread)]);
+                how_[i] = find(light, g, i, workspaces[static_cast<std::size_t>(thread)]);
     });
 }
 
-SparedPixels::How SparedPixels::find(const DirectLight& light, const GBuffer& g, const View& view, std::size_t i,
+SparedPixels::How SparedPixels::find(const DirectLight& light, const GBuffer& g, std::size_t i,
                                      DirectLight::Workspace& w)
 {
     const std::array<std::size_t, 4> around = past_->places.around(i);
@@ -66,7 +66,7 @@ SparedPixels::How SparedPixels::find(const DirectLight& light, const GBuffer& g,
     const FourLit lit = lit_before(past_->light, around, reflected);
     const float all = past_->places.mean(past_->all, i);
     const int views = past_->places.views(i, all > 0.0f ? lit.of_lobes / all : 0.0f);
-    const std::uint64_t turn = mix64(pixel_number(view, i)) + past_->number;
+    const std::uint64_t turn = mix64(pixel_number(view_, i)) + past_->turn;
     if (turn % static_cast<std::uint64_t>(views) == 0) return How::sampled;
     const auto lobes_are_even = [&](float light_of_lamps) {
         return is_even(lit.glossy, std::sqrt(lit.glossy_variance), light_of_lamps + past_->little);
@@ -99,7 +99,7 @@ std::optional<glm::vec3> SparedPixels::by_shape(const DirectLight& light, const 
 /// The pixel of before whose sight of the lamps a pixel takes on.
 std::size_t SparedPixels::handed_on(std::size_t pixel) const
 {
-    return past_->places.drawn(pixel, mix64(mix64(pixel) + past_->number));
+    return past_->places.drawn(pixel, mix64(mix64(pixel_number(view_, pixel)) + past_->number));
 }
 
 std::vector<LampSight> SparedPixels::sight() const

@@ -33,14 +33,14 @@ public:
 private:
     enum class How : std::uint8_t { sampled, mean, by_shape };
 
-    How find(const DirectLight& light, const GBuffer& g, const View& view, std::size_t pixel,
-             DirectLight::Workspace& w);
+    How find(const DirectLight& light, const GBuffer& g, std::size_t pixel, DirectLight::Workspace& w);
     std::optional<glm::vec3> by_shape(const DirectLight& light, const GBuffer& g, std::size_t pixel,
                                       const std::array<std::size_t, 4>& around, DirectLight::Workspace& w) const;
 
     std::size_t handed_on(std::size_t pixel) const;
 
     const PastDirect* past_;
+    const View& view_;
     std::vector<How> how_;
     std::vector<glm::vec3> by_shape_;  // irradiance; empty where no lamp's shape tells it
 };

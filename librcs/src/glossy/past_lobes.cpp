@@ -18,8 +18,9 @@ constexpr int most_fewer(int rays) { return rays >= 8 ? 4 : rays >= 4 ? 2 : 1; }
 constexpr float kChange = 0.3f;
 // What shows in a plane: points are off it by so many footprints at the most, lobes as wide but for so much...
 constexpr float kOffPlane = 0.5f, kSameWidth = 0.1f;
-// What lobes reflect, apart from how much of it: that is known of a lobe so many times as bright or dark, no more.
-constexpr float kMostBrighter = 2.0f;
+// What lobes reflect, apart from how much of it: that is known of a lobe so many times as bright or dark, no more; and
+// from four whose widths differ by so much.
+constexpr float kMostBrighter = 2.0f, kMostWider = 2.0f;
 // ... and it shows where it is looked for but for so much [px], and so much of what the lobe blurs it by.
 constexpr double kSamePixel = 0.5, kOfBlur = 0.1;
 // Farther off than so many times the point: as good as infinitely far.
@@ -34,7 +35,10 @@ glm::vec3 recoloured(glm::vec3 light, glm::vec3 now, glm::vec3 before)
 
 bool are_alike(glm::vec3 a, glm::vec3 b)
 {
-    return glm::all(glm::lessThanEqual(a, kMostBrighter * b)) && glm::all(glm::lessThanEqual(b, kMostBrighter * a));
+    // A channel of which a metal reflects next to nothing counts for as little.
+    const glm::vec3 least(0.01f * (luminance(a) + luminance(b)));
+    return glm::all(glm::lessThanEqual(a, kMostBrighter * b + least)) &&
+           glm::all(glm::lessThanEqual(b, kMostBrighter * a + least));
 }
 
 /// From an observer at 0 to what a plane shows behind one of its points, as far beyond it.
@@ -90,7 +94,8 @@ bool PastLobes::is_known_at(const PastPlace& place) const
         const std::size_t j = around[k];
         const glm::vec3 there = past_->light.reflectance[j];
         if (!(luminance(there) > 0.0f)) return false;  // nothing was traced there
-        if (!are_alike(there, reflectance) || std::abs(past_->light.width[j] - width) > kSameWidth * width)
+        if (!are_alike(there, reflectance) ||
+            !(past_->light.width[j] <= kMostWider * width && width <= kMostWider * past_->light.width[j]))
             return false;
         const float brighter = luminance(reflectance) / luminance(there);
         light[k] = recoloured(past_->light.radiance[j], reflectance, there);

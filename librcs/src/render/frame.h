@@ -32,8 +32,9 @@ struct PastSamples {
     const KeptSamples& kept;
     std::optional<PastPlaces> places;  ///< none: that view is this one, and nobody samples again
     std::uint64_t number;              ///< of all such passes of the session
+    std::uint64_t turn;                ///< of this pass
 
-    PastDirect direct() const { return {*places, kept.direct, kept.all, kept.little_direct, number}; }
+    PastDirect direct() const { return {*places, kept.direct, kept.all, kept.little_direct, turn, number}; }
     PastTraced traced() const { return {*places, kept.traced, kept.all}; }
 };
 

@@ -71,12 +71,12 @@ void look_back(Frame& f)
     const KeptSamples& kept = session.samples[pass];
     if (kept.seed == f.settings.seed && kept.points.view == f.view() && kept.points.instance == f.gbuffer.instance) {
         // A filter is told by samples beside the pixels'.
-        if (!f.direct.checked) f.past.emplace(PastSamples{kept, std::nullopt, 0});
+        if (!f.direct.checked) f.past.emplace(PastSamples{kept, std::nullopt, 0, 0});
         return;
     }
     f.past.emplace(timed(f, "gbuffer", [&] {
         return PastSamples{kept, PastPlaces(kept.points, f.gbuffer, f.view(), f.shading, f.session.pool()),
-                           ++session.sampled};
+                           ++session.sampled, kept.views + pass};
     }));
     // Else views would go on from the same samples.
     f.direct.seed = stream_key(f.direct.seed, Stream::views, f.past->number);
@@ -99,6 +99,7 @@ void keep_samples(Frame& f)
     kept.points = points_of(f.gbuffer, f.view());
     kept.with = sampled_with(f);
     kept.seed = f.settings.seed;
+    kept.views = f.past ? f.past->kept.views + 1 : 0;
     if (pass == samples.size()) samples.emplace_back();
     samples[pass] = std::move(kept);
 }

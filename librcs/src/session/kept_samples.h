@@ -25,6 +25,7 @@ struct SampledWith {
 struct KeptSamples {
     SampledWith with;
     std::uint64_t seed = 1;
+    std::uint64_t views = 0;  ///< that have gone on so before
     PastPoints points;
     DirectLightResult direct;  ///< empty: lamps have no size
     TracedLight traced;        ///< empty: no lobes are traced
