@@ -266,6 +266,35 @@ TEST(KeptSamples, AreAllThereIsToAViewThatStays)
     }
 }
 
+/// Where a thing that moves is in no lamp's way.
+TEST(KeptSamples, OutliveWhatMovesElsewhere)
+{
+    const auto at = [](int view) {
+        Scene scene = test::room(0.5f);
+        test::add_mesh(scene, test::quad({-1.0f, 2.9f, -1.5f}, {0.8f, 0, 0}, {0, 0, 0.8f},
+                                         test::add_material(scene, glm::vec3(0.0f), glm::vec3(9.0f))));
+        test::add_mesh(scene, test::box({0.6f, 0.3f, -1.4f}, {1.0f, 0.7f, -1.0f},
+                                        test::add_material(scene, glm::vec3(0.6f)), test::Facing::outwards));
+        scene.instances.back().world_from_object[3].x += 0.02 * view;
+        return scene;
+    };
+    Walk walk;
+    const std::uint64_t rays = walk.show(at(0), 0, small()).stats.direct_shadow_rays;
+    RenderResult last;
+    for (int view = 1; view <= 12; ++view) {
+        last = walk.show(at(view), view, small());
+        EXPECT_LT(2 * last.stats.direct_shadow_rays, rays) << view;
+    }
+    std::vector<RenderResult> alone;
+    for (std::uint64_t seed = 2; seed < 4; ++seed) {
+        RenderOptions options = small();
+        options.seed = seed;
+        alone.push_back(test::render_view(at(12), camera_at(at(12), 12), options));
+    }
+    EXPECT_NEAR(mean_of(last, "direct"), mean_of(alone[0], "direct"), 0.002 * mean_of(alone[0], "direct"));
+    EXPECT_LT(difference(last, alone[0], "direct"), 1.05 * difference(alone[1], alone[0], "direct"));
+}
+
 TEST(KeptSamples, AreOfNoUseOnceALampHasChanged)
 {
     const RenderOptions options = small();

@@ -46,7 +46,7 @@ struct Spared {
     }
     SparedPixels at(std::uint64_t turn)
     {
-        const PastDirect past{places, light, all, 1e-3f, turn, turn};
+        const PastDirect past{places, light, all, 1e-3f, {}, turn, turn};
         return {&past, DirectLight(now.rays, settings), now.points, now.view, now.pool, workspaces};
     }
 };
@@ -70,7 +70,7 @@ TEST(SparedPixels, TakeTurnsInBeingSampled)
 TEST(SparedPixels, HaveTheLightThatTheirSamplesWouldBring)
 {
     Spared spared;
-    const PastDirect past{spared.places, spared.light, spared.all, 1e-3f, 0, 0};
+    const PastDirect past{spared.places, spared.light, spared.all, 1e-3f, {}, 0, 0};
     const test::SeenPlace& now = spared.now;
     std::uint64_t rays = 0;
     const DirectLightResult own =

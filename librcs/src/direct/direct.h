@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include <glm/glm.hpp>
@@ -10,6 +11,7 @@
 #include "rcs/camera.h"
 #include "rcs/direct_light.h"
 #include "rcs/gbuffer.h"
+#include "rcs/scene.h"
 
 namespace rcs {
 
@@ -46,6 +48,7 @@ struct PastDirect {
     const DirectLightResult& light;
     const std::vector<float>& all;  ///< per pixel, about what there is to see of all that is sampled (KeptSamples)
     float little;                   ///< of the light of lamps: as good as none [W m^-2 sr^-1]
+    std::span<const Bounds> moved;  ///< what has moved since, as it was and as it is
     std::uint64_t turn;             ///< of the view: whose pixels are sampled anew
     std::uint64_t number;           ///< of the pass: what is drawn
 };

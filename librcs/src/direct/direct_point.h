@@ -8,6 +8,7 @@
 #include <glm/glm.hpp>
 
 #include "direct/direct.h"
+#include "direct/movers.h"
 #include "lamps/candidates.h"
 #include "lamps/gathered_lamps.h"
 #include "lamps/lights.h"
@@ -79,6 +80,9 @@ public:
     bool knows_by_shape() const;
     /// Irradiance at a point that sees each lamp wholly or not at all; none if `sight` does not say that of each lamp.
     std::optional<glm::vec3> irradiance_of_seen(const SurfacePoint& point, const LampSight& sight, Workspace& w) const;
+
+    /// @param boxes  around what has moved, as it was and as it is
+    Movers movers(std::span<const Bounds> boxes) const { return {boxes, lights_, sky_.has_peaks()}; }
 
     /// Whether rays stand for more than themselves: only lamps without size need no average.
     bool averages() const { return !lights_.triangles.empty() || sky_.has_peaks(); }

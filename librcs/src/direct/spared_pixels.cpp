@@ -50,9 +50,10 @@ SparedPixels::SparedPixels(const PastDirect* past, const DirectLight& light, con
 {
     if (!past) return;
     if (light.knows_by_shape() && !past->light.sight.empty()) by_shape_.resize(g.size());
+    const Movers movers = light.movers(past->moved);
     pool.parallel_for(g.size(), 1024, [&](std::size_t begin, std::size_t end, int thread) {
         for (std::size_t i = begin; i < end; ++i)
-            if (g.covered(i) && past->places[i].is_seen())
+            if (g.covered(i) && past->places[i].is_seen() && !movers.touch(g.scene_position(i)))
                 how_[i] = find(light, g, i, workspaces[static_cast<std::size_t>(thread)]);
     });
 }

@@ -34,7 +34,7 @@ struct PastSamples {
     std::uint64_t number;              ///< of all such passes of the session
     std::uint64_t turn;                ///< of this pass
 
-    PastDirect direct() const { return {*places, kept.direct, kept.all, kept.little_direct, turn, number}; }
+    PastDirect direct() const { return {*places, kept.direct, kept.all, kept.little_direct, kept.moved, turn, number}; }
     PastTraced traced() const { return {*places, kept.traced, kept.all}; }
 };
 

@@ -39,8 +39,11 @@ KeptGuide find_light(const Frame& f, int views)
     const Session::State& session = f.session.state();
     LightSearch found = search_light({f.rays, f.light_cache, nullptr, &f.gathered}, f.gbuffer, f.view(),
                                      f.course.records, !session.watches() && !f.moments, f.session.pool());
-    return {std::move(found.guide), std::move(found.direct), std::move(found.arrivals), views, 0.0,
-            session.scene_number};
+    return {.guide = std::move(found.guide),
+            .direct = std::move(found.direct),
+            .arrivals = std::move(found.arrivals),
+            .views = views,
+            .scene_number = session.scene_number};
 }
 
 }  // namespace

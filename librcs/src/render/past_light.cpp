@@ -69,7 +69,8 @@ void look_back(Frame& f)
     const auto pass = static_cast<std::size_t>(f.pass);
     if (!goes_on(f) || pass >= session.samples.size() || session.samples[pass].with != sampled_with(f)) return;
     const KeptSamples& kept = session.samples[pass];
-    if (kept.seed == f.settings.seed && kept.points.view == f.view() && kept.points.instance == f.gbuffer.instance) {
+    if (kept.seed == f.settings.seed && kept.moved.empty() && kept.points.view == f.view() &&
+        kept.points.instance == f.gbuffer.instance) {
         // A filter is told by samples beside the pixels'.
         if (!f.direct.checked) f.past.emplace(PastSamples{kept, std::nullopt, 0, 0});
         return;

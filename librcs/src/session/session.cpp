@@ -268,7 +268,6 @@ void Session::State::change_light(const std::string& why, SceneChange change)
     if (!watches()) return drop_light(why);
     note(SessionPart::light_cache, false, why);
     light_cache.reset();
-    samples.clear();
     slack.reset();
     // Nobody knows what those would be that are not watched.
     std::erase_if(contacts, [](const Record& r) { return r.watch.seen.empty(); });
@@ -276,6 +275,7 @@ void Session::State::change_light(const std::string& why, SceneChange change)
     changed_in.resize(scene->instances.size(), scene_number);
     for (const std::uint32_t instance : change.instances) changed_in[instance] = scene_number;
     change.state = scene_number;
+    follow_change(samples, change);
     if (changes.size() == kMostChanges) changes.erase(changes.begin());
     changes.push_back(std::move(change));
 }
@@ -343,13 +343,15 @@ void Session::State::put_back(std::vector<Record> kept, const RenderOptions& ask
 std::optional<KeptGuide> Session::State::take_guide()
 {
     std::optional<KeptGuide> kept = std::exchange(guide, std::nullopt);
-    return kept && !kept->is_old() && kept->is_of(scene_number) ? std::move(kept) : std::nullopt;
+    const bool changed_everywhere = !changes.empty() && changes.back().everywhere;
+    return kept && kept->serves(scene_number, changed_everywhere) ? std::move(kept) : std::nullopt;
 }
 
 void Session::State::keep_guide(KeptGuide kept, std::size_t made, std::size_t reused)
 {
     if (!options.keep_records) return;
     const bool is_first = kept.views++ == 0;
+    kept.gathered += made;
     if (!is_first) kept.made += static_cast<double>(made) / static_cast<double>(std::max<std::size_t>(1, reused));
     if (is_first || made < reused) guide = std::move(kept);
 }

@@ -37,8 +37,10 @@ struct KeptGuide {
     std::unique_ptr<DirectCells> direct;   ///< null: to know the light where rays end did none
     std::unique_ptr<ArrivalMap> arrivals;  ///< null: to aim rays did none
     int views = 0;                         ///< that it has served
-    double made = 0.0;               ///< records gathered with it, over those that there were, since the first view
-    std::uint32_t scene_number = 0;  ///< that points and cells are lit as in; the rest is about as good in others
+    std::size_t gathered = 0;              ///< records since the search for it
+    double made = 0.0;                     ///< of them, those after the first view's, over those that there were
+    bool does_without = false;             ///< guide and cells, which another scene had
+    std::uint32_t scene_number = 0;        ///< that points and cells are lit as in; the rest is about as good in others
 
     /// Its points lie where views up to then looked, and what was learned of who sees them from there. Where views
     /// hardly need records, there is nothing to win by another.
@@ -50,6 +52,17 @@ struct KeptGuide {
     }
     bool knows() const { return guide || direct || arrivals; }
     bool is_of(std::uint32_t scene) const { return scene_number == scene || !(guide || direct); }
+    /// Whether it serves another view. Where things have moved it may do without what was lit before: a search takes as
+    /// long as so many records, and no longer than those that it is for.
+    bool serves(std::uint32_t scene, bool changed_everywhere)
+    {
+        constexpr std::size_t kRecordsOfSearch = 2048;
+        if (is_old()) return false;
+        if (!does_without && is_of(scene)) return true;
+        if (changed_everywhere || gathered >= kRecordsOfSearch) return false;
+        guide.reset(), direct.reset();
+        return does_without = true;
+    }
 };
 
 /// What probes found of a view's error: it holds for the next ones as long as their records are the same.
