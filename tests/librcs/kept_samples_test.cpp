@@ -295,6 +295,26 @@ TEST(KeptSamples, OutliveWhatMovesElsewhere)
     EXPECT_LT(difference(last, alone[0], "direct"), 1.05 * difference(alone[1], alone[0], "direct"));
 }
 
+/// Nothing flickers that stands still, also beside what moves: direct light is what each view alone would have.
+TEST(KeptSamples, AreThoseOfAViewAloneWhereTheCameraStands)
+{
+    const auto at = [](int step) {
+        Scene scene = shining_room();
+        scene.instances[1].world_from_object[3].x += 0.03 * step;
+        return scene;
+    };
+    for (const int aa : {1, 2}) {
+        Walk walk;
+        const std::uint64_t rays = walk.show(at(0), 0, small(aa)).stats.direct_shadow_rays;
+        for (int step = 1; step <= 3; ++step) {
+            const RenderResult now = walk.show(at(step), 0, small(aa));
+            const RenderResult alone = test::render_view(at(step), camera_at(at(step), 0), small(aa));
+            EXPECT_EQ(difference(now, alone, "direct"), 0.0) << aa << ", " << step;
+            EXPECT_LT(now.stats.direct_shadow_rays, rays) << aa << ", " << step;
+        }
+    }
+}
+
 TEST(KeptSamples, AreOfNoUseOnceALampHasChanged)
 {
     const RenderOptions options = small();

@@ -75,7 +75,7 @@ TEST(Movers, TouchAllWhereLampsAreEverywhere)
     const glm::vec3 point(0.0f);
     EXPECT_FALSE(Movers({&far, 1}, lit_by(lamp), false).touch(point));
     EXPECT_TRUE(Movers({&far, 1}, lit_by(lamp), true).touch(point)) << "the sky shines";
-    EXPECT_TRUE(Movers({&far, 1}, lit_by(std::vector(65, lamp[0])), false).touch(point));
+    EXPECT_TRUE(Movers({&far, 1}, lit_by(std::vector(257, lamp[0])), false).touch(point));
     Lights with_bulb = lit_by(lamp);
     with_bulb.punctual.emplace_back(PunctualLight{});
     EXPECT_TRUE(Movers({&far, 1}, with_bulb, false).touch(point));

@@ -51,6 +51,7 @@ struct PastDirect {
     std::span<const Bounds> moved;  ///< what has moved since, as it was and as it is
     std::uint64_t turn;             ///< of the view: whose pixels are sampled anew
     std::uint64_t number;           ///< of the pass: what is drawn
+    bool is_still = false;          ///< the view is this one: what has not changed keeps its samples
 };
 
 /// @param view  of `gbuffer`: says where each point is seen from

@@ -6,8 +6,8 @@
 namespace rcs {
 namespace {
 
-// Of more lamps one or the other is behind anything.
-constexpr std::size_t kMostLamps = 64;
+// Of more pairs of a thing and a lamp, one or the other lies behind anything, and to look takes as long as shadow rays.
+constexpr std::size_t kMostPairs = 256;
 // Spheres are larger than what they are around by far more than rounding, also that of the points seen from there.
 constexpr float kRim = 1e-3f;
 constexpr std::size_t kParts = 8;
@@ -17,7 +17,7 @@ constexpr std::size_t kParts = 8;
 Movers::Movers(std::span<const Bounds> boxes, const Lights& lights, bool sky_has_peaks)
 {
     if (boxes.empty()) return;
-    everywhere_ = sky_has_peaks || !lights.punctual.empty() || lights.triangles.size() > kMostLamps;
+    everywhere_ = sky_has_peaks || !lights.punctual.empty() || boxes.size() * lights.triangles.size() > kMostPairs;
     for (const EmissiveTriangle& t : lights.triangles) {
         const glm::vec3 centre = (t.corner[0] + t.corner[1] + t.corner[2]) / 3.0f;
         float radius = 0.0f;

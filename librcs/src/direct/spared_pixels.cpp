@@ -52,10 +52,22 @@ SparedPixels::SparedPixels(const PastDirect* past, const DirectLight& light, con
     if (light.knows_by_shape() && !past->light.sight.empty()) by_shape_.resize(g.size());
     const Movers movers = light.movers(past->moved);
     pool.parallel_for(g.size(), 1024, [&](std::size_t begin, std::size_t end, int thread) {
-        for (std::size_t i = begin; i < end; ++i)
-            if (g.covered(i) && past->places[i].is_seen() && !movers.touch(g.scene_position(i)))
-                how_[i] = find(light, g, i, workspaces[static_cast<std::size_t>(thread)]);
+        for (std::size_t i = begin; i < end; ++i) {
+            if (!g.covered(i) || !(past->is_still || past->places[i].is_seen()) || movers.touch(g.scene_position(i)))
+                continue;
+            how_[i] =
+                past->is_still ? find_again(g, i) : find(light, g, i, workspaces[static_cast<std::size_t>(thread)]);
+        }
     });
+}
+
+/// Of a view that is the one before.
+SparedPixels::How SparedPixels::find_again(const GBuffer& g, std::size_t i) const
+{
+    const PastPoints& points = past_->places.points();
+    const bool is_same = points.instance[i] == g.instance[i] && points.position[i] == g.position(i) &&
+                         points.normal[i] == g.normal(i) && points.camera_position == g.camera_position;
+    return is_same ? How::as_it_was : How::sampled;
 }
 
 SparedPixels::How SparedPixels::find(const DirectLight& light, const GBuffer& g, std::size_t i,
@@ -100,6 +112,7 @@ std::optional<glm::vec3> SparedPixels::by_shape(const DirectLight& light, const 
 /// The pixel of before whose sight of the lamps a pixel takes on.
 std::size_t SparedPixels::handed_on(std::size_t pixel) const
 {
+    if (how_[pixel] == How::as_it_was) return pixel;
     return past_->places.drawn(pixel, mix64(mix64(pixel_number(view_, pixel)) + past_->number));
 }
 
@@ -115,8 +128,11 @@ void SparedPixels::add_to(DirectLightResult& light) const
 {
     for (std::size_t i = 0; i < how_.size(); ++i) {
         if (!has(i)) continue;
-        light.irradiance[i] = how_[i] == How::by_shape ? by_shape_[i] : past_->places.mean(past_->light.irradiance, i);
-        if (!light.glossy.empty()) light.glossy[i] = past_->places.mean(past_->light.glossy, i);
+        const auto known = [&](const std::vector<glm::vec3>& before) {
+            return how_[i] == How::as_it_was ? before[i] : past_->places.mean(before, i);
+        };
+        light.irradiance[i] = how_[i] == How::by_shape ? by_shape_[i] : known(past_->light.irradiance);
+        if (!light.glossy.empty()) light.glossy[i] = known(past_->light.glossy);
         light.in_part[i] = past_->light.in_part[handed_on(i)];
     }
 }

@@ -31,9 +31,10 @@ public:
     void add_to(DirectLightResult& light) const;
 
 private:
-    enum class How : std::uint8_t { sampled, mean, by_shape };
+    enum class How : std::uint8_t { sampled, as_it_was, mean, by_shape };
 
     How find(const DirectLight& light, const GBuffer& g, std::size_t pixel, DirectLight::Workspace& w);
+    How find_again(const GBuffer& g, std::size_t pixel) const;
     std::optional<glm::vec3> by_shape(const DirectLight& light, const GBuffer& g, std::size_t pixel,
                                       const std::array<std::size_t, 4>& around, DirectLight::Workspace& w) const;
 

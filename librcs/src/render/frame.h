@@ -33,8 +33,12 @@ struct PastSamples {
     std::optional<PastPlaces> places;  ///< none: that view is this one, and nobody samples again
     std::uint64_t number;              ///< of all such passes of the session
     std::uint64_t turn;                ///< of this pass
+    bool is_still;                     ///< the view is this one, things may have moved
 
-    PastDirect direct() const { return {*places, kept.direct, kept.all, kept.little_direct, kept.moved, turn, number}; }
+    PastDirect direct() const
+    {
+        return {*places, kept.direct, kept.all, kept.little_direct, kept.moved, turn, number, is_still};
+    }
     PastTraced traced() const { return {*places, kept.traced, kept.all}; }
 };
 

@@ -174,7 +174,7 @@ void look_around(Frame& f)
     if (!f.needs(Effect::indirect_diffuse) && !f.needs(Effect::traced_lobes)) return;
     timed(f, "records", [&] {
         if (f.is_first_view()) {
-            if (auto kept = f.session.state().take_guide())
+            if (auto kept = f.session.state().take_guide(f.needs(Effect::traced_lobes)))
                 f.kept_guide = std::move(*kept);
             else
                 f.kept_guide = find_light(f, 0);

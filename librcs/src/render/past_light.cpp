@@ -69,18 +69,18 @@ void look_back(Frame& f)
     const auto pass = static_cast<std::size_t>(f.pass);
     if (!goes_on(f) || pass >= session.samples.size() || session.samples[pass].with != sampled_with(f)) return;
     const KeptSamples& kept = session.samples[pass];
-    if (kept.seed == f.settings.seed && kept.moved.empty() && kept.points.view == f.view() &&
-        kept.points.instance == f.gbuffer.instance) {
+    const bool is_still = kept.seed == f.settings.seed && kept.points.view == f.view();
+    if (is_still && kept.moved.empty() && kept.points.instance == f.gbuffer.instance) {
         // A filter is told by samples beside the pixels'.
-        if (!f.direct.checked) f.past.emplace(PastSamples{kept, std::nullopt, 0, 0});
+        if (!f.direct.checked) f.past.emplace(PastSamples{kept, std::nullopt, 0, 0, true});
         return;
     }
     f.past.emplace(timed(f, "gbuffer", [&] {
         return PastSamples{kept, PastPlaces(kept.points, f.gbuffer, f.view(), f.shading, f.session.pool()),
-                           ++session.sampled, kept.views + pass};
+                           is_still ? session.sampled : ++session.sampled, kept.views + pass, is_still};
     }));
-    // Else views would go on from the same samples.
-    f.direct.seed = stream_key(f.direct.seed, Stream::views, f.past->number);
+    // Else views would go on from the same samples. What stands still is not to flicker.
+    if (!is_still) f.direct.seed = stream_key(f.direct.seed, Stream::views, f.past->number);
 }
 
 void keep_samples(Frame& f)

@@ -340,11 +340,11 @@ void Session::State::put_back(std::vector<Record> kept, const RenderOptions& ask
     record_settings = record_settings_words(asked);
 }
 
-std::optional<KeptGuide> Session::State::take_guide()
+std::optional<KeptGuide> Session::State::take_guide(bool for_lobes)
 {
     std::optional<KeptGuide> kept = std::exchange(guide, std::nullopt);
-    const bool changed_everywhere = !changes.empty() && changes.back().everywhere;
-    return kept && kept->serves(scene_number, changed_everywhere) ? std::move(kept) : std::nullopt;
+    if (kept && !kept->serves(scene_number, changes, for_lobes)) kept.reset();
+    return kept;
 }
 
 void Session::State::keep_guide(KeptGuide kept, std::size_t made, std::size_t reused)

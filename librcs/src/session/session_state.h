@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -54,12 +55,16 @@ struct KeptGuide {
     bool is_of(std::uint32_t scene) const { return scene_number == scene || !(guide || direct); }
     /// Whether it serves another view. Where things have moved it may do without what was lit before: a search takes as
     /// long as so many records, and no longer than those that it is for.
-    bool serves(std::uint32_t scene, bool changed_everywhere)
+    /// @param for_lobes  as well as for records: they need it in any case, and so does light that has changed
+    /// everywhere
+    bool serves(std::uint32_t scene, std::span<const SceneChange> changes, bool for_lobes)
     {
         constexpr std::size_t kRecordsOfSearch = 2048;
         if (is_old()) return false;
         if (!does_without && is_of(scene)) return true;
-        if (changed_everywhere || gathered >= kRecordsOfSearch) return false;
+        if (for_lobes || gathered >= kRecordsOfSearch) return false;
+        for (const SceneChange& change : changes)
+            if (change.everywhere && change.state > scene_number) return false;
         guide.reset(), direct.reset();
         return does_without = true;
     }
@@ -134,7 +139,7 @@ struct [[gnu::visibility("hidden")]] Session::State {
     /// Keeps those of a view that did not come about, or was only glanced at, none of them older than it was.
     void put_back(std::vector<Record> records, const RenderOptions& options, const View& view);
     /// The guide if it serves another view, and records are kept; none if it is to be found out anew.
-    std::optional<KeptGuide> take_guide();
+    std::optional<KeptGuide> take_guide(bool for_lobes);
     /// @param made, reused  records of this view: where most are new it has little in common with those before
     void keep_guide(KeptGuide kept, std::size_t made, std::size_t reused);
     /// The scale of an earlier view, if records are kept and it serves one of whose that part is new or renewed.
