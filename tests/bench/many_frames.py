@@ -131,9 +131,11 @@ def spread(values):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("rcsplat", type=pathlib.Path)
-    parser.add_argument("--frames", type=int, default=10 * FPS, help="so many thousand")
+    parser.add_argument("--frames", type=int, default=10 * FPS, help="a multiple of %d" % FPS)
     parser.add_argument("--case", choices=["still", "moving"])
     arguments = parser.parse_args()
+    if arguments.frames < FPS or arguments.frames % FPS:
+        parser.error(f"--frames: {arguments.frames}, expected a multiple of {FPS}")
     failed = False
     for case in ["still", "moving"]:
         if arguments.case not in (None, case):

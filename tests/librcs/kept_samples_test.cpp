@@ -73,6 +73,23 @@ double difference(const RenderResult& a, const RenderResult& b, const char* laye
     return sum / static_cast<double>(x.size()) / mean_of(b, layer);
 }
 
+/// A view by itself, by another seed than a walk's.
+RenderResult alone(const Scene& scene, int view, std::uint64_t seed)
+{
+    RenderOptions options = small();
+    options.seed = seed;
+    return test::render_view(scene, camera_at(scene, view), options);
+}
+
+/// Two renders that know nothing of each other differ by what both are off. @param bias  of the mean, at the most
+void expect_as_good_as_alone(const RenderResult& last, const Scene& scene, int view, const char* layer, double bias,
+                             double slack)
+{
+    const RenderResult one = alone(scene, view, 2), two = alone(scene, view, 3);
+    EXPECT_NEAR(mean_of(last, layer), mean_of(one, layer), bias * mean_of(one, layer));
+    EXPECT_LT(difference(last, one, layer), slack * difference(two, one, layer));
+}
+
 TEST(KeptSamples, SpareViewsOfAStillSceneMostOfTheirs)
 {
     const Scene scene = shining_room();
@@ -85,12 +102,7 @@ TEST(KeptSamples, SpareViewsOfAStillSceneMostOfTheirs)
     EXPECT_LT(2 * last.stats.direct_shadow_rays, rays);
     EXPECT_LT(3 * last.stats.traced.rays, 2 * along_lobes);
 
-    const auto alone = [&](std::uint64_t seed) {
-        RenderOptions seeded = options;
-        seeded.seed = seed;
-        return test::render_view(scene, camera_at(scene, 20), seeded);
-    };
-    const RenderResult one = alone(2), two = alone(3);
+    const RenderResult one = alone(scene, 20, 2), two = alone(scene, 20, 3);
     for (const char* layer : {"direct", "indirect"})
         EXPECT_NEAR(mean_of(last, layer), 0.5 * (mean_of(one, layer) + mean_of(two, layer)), 0.01 * mean_of(one, layer))
             << layer;
@@ -110,8 +122,8 @@ TEST(KeptSamples, KnowTheLightOfLampsThatNothingHides)
         const RenderResult now = walk.show(scene, 5 * view, small());
         EXPECT_LT(5 * now.stats.direct_shadow_rays, rays) << view;
         if (view % 10 != 0) continue;
-        const RenderResult alone = test::render_view(scene, camera_at(scene, 5 * view), small());
-        EXPECT_LT(difference(now, alone, "direct"), 1e-3) << view;
+        const RenderResult single = test::render_view(scene, camera_at(scene, 5 * view), small());
+        EXPECT_LT(difference(now, single, "direct"), 1e-3) << view;
     }
 }
 
@@ -127,14 +139,7 @@ TEST(KeptSamples, LeaveEdgesOfShadowsWhereTheyAre)
         Walk walk;
         RenderResult last;
         for (int view = 0; view <= 24; ++view) last = walk.show(scene, step * view, small());
-        std::vector<RenderResult> alone;
-        for (std::uint64_t seed = 2; seed < 4; ++seed) {
-            RenderOptions options = small();
-            options.seed = seed;
-            alone.push_back(test::render_view(scene, camera_at(scene, step * 24), options));
-        }
-        EXPECT_NEAR(mean_of(last, "direct"), mean_of(alone[0], "direct"), 0.002 * mean_of(alone[0], "direct")) << step;
-        EXPECT_LT(difference(last, alone[0], "direct"), 1.05 * difference(alone[1], alone[0], "direct")) << step;
+        expect_as_good_as_alone(last, scene, step * 24, "direct", 0.002, 1.05);
     }
 }
 
@@ -156,14 +161,7 @@ TEST(KeptSamples, AlsoServeImagesInMirrors)
     const std::uint64_t along_lobes = last.stats.traced.rays;
     for (int view = 1; view <= 8; ++view) last = walk.show(scene, 4 * view, small());
     EXPECT_LT(4 * last.stats.traced.rays, 3 * along_lobes);
-    std::vector<RenderResult> alone;
-    for (std::uint64_t seed = 2; seed < 4; ++seed) {
-        RenderOptions options = small();
-        options.seed = seed;
-        alone.push_back(test::render_view(scene, camera_at(scene, 32), options));
-    }
-    EXPECT_NEAR(mean_of(last, "indirect"), mean_of(alone[0], "indirect"), 0.015 * mean_of(alone[0], "indirect"));
-    EXPECT_LT(difference(last, alone[0], "indirect"), 1.25 * difference(alone[1], alone[0], "indirect"));
+    expect_as_good_as_alone(last, scene, 32, "indirect", 0.015, 1.25);
 }
 
 /// What is reflected in a mirror with stripes has none.
@@ -177,14 +175,7 @@ TEST(KeptSamples, ServeImagesInMirrorsOfAnyPattern)
     const std::uint64_t along_lobes = last.stats.traced.rays;
     for (int view = 1; view <= 8; ++view) last = walk.show(scene, 4 * view, small());
     EXPECT_LT(4 * last.stats.traced.rays, 3 * along_lobes);
-    const auto alone = [&](std::uint64_t seed) {
-        RenderOptions options = small();
-        options.seed = seed;
-        return test::render_view(scene, camera_at(scene, 32), options);
-    };
-    const RenderResult one = alone(2), two = alone(3);
-    EXPECT_NEAR(mean_of(last, "indirect"), mean_of(one, "indirect"), 0.015 * mean_of(one, "indirect"));
-    EXPECT_LT(difference(last, one, "indirect"), 1.25 * difference(two, one, "indirect"));
+    expect_as_good_as_alone(last, scene, 32, "indirect", 0.015, 1.25);
 }
 
 TEST(KeptSamples, OfOtherLobesShowNoImage)
@@ -196,13 +187,7 @@ TEST(KeptSamples, OfOtherLobesShowNoImage)
     Walk walk;
     RenderResult last;
     for (int view = 0; view <= 5; ++view) last = walk.show(scene, 10 * view, small());
-    const auto alone = [&](std::uint64_t seed) {
-        RenderOptions options = small();
-        options.seed = seed;
-        return test::render_view(scene, camera_at(scene, 50), options);
-    };
-    const RenderResult one = alone(2), two = alone(3);
-    EXPECT_LT(difference(last, one, "indirect"), 1.25 * difference(two, one, "indirect"));
+    expect_as_good_as_alone(last, scene, 50, "indirect", 0.015, 1.25);
 }
 
 /// Half of the floor is rougher than lobes that rays are traced along.
@@ -215,8 +200,8 @@ TEST(KeptSamples, WhereNothingWasTracedAreNotBlack)
     RenderResult last = walk.show(scene, 0, small());
     ASSERT_GT(last.stats.traced.rays, 0u);
     for (int view = 1; view <= 6; ++view) last = walk.show(scene, view, small());
-    const RenderResult alone = test::render_view(scene, camera_at(scene, 6), small());
-    EXPECT_NEAR(mean_of(last, "indirect"), mean_of(alone, "indirect"), 0.015 * mean_of(alone, "indirect"));
+    const RenderResult single = test::render_view(scene, camera_at(scene, 6), small());
+    EXPECT_NEAR(mean_of(last, "indirect"), mean_of(single, "indirect"), 0.015 * mean_of(single, "indirect"));
 }
 
 /// A view that is given up after a pass leaves samples, but the next one draws others.
@@ -248,8 +233,8 @@ TEST(KeptSamples, PassesGoOnFromTheSamePassBefore)
     const RenderResult last = walk.show(scene, 2, options);
     EXPECT_LT(2 * last.stats.direct_shadow_rays, rays);
     for (const KeptSamples& pass : walk.session.state().samples) EXPECT_EQ(pass.views, 2u) << "views, not passes";
-    const RenderResult alone = test::render_view(scene, camera_at(scene, 2), options);
-    EXPECT_NEAR(mean_of(last, "direct"), mean_of(alone, "direct"), 0.01 * mean_of(alone, "direct"));
+    const RenderResult single = test::render_view(scene, camera_at(scene, 2), options);
+    EXPECT_NEAR(mean_of(last, "direct"), mean_of(single, "direct"), 0.01 * mean_of(single, "direct"));
 }
 
 /// Nothing flickers where nothing moves.
@@ -285,14 +270,7 @@ TEST(KeptSamples, OutliveWhatMovesElsewhere)
         last = walk.show(at(view), view, small());
         EXPECT_LT(2 * last.stats.direct_shadow_rays, rays) << view;
     }
-    std::vector<RenderResult> alone;
-    for (std::uint64_t seed = 2; seed < 4; ++seed) {
-        RenderOptions options = small();
-        options.seed = seed;
-        alone.push_back(test::render_view(at(12), camera_at(at(12), 12), options));
-    }
-    EXPECT_NEAR(mean_of(last, "direct"), mean_of(alone[0], "direct"), 0.002 * mean_of(alone[0], "direct"));
-    EXPECT_LT(difference(last, alone[0], "direct"), 1.05 * difference(alone[1], alone[0], "direct"));
+    expect_as_good_as_alone(last, at(12), 12, "direct", 0.002, 1.05);
 }
 
 /// Nothing flickers that stands still, also beside what moves: direct light is what each view alone would have.
@@ -308,8 +286,8 @@ TEST(KeptSamples, AreThoseOfAViewAloneWhereTheCameraStands)
         const std::uint64_t rays = walk.show(at(0), 0, small(aa)).stats.direct_shadow_rays;
         for (int step = 1; step <= 3; ++step) {
             const RenderResult now = walk.show(at(step), 0, small(aa));
-            const RenderResult alone = test::render_view(at(step), camera_at(at(step), 0), small(aa));
-            EXPECT_EQ(difference(now, alone, "direct"), 0.0) << aa << ", " << step;
+            const RenderResult single = test::render_view(at(step), camera_at(at(step), 0), small(aa));
+            EXPECT_EQ(difference(now, single, "direct"), 0.0) << aa << ", " << step;
             EXPECT_LT(now.stats.direct_shadow_rays, rays) << aa << ", " << step;
         }
     }
@@ -323,8 +301,8 @@ TEST(KeptSamples, AreOfNoUseOnceALampHasChanged)
     walk.show(shining_room(6.0f), 1, options);
     const RenderResult now = walk.show(shining_room(2.0f), 2, options);
     EXPECT_GT(now.stats.direct_shadow_rays, rays * 9 / 10);
-    const RenderResult alone = test::render_view(shining_room(2.0f), camera_at(shining_room(), 2), options);
-    EXPECT_NEAR(mean_of(now, "direct"), mean_of(alone, "direct"), 0.01 * mean_of(alone, "direct"));
+    const RenderResult single = test::render_view(shining_room(2.0f), camera_at(shining_room(), 2), options);
+    EXPECT_NEAR(mean_of(now, "direct"), mean_of(single, "direct"), 0.01 * mean_of(single, "direct"));
 }
 
 TEST(KeptSamples, AreNotThoseOfAnotherSeed)
@@ -352,8 +330,8 @@ TEST(KeptSamples, AreKeptByNoSessionWhoseViewsShareNothing)
     Walk walk(2, false);
     walk.show(scene, 0, small());
     const RenderResult second = walk.show(scene, 1, small()),
-                       alone = test::render_view(scene, camera_at(scene, 1), small());
-    EXPECT_TRUE(second.image.layers.at("beauty").pixels == alone.image.layers.at("beauty").pixels);
+                       single = test::render_view(scene, camera_at(scene, 1), small());
+    EXPECT_TRUE(second.image.layers.at("beauty").pixels == single.image.layers.at("beauty").pixels);
 }
 
 TEST(KeptSamples, GiveTheSameBitsByAnyNumberOfThreads)
@@ -372,10 +350,10 @@ TEST(KeptSamples, TellOfTheirError)
     Walk walk;
     for (int view = 0; view < 12; ++view) walk.show(scene, view, small());
     const RenderResult last = walk.show(scene, 12, small());
-    const RenderResult alone = test::render_view(scene, camera_at(scene, 12), small());
+    const RenderResult single = test::render_view(scene, camera_at(scene, 12), small());
     const auto told = [](const RenderResult& result) { return result.stats.errors.image.mean_relative; };
-    EXPECT_GT(told(last), 0.6 * told(alone));
-    EXPECT_LT(told(last), 1.3 * told(alone));
+    EXPECT_GT(told(last), 0.6 * told(single));
+    EXPECT_LT(told(last), 1.3 * told(single));
 }
 
 }  // namespace
