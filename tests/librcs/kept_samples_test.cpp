@@ -178,6 +178,31 @@ TEST(KeptSamples, ServeImagesInMirrorsOfAnyPattern)
     expect_as_good_as_alone(last, scene, 32, "indirect", 0.015, 1.25);
 }
 
+/// Whether looks along lobes pay is found out once, and fewer pixels look.
+TEST(KeptSamples, SpareLooksAlongLobes)
+{
+    const Scene scene = test::screened_room(0.4f);
+    const RenderResult one = alone(scene, 12, 2), two = alone(scene, 12, 3);
+    double off = 0.0;
+    for (const std::uint64_t seed : {1, 4, 5}) {
+        Walk walk;
+        RenderOptions options = small();
+        options.seed = seed;
+        RenderResult last = walk.show(scene, 0, options);
+        const std::uint64_t looks = last.stats.traced.looks;
+        ASSERT_GT(looks, 0u);
+        EXPECT_TRUE(walk.session.state().guide->looks_of_lobes.is_sure);
+        for (int view = 1; view <= 12; ++view) {
+            last = walk.show(scene, view, options);
+            EXPECT_GT(last.stats.traced.looks, 0u) << view;
+            EXPECT_LT(2 * last.stats.traced.looks, looks) << view;
+        }
+        EXPECT_NEAR(mean_of(last, "indirect"), mean_of(one, "indirect"), 0.05 * mean_of(one, "indirect")) << seed;
+        off += (difference(last, one, "indirect") + difference(last, two, "indirect")) / 6.0;
+    }
+    EXPECT_LT(off, 1.05 * difference(two, one, "indirect"));
+}
+
 TEST(KeptSamples, OfOtherLobesShowNoImage)
 {
     // Polished to the left, worn to the right: what the left shows sharp the right does not.

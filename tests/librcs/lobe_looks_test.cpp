@@ -20,19 +20,6 @@
 namespace rcs {
 namespace {
 
-/// A metal floor of that roughness in a room whose lamp lights, behind a screen that reaches nearly to the ceiling,
-/// what of the room is seen only over the screen's edge.
-Scene screened_room(float roughness)
-{
-    Scene scene = test::room(0.5f);
-    scene.lights = {test::point_light({1.6, 0.6, 0.5}, glm::vec3(9.0f))};
-    test::add_mesh(scene, test::quad({0.9f, 0.0f, -2.0f}, {0, 2.6f, 0}, {0, 0, 4.0f}, 0));
-    test::add_mesh(scene, test::quad({-2.0f, 0.002f, 2.0f}, {2.9f, 0, 0}, {0, 0, -4.0f},
-                                     test::add_surface(scene, test::metal(roughness))));
-    scene.cameras = {look_at_camera("floor", {-0.6, 1.6, 1.9}, {-0.4, 0.0, 0.2}, 0.8)};
-    return scene;
-}
-
 class Floor {
 public:
     static constexpr int kSize = 64;
@@ -92,7 +79,7 @@ class LobesLook : public testing::TestWithParam<float> {};
 
 TEST_P(LobesLook, ForTheLightOfRaysAlone)
 {
-    Floor floor(screened_room(GetParam()));
+    Floor floor(test::screened_room(GetParam()));
     constexpr int kSeeds = 16;
     double by_rays = 0.0, by_both = 0.0, squares = 0.0;
     for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
@@ -112,7 +99,7 @@ INSTANTIATE_TEST_SUITE_P(Roughness, LobesLook, testing::Values(0.3f, 0.45f));
 
 TEST(LobesLook, GiveTheSameBitsForAnyNumberOfThreads)
 {
-    Floor floor(screened_room(0.35f));
+    Floor floor(test::screened_room(0.35f));
     ASSERT_NE(floor.guide, nullptr);
     ThreadPool one(1), three(3);
     EXPECT_EQ(floor.trace(8, 4, 5, one).radiance, floor.trace(8, 4, 5, three).radiance);
@@ -124,16 +111,17 @@ TEST(LobesLook, WhereItHelps)
         LobeSettings settings;
         settings.guide = floor.guide.get();
         return worthwhile_looks(floor.rays, floor.light(), floor.gbuffer, floor.view, floor.shading, settings,
-                                floor.pool);
+                                floor.pool)
+            .count;
     };
-    Floor rough(screened_room(0.4f)), mirror(screened_room(0.02f));
+    Floor rough(test::screened_room(0.4f)), mirror(test::screened_room(0.02f));
     EXPECT_GT(looks_of(rough), 0);
     EXPECT_EQ(looks_of(mirror), 0);
 }
 
 TEST(LobesLook, ErrorsOfLooksArePartOfTheEstimate)
 {
-    Floor floor(screened_room(0.4f));
+    Floor floor(test::screened_room(0.4f));
     const TracedLight truth = floor.trace(1024, 0, 99, floor.pool), found = floor.trace(16, 4, 1, floor.pool);
     double off = 0.0, told = 0.0;
     for (std::size_t i = 0; i < found.radiance.size(); ++i) {

@@ -106,4 +106,16 @@ inline Scene window_room(float roughness, float panel_size = 60.0f)
     return scene;
 }
 
+/// A metal floor of that roughness in a room whose lamp lights, behind a screen that reaches nearly to the ceiling,
+/// what of the room is seen only over the screen's edge.
+inline Scene screened_room(float roughness)
+{
+    Scene scene = room(0.5f);
+    scene.lights = {point_light({1.6, 0.6, 0.5}, glm::vec3(9.0f))};
+    add_mesh(scene, quad({0.9f, 0.0f, -2.0f}, {0, 2.6f, 0}, {0, 0, 4.0f}, 0));
+    add_mesh(scene, quad({-2.0f, 0.002f, 2.0f}, {2.9f, 0, 0}, {0, 0, -4.0f}, add_surface(scene, metal(roughness))));
+    scene.cameras = {look_at_camera("floor", {-0.6, 1.6, 1.9}, {-0.4, 0.0, 0.2}, 0.8)};
+    return scene;
+}
+
 }  // namespace rcs::test

@@ -237,9 +237,13 @@ std::size_t LobePaths::look(std::size_t begin, std::size_t end, RayRing& ring, W
     if (!looks_) return 0;
     w.looking.looks.clear();
     const std::size_t before = w.shadow.size();
-    for (std::size_t i = begin; i < end; ++i)
-        if (g_.covered(i) && shading_.is_traced(i))
+    for (std::size_t i = begin; i < end; ++i) {
+        if (!g_.covered(i) || !shading_.is_traced(i)) continue;
+        if (past_ && !past_->looks(i))
+            std::fill(ring.looks_of(i).begin(), ring.looks_of(i).end(), LobeRay{});
+        else
             looks_->look(i, ~lobe_key(settings_.seed, pixel_number(view_, i)), ring, w.looking, w.shadow, w.lights);
+    }
     return w.shadow.size() - before;
 }
 

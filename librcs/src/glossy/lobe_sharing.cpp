@@ -1,6 +1,7 @@
 #include "glossy/lobe_sharing.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -118,13 +119,14 @@ float reach_of_hits(const RayRing& ring)
 /// What a pixel's lobes make of rays and looks, its own and others'.
 class Receiver {
 public:
-    Receiver(const Bsdf& bsdf, glm::vec3 outgoing, glm::vec3 position, const RayRing& ring)
+    /// @param looked  whether looks will be added, if its lobes look
+    Receiver(const Bsdf& bsdf, glm::vec3 outgoing, glm::vec3 position, const RayRing& ring, bool looked)
         : bsdf_(bsdf),
           seen_(bsdf, outgoing, bsdf.those(lit_by_rays)),
           position_(position),
           whole_(albedo(bsdf, outgoing, bsdf.those(lit_by_rays))),
           to_density_(std::numbers::pi_v<float> / std::max(luminance(whole_), 1e-30f)),
-          looks_(ring.has_looks() && LobeLooks::looks(bsdf, bsdf.those(lit_by_rays))),
+          looks_(looked && ring.has_looks() && LobeLooks::looks(bsdf, bsdf.those(lit_by_rays))),
           ring_(ring)
     {
     }
@@ -231,6 +233,18 @@ bool LobeSharing::may_share(std::size_t pixel, std::size_t neighbour) const
            there < 2.0f * here && here < 2.0f * there;
 }
 
+/// The pixel, or one beside it that looked in its place.
+std::size_t LobeSharing::looking_near(std::size_t pixel) const
+{
+    if (looked(pixel)) return pixel;
+    const auto width = static_cast<std::size_t>(g_.width), height = static_cast<std::size_t>(g_.height);
+    const std::size_t x = pixel % width, y = pixel / width;
+    for (std::size_t row = y & ~std::size_t{1}; row < std::min((y | 1u) + 1, height); ++row)
+        for (std::size_t column = x & ~std::size_t{1}; column < std::min((x | 1u) + 1, width); ++column)
+            if (const std::size_t i = row * width + column; looked(i) && may_share(pixel, i)) return i;
+    return pixel;
+}
+
 LobeSharing::Reach LobeSharing::reach_of(std::size_t pixel, const Bsdf& bsdf, const RayRing& ring) const
 {
     if (looks_through(bsdf)) return {};
@@ -241,7 +255,8 @@ LobeSharing::Reach LobeSharing::reach_of(std::size_t pixel, const Bsdf& bsdf, co
     };
     const float rays = reach(ring.of(pixel));
     // Lit points are mostly farther off than what the lobe meets, which may stand in their way.
-    return {rays, ring.has_looks() ? std::sqrt(std::max(1.0f, rays) * reach(ring.looks_of(pixel))) : 0.0f};
+    return {rays,
+            ring.has_looks() ? std::sqrt(std::max(1.0f, rays) * reach(ring.looks_of(looking_near(pixel)))) : 0.0f};
 }
 
 /// Calls visit(pixel) for pixels around one that lie on its surface.
@@ -270,15 +285,20 @@ void LobeSharing::each_neighbour(std::size_t pixel, float reach, const Visit& vi
 LobeLights LobeSharing::share(std::size_t pixel, const RayRing& ring) const
 {
     const Bsdf bsdf = shading_.bsdf(g_, pixel);
-    Receiver receiver(bsdf, outgoing_at(g_, view_.camera, pixel), g_.position(pixel), ring);
     const Reach reach = reach_of(pixel, bsdf, ring);
+    std::array<std::size_t, kNeighbours + 1> looking;
+    std::size_t count = 0;
+    if (looked(pixel)) looking[count++] = pixel;
+    each_neighbour(pixel, reach.looks, [&](std::size_t i) {
+        if (looked(i)) looking[count++] = i;
+    });
+    Receiver receiver(bsdf, outgoing_at(g_, view_.camera, pixel), g_.position(pixel), ring, count > 0);
     std::vector<std::size_t> near;
     const float of_hits = reach_of_hits(ring);
     if (reach.rays < of_hits) each_neighbour(pixel, of_hits, [&](std::size_t i) { near.push_back(i); });
     receiver.add_rays(pixel, near);
     each_neighbour(pixel, reach.rays, [&](std::size_t i) { receiver.add_rays(i); });
-    receiver.add_looks(pixel);
-    each_neighbour(pixel, reach.looks, [&](std::size_t i) { receiver.add_looks(i); });
+    for (std::size_t k = 0; k < count; ++k) receiver.add_looks(looking[k]);
     LobeLights lights = receiver.sum(false);
     lights.distance = mean_distance(ring.of(pixel));
     lights.width = narrowest_traced(pixel);
@@ -288,7 +308,7 @@ LobeLights LobeSharing::share(std::size_t pixel, const RayRing& ring) const
 LobeLights LobeSharing::by_own(std::size_t pixel, const RayRing& ring) const
 {
     const Bsdf bsdf = shading_.bsdf(g_, pixel);
-    Receiver receiver(bsdf, outgoing_at(g_, view_.camera, pixel), g_.position(pixel), ring);
+    Receiver receiver(bsdf, outgoing_at(g_, view_.camera, pixel), g_.position(pixel), ring, true);
     receiver.add_rays(pixel);
     receiver.add_looks(pixel);
     return receiver.sum(true);

@@ -8,6 +8,7 @@
 
 #include "gbuffer/shading.h"
 #include "glossy/lobe_rays.h"
+#include "glossy/past_lobes.h"
 
 namespace rcs {
 
@@ -33,8 +34,10 @@ struct LobeLights {
 /// mirror stays sharp.
 class LobeSharing {
 public:
-    LobeSharing(const GBuffer& g, const View& view, const Shading& shading, std::uint64_t seed)
-        : g_(g), view_(view), shading_(shading), seed_(seed)
+    /// @param past  which pixels looked; null: all that look
+    LobeSharing(const GBuffer& g, const View& view, const Shading& shading, std::uint64_t seed,
+                const PastLobes* past = nullptr)
+        : g_(g), view_(view), shading_(shading), seed_(seed), past_(past)
     {
     }
 
@@ -54,12 +57,15 @@ private:
     template <typename Visit>
     void each_neighbour(std::size_t pixel, float reach, const Visit& visit) const;
     float narrowest_traced(std::size_t pixel) const;
+    bool looked(std::size_t pixel) const { return !past_ || past_->looks(pixel); }
+    std::size_t looking_near(std::size_t pixel) const;
     bool may_share(std::size_t pixel, std::size_t neighbour) const;
 
     const GBuffer& g_;
     const View& view_;
     const Shading& shading_;
     std::uint64_t seed_;
+    const PastLobes* past_;
 };
 
 }  // namespace rcs

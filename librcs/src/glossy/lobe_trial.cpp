@@ -83,8 +83,9 @@ void learn_along_lobes(const RayScene& rays, const HitRadiance& light, const GBu
     for (const LobeLooks::Workspace& w : workers) guide.learn(w.looks);
 }
 
-int worthwhile_looks(const RayScene& rays, const HitRadiance& light, const GBuffer& gbuffer, const View& view,
-                     const Shading& shading, const LobeSettings& options, ThreadPool& pool)
+WorthwhileLooks worthwhile_looks(const RayScene& rays, const HitRadiance& light, const GBuffer& gbuffer,
+                                 const View& view, const Shading& shading, const LobeSettings& options,
+                                 ThreadPool& pool)
 {
     const std::vector<std::uint32_t> pixels = looking_pixels(gbuffer, shading, options.seed);
     const std::size_t count = std::min(kTrials, pixels.size());
@@ -112,7 +113,7 @@ int worthwhile_looks(const RayScene& rays, const HitRadiance& light, const GBuff
                            {gather(pixel, 2, beside), gather(pixel, 3, beside)}};
         }
     });
-    return gain_of(findings) > kLeastGain * kLeastGain ? kLooks : 0;
+    return {gain_of(findings) > kLeastGain * kLeastGain ? kLooks : 0, count == kTrials};
 }
 
 }  // namespace rcs

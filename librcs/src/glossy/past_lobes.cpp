@@ -7,6 +7,7 @@
 
 #include "glossy/lobe_sharing.h"
 #include "util/color.h"
+#include "util/random.h"
 
 namespace rcs {
 namespace {
@@ -60,6 +61,7 @@ PastLobes::PastLobes(const LobeSettings& options, const GBuffer& g, const View& 
       view_(view),
       shading_(shading),
       most_fewer_(most_fewer(options.rays_per_pixel)),
+      turn_(mix64(options.seed) >> 32),
       known_(past_ && most_fewer_ > 1 ? g.size() : 0)
 {
     if (known_.empty()) return;

@@ -23,6 +23,15 @@ public:
     {
         return known_.empty() ? all : all / known_[pixel].fewer;
     }
+    /// Whether it looks at lit points, all of its looks: of so many times fewer pixels one does, next to those whose
+    /// turn it is in other views.
+    bool looks(std::size_t pixel) const
+    {
+        if (known_.empty()) return true;
+        const auto width = static_cast<std::size_t>(g_.width);
+        const std::size_t column = pixel % width & 1u, row = pixel / width & 1u;
+        return (2u * row + (row ^ column) + turn_) % known_[pixel].fewer == 0;
+    }
     /// Adds what is known to what the pixels' rays found.
     void add_to(TracedLight& light) const;
 
@@ -49,6 +58,7 @@ private:
     const View& view_;
     const Shading& shading_;
     int most_fewer_;
+    std::size_t turn_;
     std::vector<Known> known_;
 };
 

@@ -77,7 +77,7 @@ TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GB
     if (options.looks_per_pixel > 0) looks.emplace(light, *options.guide, gbuffer, view, shading);
     const PastLobes past(options, gbuffer, view, shading, pool);
     const LobePaths paths(rays, light, gbuffer, view, shading, options, looks ? &*looks : nullptr, &past);
-    const LobeSharing sharing(gbuffer, view, shading, options.seed);
+    const LobeSharing sharing(gbuffer, view, shading, options.seed, &past);
     const bool of_lamps = options.gathered && options.gathered->any() && options.gathered->along_lobes;
     RayRing ring(
         {gbuffer.width, gbuffer.width, options.rays_per_pixel, options.looks_per_pixel, of_lamps, light.has_soft()});

@@ -71,7 +71,6 @@ struct Frame {
     KeptGuide kept_guide = {};
     std::optional<GatherGuide> first_guide = {};    ///< of that, what it was before this view's records taught it
     std::optional<ArrivalMap> first_arrivals = {};  ///< the same
-    int looks_of_lobes = 0;                         ///< per pixel, at lit points
     std::optional<SharedSamples> shared = {};
     std::vector<PixelAtContact> contacts = {};  ///< of the view
     std::unique_ptr<Probes> probes = {};        ///< that a goal was steered by, until the first view is judged

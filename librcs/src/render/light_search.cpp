@@ -153,15 +153,15 @@ LobeSettings lobe_settings(const Frame& f, int round)
     settings.seed = stream_key(f.direct.seed, Stream::glossy, static_cast<std::uint64_t>(round));
     settings.gathered = &f.gathered;
     settings.guide = f.guide();
-    settings.looks_per_pixel = f.guide() ? f.looks_of_lobes : 0;
+    settings.looks_per_pixel = f.guide() ? f.kept_guide.looks_of_lobes.count : 0;
     settings.direct = f.kept_guide.direct.get();
     return settings;
 }
 
 void choose_looks(Frame& f)
 {
-    if (!f.guide() || f.settings.lobes.bounces == 0) return;
-    f.looks_of_lobes = timed(f, "glossy", [&] {
+    if (!f.guide() || f.settings.lobes.bounces == 0 || f.kept_guide.looks_of_lobes.is_sure) return;
+    f.kept_guide.looks_of_lobes = timed(f, "glossy", [&] {
         learn_along_lobes(f.rays, light_of_hits(f), f.gbuffer, f.view(), f.shading, f.settings.seed, f.session.pool(),
                           *f.kept_guide.guide);
         return worthwhile_looks(f.rays, light_of_hits(f), f.gbuffer, f.view(), f.shading, lobe_settings(f, 0),
@@ -180,7 +180,11 @@ void look_around(Frame& f)
                 f.kept_guide = find_light(f, 0);
         }
         // In the scene of another moment, looks do no good where they did none; what was lit is lit otherwise.
-        if (f.has_moved && (f.guide() || f.kept_guide.direct)) f.kept_guide = find_light(f, f.kept_guide.views);
+        if (f.has_moved && (f.guide() || f.kept_guide.direct)) {
+            const WorthwhileLooks looks = f.kept_guide.looks_of_lobes;
+            f.kept_guide = find_light(f, f.kept_guide.views);
+            f.kept_guide.looks_of_lobes = looks;
+        }
         if (f.is_first_view() || f.has_moved) {
             f.first_guide.reset(), f.first_arrivals.reset();
             if (f.guide()) f.first_guide = *f.guide();

@@ -350,7 +350,7 @@ std::optional<KeptGuide> Session::State::take_guide(bool for_lobes)
 void Session::State::keep_guide(KeptGuide kept, std::size_t made, std::size_t reused)
 {
     if (!options.keep_records) return;
-    const bool is_first = kept.views++ == 0;
+    const bool is_first = kept.end_view();
     kept.gathered += made;
     if (!is_first) kept.made += static_cast<double>(made) / static_cast<double>(std::max<std::size_t>(1, reused));
     if (is_first || made < reused) guide = std::move(kept);

@@ -11,6 +11,7 @@
 #include "accuracy/error_scale.h"
 #include "cells/direct_cells.h"
 #include "device/ray_caster.h"
+#include "glossy/lobe_trial.h"
 #include "lit_points/arrival_map.h"
 #include "lit_points/gather_guide.h"
 #include "rcs/camera.h"
@@ -37,6 +38,7 @@ struct KeptGuide {
     std::unique_ptr<GatherGuide> guide;    ///< null: looks did no good
     std::unique_ptr<DirectCells> direct;   ///< null: to know the light where rays end did none
     std::unique_ptr<ArrivalMap> arrivals;  ///< null: to aim rays did none
+    WorthwhileLooks looks_of_lobes = {};   ///< at the guide's points
     int views = 0;                         ///< that it has served
     std::size_t gathered = 0;              ///< records since the search for it
     double made = 0.0;                     ///< of them, those after the first view's, over those that there were
@@ -47,9 +49,15 @@ struct KeptGuide {
     /// hardly need records, there is nothing to win by another.
     bool is_old() const
     {
-        constexpr int kMostViews = 16;
         constexpr double kFewMade = 0.25;
-        return views >= kMostViews && made > kFewMade;
+        return views >= kManyViews && made > kFewMade;
+    }
+    static constexpr int kManyViews = 16;
+    /// Counts a view; after many, other lobes may be in view. @return whether that was the first
+    bool end_view()
+    {
+        if (++views % kManyViews == 0) looks_of_lobes.is_sure = false;
+        return views == 1;
     }
     bool knows() const { return guide || direct || arrivals; }
     bool is_of(std::uint32_t scene) const { return scene_number == scene || !(guide || direct); }
