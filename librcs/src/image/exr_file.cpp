@@ -24,7 +24,7 @@ namespace rcs {
 namespace {
 
 constexpr float kLargestHalf = 65504.0f;
-constexpr int kRowsPerWrite = 128;  // a multiple of the 32 rows of a piz block
+constexpr int kRowsPerWrite = 128;
 
 class FileStream : public Imf::OStream {
 public:
@@ -82,12 +82,12 @@ struct Rows {
 Imf::Header header_of(const std::vector<ExrLayer>& layers, const ImageWindow& window,
                       const std::map<std::string, std::string>& attributes)
 {
-    // Lossless, and on a rendered image the quickest for its size (1000 x 1000, 6 layers, two cores:
-    // piz 0.23 s and 17.7 MB, zip 0.35 s and 17.7 MB, rle 0.21 s and 21.5 MB).
+    // Lossless, and on rendered images the quickest (1000 x 1000, 26 channels, one core: rle 0.25 s and 28.8 MB, piz
+    // 0.50 s and 25.0 MB, zip 0.68 s and 20.8 MB; 320 x 180, 19 channels: 10 ms and 1.27 MB, 41 and 1.06, 27 and 0.87).
     const Imath::V2i corner(window.x, window.y), size(layers[0].image->width, layers[0].image->height);
     Imf::Header header(Imath::Box2i({0, 0}, {window.whole_width - 1, window.whole_height - 1}),
                        Imath::Box2i(corner, corner + size - Imath::V2i(1)));
-    header.compression() = Imf::PIZ_COMPRESSION;
+    header.compression() = Imf::RLE_COMPRESSION;
     for (const ExrLayer& layer : layers)
         for (const std::string& channel : layer.channels)
             header.channels().insert(channel, Imf::Channel(layer.full_float ? Imf::FLOAT : Imf::HALF));
