@@ -137,6 +137,44 @@ TEST_P(GuidedGathers, FindTheLightThatRaysFind)
 
 INSTANTIATE_TEST_SUITE_P(Rooms, GuidedGathers, testing::Values(hidden_lamp, hidden_panel, open_room));
 
+const Bounds kThing{{0.9, 1.2, -0.9}, {1.5, 1.5, 0.1}};  // below the panel
+
+Scene panel_above(double moved)
+{
+    Scene scene = hidden_panel();
+    test::add_mesh(scene, test::box(glm::vec3(kThing.min), glm::vec3(kThing.max), 0, test::Facing::outwards));
+    scene.instances.back().world_from_object[3].z += moved;
+    return scene;
+}
+
+/// Points were lit before the thing moved: what it shades now, or shaded then, rays find.
+TEST(GatherGuide, LeavesWhatHasMovedToRays)
+{
+    constexpr double kMoved = 1.0;
+    Place before(panel_above(0.0)), now(panel_above(kMoved));
+    RecordSettings settings;
+    settings.radiance = true;
+    const GatherSize many{make_hemisphere_grid(16384), 0}, few{make_hemisphere_grid(64), 64};
+    const double truth = gather(now, Gatherer(now.rays, settings), many, 1, nullptr).light;
+    const Bounds moved[2] = {kThing, {kThing.min + glm::dvec3(0, 0, kMoved), kThing.max + glm::dvec3(0, 0, kMoved)}};
+    double found = 0.0, of_looks = 0.0, as_before = 0.0;
+    constexpr int kSeeds = 24;
+    for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+        GatherGuide guide(before.survey(seed), 16384.0, before.pool);
+        const Gatherer guided({now.rays, nullptr, &guide}, settings);
+        as_before += gather(now, guided, few, seed, nullptr).light / kSeeds;
+        EXPECT_TRUE(guide.leave_out(Movers(moved, *now.rays.impl().lights, false)));
+        const Sums sums = gather(now, guided, few, seed, nullptr);
+        found += sums.light / kSeeds;
+        of_looks += sums.of_looks / kSeeds;
+    }
+    EXPECT_NEAR(found / truth, 1.0, 0.01);
+    EXPECT_GT(of_looks, 0.1 * found);
+    EXPECT_GT(std::abs(as_before / truth - 1.0), 0.03) << "else nothing is tested";
+    GatherGuide guide(before.survey(1), 16384.0, before.pool);
+    EXPECT_FALSE(guide.leave_out(Movers(moved, *now.rays.impl().lights, true))) << "the sky is everywhere";
+}
+
 TEST(GatherGuide, TakesTheSamePlaceWhateverTheThreads)
 {
     Place place(hidden_lamp());

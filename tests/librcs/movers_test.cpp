@@ -1,4 +1,4 @@
-#include "direct/movers.h"
+#include "lamps/movers.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -29,23 +29,15 @@ DirectLight::Viewer viewer_of(const GBuffer& g, const View& view, const Shading&
 // Pixels that tell what all will take: some milliseconds, and enough of each part of a picture.
 constexpr std::size_t kTried = 8192;
 
-// Neighbours this near tell whether a lamp is in part hidden [px]: 25 pixels have shot at least 50 rays at it.
-constexpr int kReach = 2;
-
 /// Lamps that the pixel sees, and that it and its neighbours together see in part.
 std::uint64_t mixed_at(const std::vector<LampSight>& sight, const GBuffer& g, std::size_t i)
 {
     if (sight.empty() || sight[i].seen() == 0) return 0;
-    const int x = static_cast<int>(i) % g.width, y = static_cast<int>(i) / g.width;
     LampSight all;
-    for (int ny = std::max(0, y - kReach); ny <= std::min(g.height - 1, y + kReach); ++ny) {
-        const std::size_t row = static_cast<std::size_t>(ny) * static_cast<std::size_t>(g.width);
-        for (int nx = std::max(0, x - kReach); nx <= std::min(g.width - 1, x + kReach); ++nx) {
-            const LampSight& s = sight[row + static_cast<std::size_t>(nx)];
-            all.free |= s.free;
-            all.hidden |= s.hidden;
-        }
-    }
+    SparedPixels::each_near(g, i, [&](std::size_t near) {
+        all.free |= sight[near].free;
+        all.hidden |= sight[near].hidden;
+    });
     return all.mixed() & sight[i].seen();
 }
 

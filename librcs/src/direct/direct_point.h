@@ -8,10 +8,10 @@
 #include <glm/glm.hpp>
 
 #include "direct/direct.h"
-#include "direct/movers.h"
 #include "lamps/candidates.h"
 #include "lamps/gathered_lamps.h"
 #include "lamps/lights.h"
+#include "lamps/movers.h"
 #include "lamps/power_heuristic.h"
 #include "material/bsdf.h"
 #include "rays/shadow_batch.h"

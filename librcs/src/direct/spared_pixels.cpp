@@ -59,6 +59,19 @@ SparedPixels::SparedPixels(const PastDirect* past, const DirectLight& light, con
                 past->is_still ? find_again(g, i) : find(light, g, i, workspaces[static_cast<std::size_t>(thread)]);
         }
     });
+    if (past->is_still) sample_around(g, pool);
+}
+
+/// Of a view that is the one before: pixels are what they were if those are that tell of half-shadows there.
+void SparedPixels::sample_around(const GBuffer& g, ThreadPool& pool)
+{
+    const std::vector<How> alone = how_;
+    pool.parallel_for(g.size(), 1024, [&](std::size_t begin, std::size_t end, int) {
+        for (std::size_t i = begin; i < end; ++i)
+            each_near(g, i, [&](std::size_t near) {
+                if (g.covered(near) && alone[near] == How::sampled) how_[i] = How::sampled;
+            });
+    });
 }
 
 /// Of a view that is the one before.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -24,6 +25,20 @@ public:
     SparedPixels(const PastDirect* past, const DirectLight& light, const GBuffer& gbuffer, const View& view,
                  ThreadPool& pool, std::vector<DirectLight::Workspace>& workspaces);
 
+    /// Calls visit(neighbour) for those that tell whether a lamp is in part hidden from a pixel, itself among them: 25
+    /// have shot at least 50 rays at it.
+    template <typename Visit>
+    static void each_near(const GBuffer& g, std::size_t pixel, const Visit& visit)
+    {
+        constexpr int kReach = 2;  // [px]
+        const int x = static_cast<int>(pixel) % g.width, y = static_cast<int>(pixel) / g.width;
+        for (int ny = std::max(0, y - kReach); ny <= std::min(g.height - 1, y + kReach); ++ny) {
+            const std::size_t row = static_cast<std::size_t>(ny) * static_cast<std::size_t>(g.width);
+            for (int nx = std::max(0, x - kReach); nx <= std::min(g.width - 1, x + kReach); ++nx)
+                visit(row + static_cast<std::size_t>(nx));
+        }
+    }
+
     bool has(std::size_t pixel) const { return how_[pixel] != How::sampled; }
     /// What they saw of the lamps before; nothing of the others.
     std::vector<LampSight> sight() const;
@@ -35,6 +50,7 @@ private:
 
     How find(const DirectLight& light, const GBuffer& g, std::size_t pixel, DirectLight::Workspace& w);
     How find_again(const GBuffer& g, std::size_t pixel) const;
+    void sample_around(const GBuffer& g, ThreadPool& pool);
     std::optional<glm::vec3> by_shape(const DirectLight& light, const GBuffer& g, std::size_t pixel,
                                       const std::array<std::size_t, 4>& around, DirectLight::Workspace& w) const;
 

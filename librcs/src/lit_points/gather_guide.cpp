@@ -1,5 +1,7 @@
 #include "lit_points/gather_guide.h"
 
+#include <utility>
+
 #include "util/random.h"
 
 namespace rcs {
@@ -26,6 +28,20 @@ GatherGuide::GatherGuide(const LightSurvey& survey, double points, ThreadPool& p
     clusters_ = LightClusters(lit_points_);
     clusters_.set_bounds(lit_points_.points);
     learned_ = LearnedVisibility(importance_.grid(), clusters_.size());
+}
+
+bool GatherGuide::leave_out(Movers moved)
+{
+    constexpr double kMostLost = 0.5;
+    moved_ = std::move(moved);
+    double lost = 0.0, all = 0.0;
+    for (LitPoint& point : lit_points_.points) {
+        point.bound = bound(point.position, point.normal);
+        all += static_cast<double>(point.power);
+        if (!(point.bound > 0.0f)) lost += static_cast<double>(point.power);
+    }
+    clusters_.set_bounds(lit_points_.points);
+    return lost < kMostLost * all;
 }
 
 void GatherGuide::weigh_clusters(const Place& place, float* importance, float least_chance) const

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include <glm/glm.hpp>
 
 #include "hit_light/hit_radiance.h"
+#include "lamps/movers.h"
 #include "lit_points/importance.h"
 #include "lit_points/learned_visibility.h"
 #include "lit_points/light_clusters.h"
@@ -34,7 +36,12 @@ public:
 
     bool can_be_lit(std::uint32_t instance) const { return lit_[instance] != 0; }
     /// @param normal  of the face, unit, to the side in question [m^-2]
-    float bound(glm::vec3 position, glm::vec3 normal) const { return bound_.at(importance_, position, normal); }
+    float bound(glm::vec3 position, glm::vec3 normal) const
+    {
+        return moved_ && moved_->touch(position) ? 0.0f : bound_.at(importance_, position, normal);
+    }
+    /// Leaves to rays what may be lit otherwise than the points were. @return whether most of the light remains
+    bool leave_out(Movers moved);
 
     /// A lit point to look at.
     struct Choice {
@@ -77,7 +84,8 @@ public:
 private:
     std::vector<std::uint8_t> lit_;  // per instance
     Importance importance_;
-    PointDensity bound_;  // of the bound
+    PointDensity bound_;           // of the bound
+    std::optional<Movers> moved_;  // since points were lit
     LitPoints lit_points_;
     LightClusters clusters_;
     LearnedVisibility learned_;

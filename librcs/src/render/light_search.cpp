@@ -169,6 +169,20 @@ void choose_looks(Frame& f)
     });
 }
 
+/// In the scene of another moment, looks do no good where they did none; what was lit is lit otherwise where things
+/// that moved may stand before a lamp.
+void follow_moves(Frame& f)
+{
+    KeptGuide& kept = f.kept_guide;
+    const Session::State& session = f.session.state();
+    const bool is_of = kept.is_of(session.scene_number);
+    if ((is_of || kept.follow(session.scene_number, session.changes)) && kept.leave_out(f.rays)) return;
+    if (is_of && !f.needs(Effect::traced_lobes)) return kept.do_without();
+    const WorthwhileLooks looks = kept.looks_of_lobes;
+    kept = find_light(f, kept.views);
+    kept.looks_of_lobes = looks;
+}
+
 void look_around(Frame& f)
 {
     if (!f.needs(Effect::indirect_diffuse) && !f.needs(Effect::traced_lobes)) return;
@@ -179,13 +193,8 @@ void look_around(Frame& f)
             else
                 f.kept_guide = find_light(f, 0);
         }
-        // In the scene of another moment, looks do no good where they did none; what was lit is lit otherwise.
-        if (f.has_moved && (f.guide() || f.kept_guide.direct)) {
-            const WorthwhileLooks looks = f.kept_guide.looks_of_lobes;
-            f.kept_guide = find_light(f, f.kept_guide.views);
-            f.kept_guide.looks_of_lobes = looks;
-        }
         if (f.is_first_view() || f.has_moved) {
+            follow_moves(f);
             f.first_guide.reset(), f.first_arrivals.reset();
             if (f.guide()) f.first_guide = *f.guide();
             if (f.kept_guide.arrivals) f.first_arrivals = *f.kept_guide.arrivals;

@@ -9,11 +9,7 @@
 #include <vector>
 
 #include "accuracy/error_scale.h"
-#include "cells/direct_cells.h"
 #include "device/ray_caster.h"
-#include "glossy/lobe_trial.h"
-#include "lit_points/arrival_map.h"
-#include "lit_points/gather_guide.h"
 #include "rcs/camera.h"
 #include "rcs/error.h"
 #include "rcs/light_cache.h"
@@ -21,6 +17,7 @@
 #include "rcs/session.h"
 #include "records/gather_choice.h"
 #include "records/watch.h"
+#include "session/kept_guide.h"
 #include "session/kept_samples.h"
 #include "splat/splat_choice.h"
 
@@ -31,52 +28,6 @@ struct LightCacheUse {
     View view;
     LightCacheSettings settings;
     bool operator==(const LightCacheUse&) const = default;
-};
-
-/// Where records look for light, as it was found for one view: as good for those nearby.
-struct KeptGuide {
-    std::unique_ptr<GatherGuide> guide;    ///< null: looks did no good
-    std::unique_ptr<DirectCells> direct;   ///< null: to know the light where rays end did none
-    std::unique_ptr<ArrivalMap> arrivals;  ///< null: to aim rays did none
-    WorthwhileLooks looks_of_lobes = {};   ///< at the guide's points
-    int views = 0;                         ///< that it has served
-    std::size_t gathered = 0;              ///< records since the search for it
-    double made = 0.0;                     ///< of them, those after the first view's, over those that there were
-    bool does_without = false;             ///< guide and cells, which another scene had
-    std::uint32_t scene_number = 0;        ///< that points and cells are lit as in; the rest is about as good in others
-
-    /// Its points lie where views up to then looked, and what was learned of who sees them from there. Where views
-    /// hardly need records, there is nothing to win by another.
-    bool is_old() const
-    {
-        constexpr double kFewMade = 0.25;
-        return views >= kManyViews && made > kFewMade;
-    }
-    static constexpr int kManyViews = 16;
-    /// Counts a view; after many, other lobes may be in view. @return whether that was the first
-    bool end_view()
-    {
-        if (++views % kManyViews == 0) looks_of_lobes.is_sure = false;
-        return views == 1;
-    }
-    bool knows() const { return guide || direct || arrivals; }
-    bool is_of(std::uint32_t scene) const { return scene_number == scene || !(guide || direct); }
-    /// Whether it serves another view. Where things have moved it may do without what was lit before: a search pays
-    /// once so many records are gathered by what it finds (cornell-box, 320 x 180: it takes .18 s; 400 records .10 s
-    /// without, .05 s with).
-    /// @param for_lobes  as well as for records: they need it in any case, and so does light that has changed
-    /// everywhere
-    bool serves(std::uint32_t scene, std::span<const SceneChange> changes, bool for_lobes)
-    {
-        constexpr std::size_t kRecordsOfSearch = 2048;
-        if (is_old()) return false;
-        if (!does_without && is_of(scene)) return true;
-        if (for_lobes || gathered >= kRecordsOfSearch) return false;
-        for (const SceneChange& change : changes)
-            if (change.everywhere && change.state > scene_number) return false;
-        guide.reset(), direct.reset();
-        return does_without = true;
-    }
 };
 
 /// What probes found of a view's error: it holds for the next ones as long as their records are the same.

@@ -24,11 +24,20 @@ private:
         glm::vec3 centre;
         float radius;
     };
+    struct Lamp {
+        glm::vec3 corner[3];
+        Sphere around;
+    };
+    struct Thing {
+        glm::vec3 half;  // of the box's edges
+        Sphere around;
+    };
 
     static bool lies_between(glm::vec3 point, const Sphere& lamp, const Sphere& thing);
+    static bool meets_hull(glm::vec3 point, const Lamp& lamp, const Thing& thing);
 
-    std::vector<Sphere> lamps_;
-    std::vector<Sphere> things_;  // around each box, and then eight around its eighths
+    std::vector<Lamp> lamps_;
+    std::vector<Thing> things_;
     bool everywhere_ = false;
 };
 
