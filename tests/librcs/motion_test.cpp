@@ -63,7 +63,8 @@ GBuffer seen(const Camera& camera, glm::dvec3 point, std::uint32_t instance = 0,
 std::optional<glm::dvec2> moved(const Scene& scene, const Camera& camera, const MotionFrom& from, glm::dvec3 point,
                                 std::uint32_t instance = 0)
 {
-    return Motion(scene, from).of_surface(seen(camera, point, instance), view_of(camera, kSize, kSize), 0);
+    const Motion motion(scene, from);
+    return motion.of_surface(seen(camera, point, instance), motion.images_of(view_of(camera, kSize, kSize)), 0);
 }
 
 void expect_near(const std::optional<glm::dvec2>& value, glm::dvec2 expected, double tolerance = 1e-4)
@@ -102,14 +103,15 @@ TEST(Motion, OfTheSkyIsThatOfTurningTheCamera)
     const View view = view_of(here, kSize, kSize);
     const glm::dvec2 from_middle(7.0, 4.0);  // to the right and up
     const glm::dvec2 point(0.5 * kSize + from_middle.x, 0.5 * kSize - from_middle.y);
+    const auto of_sky = [&](const Motion& motion) { return Motion::of_sky(motion.images_of(view), point); };
     const Motion motion(scene, {nullptr, level_camera({-1, 0, 3}, 0.0)});
     const double focal = 0.5 * kSize / std::tan(0.5 * kYfov);
     const double angle = std::atan(from_middle.x / focal) - 0.1;  // to the right of the other's axis
     const double stretch = std::cos(std::atan(from_middle.x / focal)) / std::cos(angle);
-    expect_near(motion.of_sky(view, point), {from_middle.x - focal * std::tan(angle), from_middle.y * (1.0 - stretch)});
-    expect_near(Motion(scene, {nullptr, level_camera({9, 9, 9}, 0.1)}).of_sky(view, point), {0.0, 0.0}, 1e-12);
-    EXPECT_FALSE(Motion(scene, {nullptr, level_camera({0, 0, 0}, 2.5)}).of_sky(view, point)) << "behind it";
-    EXPECT_FALSE(Motion(scene, {nullptr, flat_camera()}).of_sky(view, point));
+    expect_near(of_sky(motion), {from_middle.x - focal * std::tan(angle), from_middle.y * (1.0 - stretch)});
+    expect_near(of_sky(Motion(scene, {nullptr, level_camera({9, 9, 9}, 0.1)})), {0.0, 0.0}, 1e-12);
+    EXPECT_FALSE(of_sky(Motion(scene, {nullptr, level_camera({0, 0, 0}, 2.5)}))) << "behind it";
+    EXPECT_FALSE(of_sky(Motion(scene, {nullptr, flat_camera()})));
 }
 
 TEST(Motion, OfWhatWasBehindTheCameraIsNone)

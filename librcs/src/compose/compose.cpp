@@ -115,7 +115,8 @@ std::size_t accumulate_pass(const GBuffer& g, const View& view, const Shading& s
                             const std::vector<glm::vec3>& weight, const KnownSamples* known, LayeredImage& sums,
                             ThreadPool& pool)
 {
-    const SamplePass pass{light.layers, g, view, weight.empty()};
+    const SamplePass pass{light.layers, g, view, weight.empty(),
+                          light.layers.motion ? std::optional(light.layers.motion->images_of(view)) : std::nullopt};
     std::vector<std::pair<const LayerSum*, Image*>> layers;
     for (const PictureLayers::Made& layer : light.layers.made) {
         Image& image = sums_of(*layer.sum, g, sums);

@@ -98,8 +98,8 @@ void add_motion(const SamplePass& pass, const Sample& s, float* to)
     const std::size_t width = static_cast<std::size_t>(pass.view.width);
     const glm::dvec2 corner(static_cast<double>(s.pixel % width), static_cast<double>(s.pixel / width));
     const Motion& motion = *pass.picture.motion;
-    const auto moved = s.covered ? motion.of_surface(pass.gbuffer, pass.view, s.pixel)
-                                 : motion.of_sky(pass.view, corner + pass.view.pixel_offset);
+    const auto moved = s.covered ? motion.of_surface(pass.gbuffer, *pass.images, s.pixel)
+                                 : Motion::of_sky(*pass.images, corner + pass.view.pixel_offset);
     if (moved) plus(to + (s.covered ? kOfSurface : kOfSky), glm::vec3(*moved, 1.0f));
 }
 

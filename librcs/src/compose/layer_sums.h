@@ -42,6 +42,7 @@ struct SamplePass {
     const GBuffer& gbuffer;
     const View& view;
     bool first;  ///< nothing is in front of these surfaces: it is their albedo, normal and depth that the picture keeps
+    std::optional<Motion::Images> images;  ///< of the view, if its motion is told
 };
 
 /// How a layer of the table adds up over passes. Sums begin with 0.

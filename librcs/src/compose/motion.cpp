@@ -67,12 +67,6 @@ glm::dvec3 point_at(const std::array<glm::dvec3, 3>& c, glm::dvec2 weights)
     return c[0] + weights.x * (c[1] - c[0]) + weights.y * (c[2] - c[0]);
 }
 
-View seen_by(const Camera& camera, View view)
-{
-    view.camera = camera;
-    return view;
-}
-
 // What moves farther lay in the other camera's plane, as good as behind it [px].
 constexpr double kFarthest = 1e6;
 
@@ -92,7 +86,14 @@ Motion::Motion(const Scene& scene, const MotionFrom& from)
 {
 }
 
-std::optional<glm::dvec2> Motion::of_surface(const GBuffer& g, const View& view, std::size_t pixel) const
+Motion::Images Motion::images_of(const View& view) const
+{
+    const Camera& seen_by = pinhole_ ? *pinhole_ : view.camera;
+    return {CameraRays(view), ImageProjection(view, seen_by), ImageProjection(view, from_.camera),
+            camera_position(seen_by), camera_position(from_.camera)};
+}
+
+std::optional<glm::dvec2> Motion::of_surface(const GBuffer& g, const Images& images, std::size_t pixel) const
 {
     const std::size_t instance = g.instance[pixel];
     if (instance_there_[instance] < 0) return std::nullopt;
@@ -103,21 +104,16 @@ std::optional<glm::dvec2> Motion::of_surface(const GBuffer& g, const View& view,
     const std::array<glm::dvec3, 3> there =
         place(other(), static_cast<std::size_t>(instance_there_[instance]), triangle);
     // Both from the same arithmetic: what does not move does so by exactly 0.
-    const View seen = seen_by(pinhole_.value_or(view.camera), view);
-    const auto now = image_position(seen, point_at(here, weights) - camera_position(seen.camera));
-    const auto then =
-        image_position(seen_by(from_.camera, view), point_at(there, weights) - camera_position(from_.camera));
+    const auto now = images.now.position(point_at(here, weights) - images.eye_now);
+    const auto then = images.then.position(point_at(there, weights) - images.eye_then);
     return between(then, now);
 }
 
-std::optional<glm::dvec2> Motion::of_sky(const View& view, glm::dvec2 image_point) const
+std::optional<glm::dvec2> Motion::of_sky(const Images& images, glm::dvec2 image_point)
 {
-    if (view.camera.projection != Projection::perspective || from_.camera.projection != Projection::perspective)
-        return std::nullopt;
-    const glm::dvec3 direction = camera_ray(view, image_point.x, image_point.y).direction;
-    const auto now = image_position(seen_by(pinhole_.value_or(view.camera), view), direction);
-    const auto then = image_position(seen_by(from_.camera, view), direction);
-    return between(then, now);
+    if (!images.rays.is_perspective() || !images.then.is_perspective()) return std::nullopt;
+    const glm::dvec3 direction = images.rays.through(image_point.x, image_point.y).direction;
+    return between(images.then.position(direction), images.now.position(direction));
 }
 
 }  // namespace rcs

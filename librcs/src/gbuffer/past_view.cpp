@@ -62,7 +62,7 @@ bool PastPlaces::fits(const GBuffer& g, std::size_t i, glm::vec3 point) const
 PastPlace PastPlaces::project(glm::dvec3 point) const
 {
     const View& view = past_.view;
-    const std::optional<glm::dvec2> image = image_position(view, point);
+    const std::optional<glm::dvec2> image = projection_.position(point);
     if (!image) return {};
     const glm::dvec2 at = *image - view.pixel_offset, corner = glm::floor(at);
     if (!(corner.x >= 0.0 && corner.y >= 0.0 && corner.x < view.width - 1 && corner.y < view.height - 1)) return {};
@@ -73,7 +73,7 @@ PastPlace PastPlaces::project(glm::dvec3 point) const
 
 PastPlaces::PastPlaces(const PastPoints& past, const GBuffer& g, const View& view, const Shading& shading,
                        ThreadPool& pool)
-    : past_(past), places_(g.size()), width_(static_cast<std::size_t>(past.view.width))
+    : past_(past), projection_(past.view), places_(g.size()), width_(static_cast<std::size_t>(past.view.width))
 {
     const glm::dvec3 to_past = g.camera_position - past.camera_position;
     const auto find = [&](std::size_t i) {

@@ -12,6 +12,7 @@
 #include "rcs/camera.h"
 #include "rcs/gbuffer.h"
 #include "rcs/thread_pool.h"
+#include "scene/camera_rays.h"
 #include "util/random.h"
 
 namespace rcs {
@@ -94,6 +95,7 @@ private:
     bool fits(const GBuffer& g, std::size_t pixel, glm::vec3 point) const;
 
     const PastPoints& past_;
+    ImageProjection projection_;  // of the earlier view
     std::vector<PastPlace> places_;
     std::size_t width_;  // of the earlier view [px]
 };

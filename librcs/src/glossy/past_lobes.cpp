@@ -59,6 +59,8 @@ PastLobes::PastLobes(const LobeSettings& options, const GBuffer& g, const View& 
       past_(options.past),
       g_(g),
       view_(view),
+      projection_(view),
+      pixel_(image_plane(view).pixel),
       shading_(shading),
       most_fewer_(most_fewer(options.rays_per_pixel)),
       turn_(mix64(options.seed) >> 32),
@@ -145,7 +147,7 @@ double PastLobes::blur_of(std::size_t i, double distance) const
 {
     const auto width = static_cast<double>(width_of(shading_.bsdf(g_, i)));
     const auto away = static_cast<double>(glm::length(g_.position(i)));
-    return width * distance / (distance + away) / image_plane(view_).pixel;
+    return width * distance / (distance + away) / pixel_;
 }
 
 /// Whether a pixel of the earlier view lies in the plane of this one's point, has such a lobe, and met along it what
@@ -161,7 +163,7 @@ bool PastLobes::shows_image(std::size_t i, glm::vec3 image, std::size_t before) 
     // A mirror that turns turns what it shows by twice that.
     const double turned = 2.0 * static_cast<double>(glm::length(past.normal[before] - normal));
     if (past.instance[before] != g_.instance[i] ||
-        turned > kSamePixel * image_plane(view_).pixel + kOfBlur * static_cast<double>(width) ||
+        turned > kSamePixel * pixel_ + kOfBlur * static_cast<double>(width) ||
         std::abs(glm::dot(glm::dvec3(there) + to_now - glm::dvec3(g_.position(i)), glm::dvec3(normal))) >
             static_cast<double>(kOffPlane * g_.footprint[i]) ||
         std::abs(past_->light.width[before] - width) > kSameWidth * width ||
@@ -169,11 +171,9 @@ bool PastLobes::shows_image(std::size_t i, glm::vec3 image, std::size_t before) 
         return false;
     // Where this view sees what showed there, were it as far behind the plane as it was met, or as the image is.
     const auto distance = static_cast<double>(glm::length(image - there));
-    const std::optional<glm::dvec2> as_met = image_position(
-                                        view_,
-                                        behind(glm::dvec3(there), static_cast<double>(past_->light.distance[before])) +
-                                            to_now),
-                                    as_image = image_position(view_, behind(glm::dvec3(there), distance) + to_now);
+    const auto shown_at = [&](double away) { return projection_.position(behind(glm::dvec3(there), away) + to_now); };
+    const std::optional<glm::dvec2> as_met = shown_at(static_cast<double>(past_->light.distance[before])),
+                                    as_image = shown_at(distance);
     return as_met && as_image && glm::length(*as_met - *as_image) <= kSamePixel + kOfBlur * blur_of(i, distance);
 }
 

@@ -6,6 +6,7 @@
 
 #include "gbuffer/past_view.h"
 #include "glossy/traced_lobes.h"
+#include "scene/camera_rays.h"
 
 namespace rcs {
 
@@ -56,6 +57,8 @@ private:
     const PastTraced* past_;
     const GBuffer& g_;
     const View& view_;
+    ImageProjection projection_;
+    double pixel_;  // as ImagePlane has it
     const Shading& shading_;
     int most_fewer_;
     std::size_t turn_;

@@ -10,30 +10,33 @@ namespace rcs {
 namespace {
 
 /// Of the whole picture.
-ImagePlane whole_plane(const View& view)
+ImagePlane whole_plane(const View& view, const Camera& camera)
 {
-    const Camera& camera = view.camera;
     const double half_height = camera.projection == Projection::perspective ? std::tan(0.5 * camera.yfov) : camera.ymag;
     const glm::dvec2 size(whole_size(view));
     return {2.0 * half_height / size.y, 0.5 * size + glm::dvec2(-camera.lens_shift.x, camera.lens_shift.y) * size.y};
 }
 
+ImagePlane image_plane(const View& view, const Camera& camera)
+{
+    const ImagePlane whole = whole_plane(view, camera);
+    return {whole.pixel, whole.axis - glm::dvec2(view.corner)};
+}
+
 }  // namespace
 
-ImagePlane image_plane(const View& view)
+ImagePlane image_plane(const View& view) { return image_plane(view, view.camera); }
+
+ImageProjection::ImageProjection(const View& view, const Camera& camera)
+    : turn_(glm::transpose(glm::dmat3(camera.world_from_view))),  // undoes a rigid turn
+      plane_(image_plane(view, camera)),
+      perspective_(camera.projection == Projection::perspective)
 {
-    const ImagePlane whole = whole_plane(view);
-    return {whole.pixel, whole.axis - glm::dvec2(view.corner)};
 }
 
 std::optional<glm::dvec2> image_position(const View& view, glm::dvec3 relative)
 {
-    const glm::dvec3 p = glm::transpose(glm::dmat3(view.camera.world_from_view)) * relative;  // undoes a rigid turn
-    const bool perspective = view.camera.projection == Projection::perspective;
-    if (perspective && !(p.z < 0.0)) return std::nullopt;
-    const ImagePlane plane = image_plane(view);
-    const double pixel = perspective ? plane.pixel * -p.z : plane.pixel;
-    return plane.axis + glm::dvec2(p.x, -p.y) / pixel;
+    return ImageProjection(view).position(relative);
 }
 
 CameraRays::CameraRays(const View& view)
@@ -43,7 +46,7 @@ CameraRays::CameraRays(const View& view)
       sample_(view.pixel_offset),
       perspective_(view.camera.projection == Projection::perspective)
 {
-    const ImagePlane plane = whole_plane(view);
+    const ImagePlane plane = whole_plane(view, view.camera);
     axis_ = plane.axis;
     dx_ = glm::dvec3(view.camera.world_from_view[0]) * plane.pixel;
     dy_ = glm::dvec3(view.camera.world_from_view[1]) * -plane.pixel;
