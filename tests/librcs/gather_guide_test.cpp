@@ -163,7 +163,7 @@ TEST(GatherGuide, LeavesWhatHasMovedToRays)
         GatherGuide guide(before.survey(seed), 16384.0, before.pool);
         const Gatherer guided({now.rays, nullptr, &guide}, settings);
         as_before += gather(now, guided, few, seed, nullptr).light / kSeeds;
-        EXPECT_TRUE(guide.leave_out(Movers(moved, *now.rays.impl().lights, false)));
+        guide.leave_out(Movers(moved, *now.rays.impl().lights, false), now.pool);
         const Sums sums = gather(now, guided, few, seed, nullptr);
         found += sums.light / kSeeds;
         of_looks += sums.of_looks / kSeeds;
@@ -172,7 +172,7 @@ TEST(GatherGuide, LeavesWhatHasMovedToRays)
     EXPECT_GT(of_looks, 0.1 * found);
     EXPECT_GT(std::abs(as_before / truth - 1.0), 0.03) << "else nothing is tested";
     GatherGuide guide(before.survey(1), 16384.0, before.pool);
-    EXPECT_FALSE(guide.leave_out(Movers(moved, *now.rays.impl().lights, true))) << "the sky is everywhere";
+    EXPECT_FALSE(guide.leave_out(Movers(moved, *now.rays.impl().lights, true), now.pool)) << "the sky is everywhere";
 }
 
 TEST(GatherGuide, TakesTheSamePlaceWhateverTheThreads)

@@ -1,6 +1,7 @@
 // Where to look for light goes on from scene to scene where things move.
 #include "session/kept_guide.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -22,7 +23,7 @@ Scene scene_at(int step, float lamp = 9.0f)
     scene.lights.clear();
     test::add_mesh(scene, test::quad({1.4f, 0.6f, 0.3f}, {0, 0, 0.4f}, {0.4f, 0, 0},
                                      test::add_material(scene, glm::vec3(0.0f), glm::vec3(lamp))));
-    test::add_mesh(scene, test::box({-0.2f, 2.7f, -1.8f}, {0.0f, 2.8f, -1.6f}, 0, test::Facing::outwards));
+    test::add_mesh(scene, test::box({1.5f, 2.4f, -1.2f}, {1.7f, 2.5f, -1.0f}, 0, test::Facing::outwards));
     scene.instances.back().world_from_object[3].z += 0.05 * step;
     return scene;
 }
@@ -51,6 +52,9 @@ TEST(KeptGuide, FollowsWhatMoves)
         EXPECT_EQ(kept.guide.get(), first) << step << ": nobody searched";
         ASSERT_EQ(kept.moved.size(), 1u) << "one thing moves";
         EXPECT_NEAR(kept.moved[0].max.z - kept.moved[0].min.z, 0.2 + 0.05 * step, 1e-5);
+        const std::vector<LitPoint>& points = kept.guide->lit().points;
+        EXPECT_TRUE(std::any_of(points.begin(), points.end(), [](const LitPoint& p) { return p.bound == 0.0f; }))
+            << "behind it, seen from the lamp";
         EXPECT_GT(walk.last.stats.traced.looks, 0u);
         looks += walk.last.stats.records.looks;
     }
@@ -71,7 +75,7 @@ TEST(KeptGuide, FollowsNoChangesThatItHasNotHeardOf)
 {
     Walk walk;
     ASSERT_TRUE(walk.show(scene_at(0)).guide);
-    KeptGuide kept = *walk.session.state().take_guide(true);
+    KeptGuide kept = *walk.session.state().take_guide();
     const std::uint32_t scene = kept.scene_number;
     const Bounds box{{0, 0, 0}, {1, 1, 1}}, beside{{1.5, 0, 0}, {2, 1, 1}}, between{{0.5, 0, 0}, {1.6, 1, 1}};
     const std::vector<SceneChange> late{{scene + 2, false, {box}, {0}}}, everywhere{{scene + 1, true, {}, {}}};

@@ -69,7 +69,8 @@ void SparedPixels::sample_around(const GBuffer& g, ThreadPool& pool)
     pool.parallel_for(g.size(), 1024, [&](std::size_t begin, std::size_t end, int) {
         for (std::size_t i = begin; i < end; ++i)
             each_near(g, i, [&](std::size_t near) {
-                if (g.covered(near) && alone[near] == How::sampled) how_[i] = How::sampled;
+                const bool is_sampled = g.covered(near) && alone[near] == How::sampled;
+                if (is_sampled || past_->places.points().instance[near] != g.instance[near]) how_[i] = How::sampled;
             });
     });
 }

@@ -30,18 +30,23 @@ GatherGuide::GatherGuide(const LightSurvey& survey, double points, ThreadPool& p
     learned_ = LearnedVisibility(importance_.grid(), clusters_.size());
 }
 
-bool GatherGuide::leave_out(Movers moved)
+bool GatherGuide::leave_out(Movers moved, ThreadPool& pool)
 {
-    constexpr double kMostLost = 0.5;
+    constexpr double kMostLost = 0.25;
+    constexpr int kMovesToFade = 8;
     moved_ = std::move(moved);
+    std::vector<LitPoint>& points = lit_points_.points;
+    pool.parallel_for(points.size(), 1024, [&](std::size_t begin, std::size_t end, int) {
+        for (std::size_t i = begin; i < end; ++i) points[i].bound = bound(points[i].position, points[i].normal);
+    });
+    clusters_.set_bounds(points);
+    if (++moves_ % kMovesToFade == 0) learned_.fade();
     double lost = 0.0, all = 0.0;
-    for (LitPoint& point : lit_points_.points) {
-        point.bound = bound(point.position, point.normal);
+    for (const LitPoint& point : points) {
         all += static_cast<double>(point.power);
         if (!(point.bound > 0.0f)) lost += static_cast<double>(point.power);
     }
-    clusters_.set_bounds(lit_points_.points);
-    return lost < kMostLost * all;
+    return lost <= kMostLost * all;
 }
 
 void GatherGuide::weigh_clusters(const Place& place, float* importance, float least_chance) const

@@ -41,7 +41,7 @@ public:
         return moved_ && moved_->touch(position) ? 0.0f : bound_.at(importance_, position, normal);
     }
     /// Leaves to rays what may be lit otherwise than the points were. @return whether most of the light remains
-    bool leave_out(Movers moved);
+    bool leave_out(Movers moved, ThreadPool& pool);
 
     /// A lit point to look at.
     struct Choice {
@@ -86,6 +86,7 @@ private:
     Importance importance_;
     PointDensity bound_;           // of the bound
     std::optional<Movers> moved_;  // since points were lit
+    int moves_ = 0;                // since then
     LitPoints lit_points_;
     LightClusters clusters_;
     LearnedVisibility learned_;

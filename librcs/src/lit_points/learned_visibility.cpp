@@ -77,4 +77,11 @@ void LearnedVisibility::learn(std::span<const Look> looks)
     }
 }
 
+void LearnedVisibility::fade()
+{
+    constexpr std::uint32_t kMany = 64;
+    for (Counts& counts : counts_)
+        if (counts.looks > kMany) counts = {counts.looks / 2, counts.free / 2};
+}
+
 }  // namespace rcs

@@ -38,6 +38,8 @@ public:
     void estimate(const LookCells& cells, float least, float* chances) const;
     /// Not while others estimate. What is known does not depend on the looks' order.
     void learn(std::span<const Look> looks);
+    /// Counts what was learned by many looks half: things have moved since.
+    void fade();
 
 private:
     struct Counts {

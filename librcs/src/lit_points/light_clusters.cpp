@@ -202,6 +202,10 @@ void LightClusters::set_bounds(const std::vector<LitPoint>& points)
     candidates_ = {};
     for (std::size_t i = 0; i < size(); ++i) {
         const std::uint32_t count = first_[i + 1] - first_[i];
+        float power = 0.0f;
+        for (std::uint32_t k = 0; k < count; ++k)
+            if (const LitPoint& p = points[first_[i] + k]; p.bound > 0.0f) power += p.power;
+        power_[i] = power;
         for (std::uint32_t k = 0; k < count + kCandidates - 1; ++k) {
             const LitPoint& p = points[first_[i] + k % count];
             candidates_.x.push_back(p.position.x);

@@ -50,7 +50,8 @@ public:
     Pick pick(std::size_t cluster, glm::vec3 position, glm::vec3 normal, glm::vec2 u) const;
     static constexpr int kCandidates = 8;
 
-    /// Bounds are known only after points are lit. @param points  as sorted here
+    /// Bounds are known only after points are lit; points whose bound is 0 have no part in it. @param points  as sorted
+    /// here
     void set_bounds(const std::vector<LitPoint>& points);
 
 private:

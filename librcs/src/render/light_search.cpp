@@ -170,17 +170,15 @@ void choose_looks(Frame& f)
 }
 
 /// In the scene of another moment, looks do no good where they did none; what was lit is lit otherwise where things
-/// that moved may stand before a lamp.
+/// that moved may stand before a lamp. Where that is much, another search pays.
 void follow_moves(Frame& f)
 {
     KeptGuide& kept = f.kept_guide;
     const Session::State& session = f.session.state();
-    const bool is_of = kept.is_of(session.scene_number);
-    if ((is_of || kept.follow(session.scene_number, session.changes)) && kept.leave_out(f.rays)) return;
-    if (is_of && !f.needs(Effect::traced_lobes)) return kept.do_without();
-    const WorthwhileLooks looks = kept.looks_of_lobes;
+    if ((kept.is_of(session.scene_number) || kept.follow(session.scene_number, session.changes)) &&
+        kept.leave_out(f.rays, f.session.pool()))
+        return;
     kept = find_light(f, kept.views);
-    kept.looks_of_lobes = looks;
 }
 
 void look_around(Frame& f)
@@ -188,7 +186,7 @@ void look_around(Frame& f)
     if (!f.needs(Effect::indirect_diffuse) && !f.needs(Effect::traced_lobes)) return;
     timed(f, "records", [&] {
         if (f.is_first_view()) {
-            if (auto kept = f.session.state().take_guide(f.needs(Effect::traced_lobes)))
+            if (auto kept = f.session.state().take_guide())
                 f.kept_guide = std::move(*kept);
             else
                 f.kept_guide = find_light(f, 0);

@@ -8,6 +8,9 @@
 namespace rcs {
 namespace {
 
+// Apart. Of more, one or the other is between any point and a lamp.
+constexpr std::size_t kMostMoved = 32;
+
 bool overlap(const Bounds& a, const Bounds& b)
 {
     return glm::all(glm::lessThanEqual(a.min, b.max)) && glm::all(glm::lessThanEqual(b.min, a.max));
@@ -31,18 +34,6 @@ void add(std::vector<Bounds>& boxes, Bounds box)
 
 }  // namespace
 
-bool KeptGuide::serves(std::uint32_t scene, std::span<const SceneChange> changes, bool for_lobes)
-{
-    constexpr std::size_t kRecordsOfSearch = 2048;
-    if (is_old()) return false;
-    if (!does_without && (is_of(scene) || follow(scene, changes))) return true;
-    if (for_lobes || gathered >= kRecordsOfSearch) return false;
-    for (const SceneChange& change : changes)
-        if (change.everywhere && change.state > scene_number) return false;
-    do_without();
-    return true;
-}
-
 bool KeptGuide::follow(std::uint32_t scene, std::span<const SceneChange> changes)
 {
     if (!guide || direct) return false;
@@ -53,24 +44,28 @@ bool KeptGuide::follow(std::uint32_t scene, std::span<const SceneChange> changes
         at = change.state;
     }
     if (at != scene) return false;
-    for (const SceneChange& change : changes)
-        if (change.state > scene_number)
-            for (const Bounds& box : change.where) add(moved, box);
+    std::vector<Bounds> boxes = moved;
+    for (const SceneChange& change : changes) {
+        if (change.state <= scene_number) continue;
+        for (const Bounds& box : change.where) {
+            add(boxes, box);
+            if (boxes.size() > kMostMoved) return false;
+        }
+    }
+    moved = std::move(boxes);
     scene_number = scene;
     knows_moved = false;
     return true;
 }
 
-bool KeptGuide::leave_out(const RayScene& rays)
+bool KeptGuide::leave_out(const RayScene& rays, ThreadPool& pool)
 {
+    // Rays ask of every place that they meet.
+    constexpr std::size_t kMostPairs = 32;
     if (std::exchange(knows_moved, true)) return true;
-    return guide->leave_out(Movers(moved, *rays.impl().lights, !environment_of(rays).is_black()));
-}
-
-void KeptGuide::do_without()
-{
-    guide.reset(), direct.reset();
-    does_without = true;
+    const Lights& lights = *rays.impl().lights;
+    return moved.size() * lights.triangles.size() <= kMostPairs &&
+           guide->leave_out(Movers(moved, lights, !environment_of(rays).is_black()), pool);
 }
 
 }  // namespace rcs

@@ -11,6 +11,7 @@
 #include "lit_points/arrival_map.h"
 #include "lit_points/gather_guide.h"
 #include "rcs/scene.h"
+#include "rcs/thread_pool.h"
 #include "records/watch.h"
 
 namespace rcs {
@@ -22,9 +23,7 @@ struct KeptGuide {
     std::unique_ptr<ArrivalMap> arrivals;  ///< null: to aim rays did none
     WorthwhileLooks looks_of_lobes = {};   ///< at the guide's points
     int views = 0;                         ///< that it has served
-    std::size_t gathered = 0;              ///< records since the search for it
-    double made = 0.0;                     ///< of them, those after the first view's, over those that there were
-    bool does_without = false;             ///< guide and cells, which another scene had
+    double made = 0.0;                     ///< records after the first view's, over those that there were
     std::uint32_t scene_number = 0;        ///< that points and cells are lit as in; the rest is about as good in others
     std::vector<Bounds> moved = {};        ///< around what has moved since the search; they are apart
     bool knows_moved = true;               ///< the guide does
@@ -45,19 +44,16 @@ struct KeptGuide {
     }
     bool knows() const { return guide || direct || arrivals; }
     bool is_of(std::uint32_t scene) const { return scene_number == scene || !(guide || direct); }
-    /// Whether it serves another view. Where things have moved it may do without what was lit before: a search pays
-    /// once so many records are gathered by what it finds (cornell-box, 320 x 180: it takes .18 s; 400 records .10 s
-    /// without, .05 s with).
-    /// @param for_lobes  as well as for records: they need it in any case, and so does light that has changed
-    /// everywhere
-    bool serves(std::uint32_t scene, std::span<const SceneChange> changes, bool for_lobes);
+    /// Whether it serves another view.
+    bool serves(std::uint32_t scene, std::span<const SceneChange> changes)
+    {
+        return !is_old() && (is_of(scene) || follow(scene, changes));
+    }
     /// Goes to another scene if things have moved and nothing else is different, and notes around what; it has to be
     /// left out of the guide then (leave_out()). @return whether it is there now
     bool follow(std::uint32_t scene, std::span<const SceneChange> changes);
     /// Leaves what has moved out of the guide, if it does not know. @return whether enough of it remains
-    bool leave_out(const RayScene& rays);
-    /// Loses what was lit before, for good.
-    void do_without();
+    bool leave_out(const RayScene& rays, ThreadPool& pool);
 };
 
 }  // namespace rcs

@@ -340,10 +340,10 @@ void Session::State::put_back(std::vector<Record> kept, const RenderOptions& ask
     record_settings = record_settings_words(asked);
 }
 
-std::optional<KeptGuide> Session::State::take_guide(bool for_lobes)
+std::optional<KeptGuide> Session::State::take_guide()
 {
     std::optional<KeptGuide> kept = std::exchange(guide, std::nullopt);
-    if (kept && !kept->serves(scene_number, changes, for_lobes)) kept.reset();
+    if (kept && !kept->serves(scene_number, changes)) kept.reset();
     return kept;
 }
 
@@ -351,7 +351,6 @@ void Session::State::keep_guide(KeptGuide kept, std::size_t made, std::size_t re
 {
     if (!options.keep_records) return;
     const bool is_first = kept.end_view();
-    kept.gathered += made;
     if (!is_first) kept.made += static_cast<double>(made) / static_cast<double>(std::max<std::size_t>(1, reused));
     if (is_first || made < reused) guide = std::move(kept);
 }

@@ -99,7 +99,7 @@ struct [[gnu::visibility("hidden")]] Session::State {
     /// Keeps those of a view that did not come about, or was only glanced at, none of them older than it was.
     void put_back(std::vector<Record> records, const RenderOptions& options, const View& view);
     /// The guide if it serves another view, and records are kept; none if it is to be found out anew.
-    std::optional<KeptGuide> take_guide(bool for_lobes);
+    std::optional<KeptGuide> take_guide();
     /// @param made, reused  records of this view: where most are new it has little in common with those before
     void keep_guide(KeptGuide kept, std::size_t made, std::size_t reused);
     /// The scale of an earlier view, if records are kept and it serves one of whose that part is new or renewed.
