@@ -13,9 +13,11 @@
 #include "rcs/gbuffer.h"
 #include "rcs/gl_context.h"
 #include "rcs/records.h"
+#include "rcs/render.h"
 #include "records/gather.h"
 #include "support/same_bits.h"
 #include "support/scenes.h"
+#include "support/session.h"
 
 namespace rcs {
 namespace {
@@ -270,6 +272,22 @@ TEST_F(PlaceRecords, LieAsCloseAsThoseOfAnotherViewThatTheyAreFewBeside)
     for (std::size_t k = known / 2; k < known / 2 + 3; ++k) records[k] = records[0];
     records = place({}, 2, records);
     EXPECT_LT(records.size(), known + known / 10);
+}
+
+/// Of a wall that the eye is in the plane of, pixels may see a point that has no size: no record serves it.
+TEST(PlaceRecordsOfARoom, EndWhereTheEyeIsInThePlaneOfAWall)
+{
+    Scene scene = test::furnished_room();
+    const int both = test::add_material(scene, glm::vec3(0.6f), glm::vec3(0.0f), true);
+    for (const float up : {1.0f, -1.0f})
+        test::add_mesh(scene,
+                       test::quad({1.0f, 1.5f - 1.5f * up, -2.0f}, {0.0f, 0.0f, 3.9f}, {0.0f, 2.9f * up, 0.0f}, both));
+    for (const double z : {1.4, 0.0}) {
+        const Camera camera = look_at_camera("in the wall", {1.0, 1.0, z}, {1.0, 1.0, -2.0}, 0.8);
+        const RenderResult result = test::render_view(scene, camera, test::options_of_size(64, 36, 1));
+        EXPECT_LT(result.stats.records.records, 64u * 36u);
+        for (const float value : result.image.layers.at("beauty").pixels) EXPECT_TRUE(std::isfinite(value));
+    }
 }
 
 }  // namespace

@@ -84,6 +84,7 @@ void Placement::fill()
     ServedPixels served(surfaces_, view_, options_.error_tolerance, pool_);
     const std::vector<Wave> list = waves();
     const Wave every_pixel{1, -1, true};
+    std::vector<bool> has_own(gbuffer_.size(), false);
     bool stale = true;
     for (std::size_t w = 0;; ++w) {
         const bool planned = w < list.size();
@@ -97,10 +98,12 @@ void Placement::fill()
                 served.follow(records_);
             stale = false;
         }
-        const std::vector<std::uint32_t> holes =
+        std::vector<std::uint32_t> holes =
             find_holes(gbuffer_, view_.corner, served.weight(), wave, options_.seed, pool_);
-        // A late record may clamp a neighbour so that a pixel already passed is a hole again. Each such pixel
-        // gets a record of its own, which always serves it: the loop ends.
+        // A late record may clamp a neighbour so that a pixel already passed is a hole again. Each such pixel gets a
+        // record of its own, once: the loop ends, also where that has no size (a wall whose plane the eye is in).
+        std::erase_if(holes, [&](std::uint32_t i) { return has_own[i]; });
+        for (const std::uint32_t i : holes) has_own[i] = true;
         if (holes.empty() && !planned) break;
         if (holes.empty()) continue;
         const std::size_t known = records_.size();
