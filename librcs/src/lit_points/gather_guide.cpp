@@ -32,7 +32,10 @@ GatherGuide::GatherGuide(const LightSurvey& survey, double points, ThreadPool& p
 
 bool GatherGuide::leave_out(Movers moved, ThreadPool& pool)
 {
+    // Boxes that slide through cornell-box and cornell-original take .13 to .20. Up to half of it, frames 30 and 36 of
+    // cornell-animated (one seed) were off by 4.9, 5.4 in place of 4.4, 5.1 %.
     constexpr double kMostLost = 0.25;
+    // Half of it with each move: noise of veach-ajar's floor after seven of them 30 in place of 15 %.
     constexpr int kMovesToFade = 8;
     moved_ = std::move(moved);
     std::vector<LitPoint>& points = lit_points_.points;

@@ -245,7 +245,7 @@ void light_directly(Frame& f)
 void trace_lobes(Frame& f)
 {
     if (!f.needs(Effect::traced_lobes)) return;
-    if (f.is_first_view()) choose_looks(f);
+    if (f.is_first_view() || f.has_moved) choose_looks(f);
     f.light.traced = trace_round(f, 0);
 }
 
