@@ -24,14 +24,13 @@ public:
     {
         return known_.empty() ? all : all / known_[pixel].fewer;
     }
-    /// Whether it looks at lit points, all of its looks: of so many times fewer pixels one does, next to those whose
-    /// turn it is in other views.
+    /// Whether it looks at lit points: of those whose light is known every other one, in turn with those beside it. Of
+    /// fewer each would be brighter than neighbours and the view before can hide.
     bool looks(std::size_t pixel) const
     {
-        if (known_.empty()) return true;
+        if (known_.empty() || known_[pixel].fewer == 1) return true;
         const auto width = static_cast<std::size_t>(g_.width);
-        const std::size_t column = pixel % width & 1u, row = pixel / width & 1u;
-        return (2u * row + (row ^ column) + turn_) % known_[pixel].fewer == 0;
+        return ((pixel % width + pixel / width + turn_) & 1u) == 0;
     }
     /// Adds what is known to what the pixels' rays found.
     void add_to(TracedLight& light) const;

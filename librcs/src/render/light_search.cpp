@@ -160,12 +160,17 @@ LobeSettings lobe_settings(const Frame& f, int round)
 
 void choose_looks(Frame& f)
 {
-    if (!f.guide() || f.settings.lobes.bounces == 0 || f.kept_guide.looks_of_lobes.is_sure) return;
-    f.kept_guide.looks_of_lobes = timed(f, "glossy", [&] {
-        learn_along_lobes(f.rays, light_of_hits(f), f.gbuffer, f.view(), f.shading, f.settings.seed, f.session.pool(),
-                          *f.kept_guide.guide);
-        return worthwhile_looks(f.rays, light_of_hits(f), f.gbuffer, f.view(), f.shading, lobe_settings(f, 0),
-                                f.session.pool());
+    if (!f.guide() || f.settings.lobes.bounces == 0) return;
+    WorthwhileLooks& looks = f.kept_guide.looks_of_lobes;
+    if (looks.is_sure && looks.count == 0) return;
+    timed(f, "glossy", [&] {
+        // Also what of it this view sees first: who is taken to see little, and sees it, is far too bright.
+        learn_along_lobes(f.rays, light_of_hits(f), f.gbuffer, f.view(), f.shading,
+                          stream_key(f.settings.seed, Stream::views, static_cast<std::uint64_t>(f.kept_guide.views)),
+                          f.session.pool(), *f.kept_guide.guide);
+        if (!looks.is_sure)
+            looks = worthwhile_looks(f.rays, light_of_hits(f), f.gbuffer, f.view(), f.shading, lobe_settings(f, 0),
+                                     f.session.pool());
     });
 }
 
