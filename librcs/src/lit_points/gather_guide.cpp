@@ -1,5 +1,6 @@
 #include "lit_points/gather_guide.h"
 
+#include <cmath>
 #include <utility>
 
 #include "util/random.h"
@@ -32,9 +33,6 @@ GatherGuide::GatherGuide(const LightSurvey& survey, double points, ThreadPool& p
 
 bool GatherGuide::leave_out(Movers moved, ThreadPool& pool)
 {
-    // Boxes that slide through cornell-box and cornell-original take .13 to .20. Up to half of it, frames 30 and 36 of
-    // cornell-animated (one seed) were off by 4.9, 5.4 in place of 4.4, 5.1 %.
-    constexpr double kMostLost = 0.25;
     // Half of it with each move: noise of veach-ajar's floor after seven of them 30 in place of 15 %.
     constexpr int kMovesToFade = 8;
     moved_ = std::move(moved);
@@ -44,12 +42,19 @@ bool GatherGuide::leave_out(Movers moved, ThreadPool& pool)
     });
     clusters_.set_bounds(points);
     if (++moves_ % kMovesToFade == 0) learned_.fade();
+    // What nobody sees is no loss.
     double lost = 0.0, all = 0.0;
-    for (const LitPoint& point : points) {
-        all += static_cast<double>(point.power);
-        if (!(point.bound > 0.0f)) lost += static_cast<double>(point.power);
+    for (std::size_t i = 0; i < clusters_.size(); ++i) {
+        const LightClusters::Range range = clusters_.points_of(i);
+        double power = 0.0;
+        for (std::uint32_t k = 0; k < range.count; ++k) power += static_cast<double>(points[range.first + k].power);
+        const auto seen = static_cast<double>(learned_.chance(i));
+        all += seen * power;
+        lost += seen * (power - static_cast<double>(clusters_.power(i)));
     }
-    return lost <= kMostLost * all;
+    // The fewer rays that there are have to leave no more error of it than looks leave in all.
+    const double most = std::sqrt(1.0 - static_cast<double>(share)) / static_cast<double>(gain);
+    return lost < most * all;
 }
 
 void GatherGuide::weigh_clusters(const Place& place, float* importance, float least_chance) const

@@ -33,6 +33,8 @@ public:
 
     /// Part of a gather's rays that are looks, in [0, 1); 0: rays find the light as well. As measured on the scene.
     float share = 0.0f;
+    /// Error of as many rays alone over that with looks, in the same time; > 0. As measured on the scene.
+    float gain = 1.0f;
 
     bool can_be_lit(std::uint32_t instance) const { return lit_[instance] != 0; }
     /// @param normal  of the face, unit, to the side in question [m^-2]
@@ -40,7 +42,8 @@ public:
     {
         return moved_ && moved_->touch(position) ? 0.0f : bound_.at(importance_, position, normal);
     }
-    /// Leaves to rays what may be lit otherwise than the points were. @return whether most of the light remains
+    /// Leaves to rays what may be lit otherwise than the points were. @return whether enough of what is seen of them
+    /// remains
     bool leave_out(Movers moved, ThreadPool& pool);
 
     /// A lit point to look at.

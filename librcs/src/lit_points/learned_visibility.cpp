@@ -48,6 +48,8 @@ RCS_ALWAYS_INLINE float refined(const Counts& c, float coarser)
 
 }  // namespace
 
+float LearnedVisibility::chance(std::size_t cluster) const { return refined(counts_[cluster], 1.0f); }
+
 void LearnedVisibility::estimate(const LookCells& cells, float least, float* chances) const
 {
     for (std::size_t i = 0; i < clusters_; ++i) chances[i] = refined(counts_[i], 1.0f);

@@ -36,6 +36,8 @@ public:
     static constexpr float kLeastChance = 0.03f;
     /// The chance that a look is free, more or less. @param least  > 0   @param chances  room for one per cluster
     void estimate(const LookCells& cells, float least, float* chances) const;
+    /// The same from anywhere.
+    float chance(std::size_t cluster) const;
     /// Not while others estimate. What is known does not depend on the looks' order.
     void learn(std::span<const Look> looks);
     /// Counts what was learned by many looks half: things have moved since.

@@ -275,6 +275,7 @@ Trial try_looks(const Probes& probes, const View& view, const RecordSettings& se
         trial.errors = gather_at(probes, guided, half, 4, trial.guide.get());
         const BestShare best = best_share(trial.errors, errors);
         trial.guide->share = best.share;
+        trial.guide->gain = static_cast<float>(errors.all / best.error);
         trial.error = best.error;
         if (best.share == 0.0f) trial.guide.reset();
         return trial;
