@@ -119,6 +119,35 @@ TEST(LobesLook, WhereItHelps)
     EXPECT_EQ(looks_of(mirror), 0);
 }
 
+// The next pixel's lobe shows something else: what its looks find by a rare chance is no guess at this one's.
+TEST(LobesLook, ForNeighboursWhoseLobesOverlap)
+{
+    Scene scene = test::screened_room(0.02f);
+    const glm::vec3 centre(-0.5f, 0.6f, 0.3f);
+    const float radius = 0.5f;
+    test::add_mesh(scene, test::icosphere(centre, radius, 5, test::add_surface(scene, test::metal(0.25f))));
+    Floor ball(scene);
+    ASSERT_NE(ball.guide, nullptr);
+    constexpr int kSeeds = 12;
+    std::vector<double> sum(ball.gbuffer.size()), squares(ball.gbuffer.size());
+    for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+        const TracedLight found = ball.trace(16, 4, seed, ball.pool);
+        for (std::size_t i = 0; i < sum.size(); ++i) {
+            const auto light = static_cast<double>(luminance(found.radiance[i]));
+            sum[i] += light / kSeeds, squares[i] += light * light / kSeeds;
+        }
+    }
+    double variance = 0.0, square = 0.0;
+    int pixels = 0;
+    for (std::size_t i = 0; i < sum.size(); ++i) {
+        if (!(sum[i] > 0.0) || glm::length(ball.gbuffer.scene_position(i) - centre) > 1.01f * radius) continue;
+        ++pixels, variance += squares[i] - sum[i] * sum[i], square += sum[i] * sum[i];
+    }
+    ASSERT_GT(pixels, 200);
+    // .14; if all share with all that lie near on the ball, .38.
+    EXPECT_LT(std::sqrt(variance / square), 0.25);
+}
+
 TEST(LobesLook, ErrorsOfLooksArePartOfTheEstimate)
 {
     Floor floor(test::screened_room(0.4f));

@@ -21,6 +21,9 @@ bool looks_through(const Bsdf& bsdf)
 namespace {
 
 constexpr int kNeighbours = 16;
+// Of half vectors, over the width of a lobe. Noise of cornell-animated's metal at 1, 1.5, 2, 3 and any: 25, 23, 23, 25
+// and 32 %; a look of a neighbour whose lobe was elsewhere made five pixels of one seed 50 to 140 times too bright.
+constexpr float kMostTurn = 1.5f;
 
 /// Rays' light weighted by a lobe: the weighted mean, and how uncertain that is.
 struct WeightedLight {
@@ -245,14 +248,34 @@ std::size_t LobeSharing::looking_near(std::size_t pixel) const
     return pixel;
 }
 
+/// How far the normals around a pixel turn, as half vectors of one and the same ray do between their lobes [rad/px].
+float LobeSharing::turn_per_pixel(std::size_t pixel) const
+{
+    constexpr int kStep = 2;  // px
+    const int x = static_cast<int>(pixel % static_cast<std::size_t>(g_.width));
+    const int y = static_cast<int>(pixel / static_cast<std::size_t>(g_.width));
+    float turn = 0.0f, count = 0.0f;
+    for (const glm::ivec2 step : {glm::ivec2(kStep, 0), {-kStep, 0}, {0, kStep}, {0, -kStep}}) {
+        const glm::ivec2 at = glm::ivec2(x, y) + step;
+        if (at.x < 0 || at.y < 0 || at.x >= g_.width || at.y >= g_.height) continue;
+        const std::size_t neighbour =
+            static_cast<std::size_t>(at.y) * static_cast<std::size_t>(g_.width) + static_cast<std::size_t>(at.x);
+        if (!may_share(pixel, neighbour)) continue;
+        turn += glm::length(g_.normal(neighbour) - g_.normal(pixel)) / kStep;
+        count += 1.0f;
+    }
+    return count > 0.0f ? turn / count : 0.0f;
+}
+
 LobeSharing::Reach LobeSharing::reach_of(std::size_t pixel, const Bsdf& bsdf, const RayRing& ring) const
 {
     if (looks_through(bsdf)) return {};
-    // Beyond the width of the lobe where it hits, a neighbour sees other things.
-    const float per_length = narrowest(bsdf, bsdf.those(lit_by_rays)) / g_.footprint[pixel];
-    const auto reach = [&](std::span<const LobeRay> rays) {
-        return std::min(static_cast<float>(RayRing::kMostReach), per_length * mean_distance(rays));
-    };
+    // Beyond the width of the lobe where it hits, a neighbour sees other things; and so it does where its normal turns
+    // by more than that: what it is unlikely to find may be the middle of this pixel's lobe, and far too bright.
+    const float alpha = narrowest(bsdf, bsdf.those(lit_by_rays)), per_length = alpha / g_.footprint[pixel];
+    const float most =
+        std::min(static_cast<float>(RayRing::kMostReach), kMostTurn * alpha / std::max(turn_per_pixel(pixel), 1e-6f));
+    const auto reach = [&](std::span<const LobeRay> rays) { return std::min(most, per_length * mean_distance(rays)); };
     const float rays = reach(ring.of(pixel));
     // Lit points are mostly farther off than what the lobe meets, which may stand in their way.
     return {rays,

@@ -53,6 +53,7 @@ private:
     struct Reach {
         float rays = 0.0f, looks = 0.0f;
     };
+    float turn_per_pixel(std::size_t pixel) const;
     Reach reach_of(std::size_t pixel, const Bsdf& bsdf, const RayRing& ring) const;
     template <typename Visit>
     void each_neighbour(std::size_t pixel, float reach, const Visit& visit) const;

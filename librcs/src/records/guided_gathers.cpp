@@ -24,9 +24,10 @@ constexpr std::size_t kMostTrials = 192, kFewestTrials = 32, kPixelsPerTrial = 5
 // Lit points to begin with, per pixel, and at least; of a small picture no more per pixel than that.
 constexpr double kPointsPerPixel = 0.3, kLeastPoints = 16384.0, kMostPointsPerPixel = 16.0;
 // What the points that all records share may bring of error, relative to what a record receives. It takes so many times
-// the first points at the most; where it stays large even so, points are no use. Hardly more are not worth it.
-constexpr double kErrorOfPoints = 0.01, kMostErrorOfPoints = 0.025, kMostMore = 8.0, kHardlyMore = 1.5,
-                 kFewPoints = 0.25, kManyMore = 2.0;
+// the first points at the most; where it stays large even so, and is no small part of what rays alone would leave of
+// their own, points are no use. Hardly more are not worth it.
+constexpr double kErrorOfPoints = 0.01, kMostErrorOfPoints = 0.025, kMostPartOfPoints = 0.1, kMostMore = 8.0,
+                 kHardlyMore = 1.5, kFewPoints = 0.25, kManyMore = 2.0;
 // Noise of strata falls with that power of their number (allotment.h), of looks as by chance.
 constexpr double kStrataFall = 0.7, kLooksFall = 0.5;
 // Time of a ray that is spared most of its shadow rays, and of a look, over that of a ray with them (measured in
@@ -291,7 +292,7 @@ Trial try_looks(const Probes& probes, const View& view, const RecordSettings& se
     const double wanted = std::min(kMostMore, std::pow(trial.errors.points / kErrorOfPoints, 2.0)) * points;
     if (wanted < kHardlyMore * points) return trial;
     trial = try_with(wanted);
-    if (trial.errors.points > kMostErrorOfPoints) return {};
+    if (trial.errors.points > std::max(kMostErrorOfPoints, kMostPartOfPoints * errors.all)) return {};
     return trial;
 }
 
