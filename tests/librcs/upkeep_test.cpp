@@ -47,7 +47,7 @@ Newcomers newcomers(bool forgets)
     }
     std::set<std::tuple<float, float, float>> known;
     for (const Record& r : session.records()) known.insert({r.position.x, r.position.y, r.position.z});
-    if (forgets) session.state().slack.reset();
+    if (forgets) session.state().noise.slack.reset();
     Camera camera = session.scene().cameras[0];
     camera.world_from_view = glm::rotate(camera.world_from_view, 0.5, glm::dvec3(0.0, 1.0, 0.0));
     render(session, camera, options);
@@ -83,7 +83,7 @@ TEST(Upkeep, NewRecordsAreAsGoodAsEverWhereNoneFollowAChange)
     const auto slack_after = [&](const Scene& scene) {
         session.show(scene);
         render(session, scene.cameras[0], options);
-        return session.state().slack;
+        return session.state().noise.slack;
     };
     EXPECT_FALSE(slack_after(moved_by(0.0))) << "the first scene";
     const std::optional<float> slack = slack_after(moved_by(0.05));
@@ -95,7 +95,7 @@ TEST(Upkeep, NewRecordsAreAsGoodAsEverWhereNoneFollowAChange)
     EXPECT_FALSE(slack_after(moved_by(0.05))) << "all records are new";
     EXPECT_TRUE(slack_after(moved_by(0.1)));
     session.begin_with({});
-    EXPECT_FALSE(session.state().slack);
+    EXPECT_FALSE(session.state().noise.slack);
     // All of it is somewhere else.
     Scene elsewhere = moved_by(0.1);
     for (Instance& instance : elsewhere.instances)
@@ -122,7 +122,7 @@ TEST(Upkeep, ASessionThatKeepsNothingHasNoSlackOfTheMomentsOfAShutter)
             return Moment{std::move(scene), camera};
         },
         options);
-    EXPECT_FALSE(session.state().slack);
+    EXPECT_FALSE(session.state().noise.slack);
 }
 
 }  // namespace

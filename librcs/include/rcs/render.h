@@ -33,10 +33,11 @@ struct Forecast {
         double error;    ///< as TargetError::error
         double seconds;  ///< wall time of render()
     };
-    std::vector<Point> points;  ///< from large errors to small ones
-    double goal_error = 0.0;    ///< what is aimed at
-    double goal_seconds = 0.0;  ///< what that takes [s]
-    int passes = 1;             ///< samples a pixel
+    std::vector<Point> points;   ///< from large errors to small ones
+    double settled_error = 0.0;  ///< what takes hardly more than any other: that of the records that are there
+    double goal_error = 0.0;     ///< what is aimed at
+    double goal_seconds = 0.0;   ///< what that takes [s]
+    int passes = 1;              ///< samples a pixel
 };
 /// Told of the forecast before the main work.
 using ForecastFunction = std::function<void(const Forecast&)>;
@@ -206,8 +207,9 @@ using CameraFunction = std::function<std::optional<Camera>(std::size_t)>;
 /// Places the records of views to come, so that each of these has from the first on what the others need: as a camera
 /// moves, light stays what it is, and costs no more than record by record as they come into view. Looks at the first
 /// and the last one, and in between where views need what there is not yet, leaving to the views themselves what lies
-/// closer. Does nothing where the camera stands still (the first, the middle and the last one are the same), the
-/// session keeps no records, or options aim at an error or a time.
+/// closer. Where the options aim at an error their records are brought down to it; a budget is that of each such look.
+/// Does nothing where the session keeps no records; where the camera stands still (the first, the middle and the last
+/// one are the same) only with such a goal.
 /// @param views  how many   @param camera_of  asked once for those that are looked at, and the middle one: of the
 /// scene as it is, or as it will be where the session watches its records   @param options  that they are rendered with
 /// @throws as render(); what `camera_of` throws

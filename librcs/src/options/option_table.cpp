@@ -59,7 +59,6 @@ constexpr OptionInfo kTable[] = {
      .field = &TargetError::error,
      .range = {0, 1, true},
      .suffixes = kPercent,
-     .records = RecordUse::bound,
      .group = OptionGroup::quality,
      .help =
          "Mean relative error to stop at, such as 5%, of the picture and of its indirect light: records and rays go "
@@ -70,7 +69,6 @@ constexpr OptionInfo kTable[] = {
      .range = {0, 1, true},
      .prefix = "indirect=",
      .suffixes = kPercent,
-     .records = RecordUse::bound,
      .group = OptionGroup::quality,
      .help = "The same for indirect light alone, such as indirect=5%"},
     {.key = "budget_seconds",
@@ -79,7 +77,6 @@ constexpr OptionInfo kTable[] = {
      .range = {0, 1e6, true},
      .unit = "s",
      .suffixes = kTimes,
-     .records = RecordUse::bound,
      .group = OptionGroup::quality,
      .help = "Wall time to spend, such as 20s or 2m: records and rays go where they lower the error most"},
     {.key = "bounces",

@@ -11,6 +11,7 @@
 
 #include "placement/allotment.h"
 #include "placement/forecast.h"
+#include "placement/refine.h"
 #include "rcs/metrics.h"
 #include "splat/corrections.h"
 #include "splat/gpu_records.h"
@@ -25,9 +26,14 @@ constexpr double kNearGoal = 1.05;    // times the goal: nearer, rays alone are 
 constexpr double kHardlyLess = 0.95;  // times what it was: a step that does no more is the last of its kind
 constexpr double kStalled = 0.995;    // times what it was, just before the goal
 constexpr int kMostStalls = 2;
-constexpr double kReached = 1.02;     // times the goal is there
-constexpr int kMostRounds = 3;        // of the last step, each closer to its end
-constexpr double kCloserTakes = 3.0;  // times as long in all: records at half the least distance
+constexpr double kReached = 1.02;       // times the goal is there
+constexpr double kStillThere = 0.95;    // of the goal, with its margin, is there where it was
+constexpr double kShareOfKnown = 0.92;  // where that is not so
+constexpr double kMostOfKnown = 0.15;   // rays of one step over all those of views before, which see to the rest
+constexpr double kFewRays = 0.01;       // of those of the records that there were
+constexpr double kMostFresh = 0.25;     // of the records: views before did not know those
+constexpr int kMostRounds = 3;          // of the last step, each closer to its end
+constexpr double kCloserTakes = 3.0;    // times as long in all: records at half the least distance
 constexpr double kLeastForecast = 0.005;
 constexpr double kLeastGoal = 1e-3;  // of a budget that could do more than anyone would see
 
@@ -54,17 +60,20 @@ struct StepLimits {
 /// The work on one view's records, and what it costs.
 class Steering {
 public:
-    Steering(Placement& placement, Probes& probes, const View& view, float overlap, ThreadPool& pool,
-             std::vector<Record>& records, const RecordStats& stats,
+    Steering(Placement& placement, const std::optional<KnownError>& known, const View& view, float overlap,
+             ThreadPool& pool, std::vector<Record>& records, const RecordStats& stats,
              const std::function<void(const RecordLook&)>& after_step)
         : placement_(placement),
-          probes_(probes),
+          probes_(placement.make_probes()),
+          known_(known),
           view_(view),
           tolerance_(placement.options().error_tolerance),
           overlap_(overlap),
           pool_(pool),
           records_(records),
           stats_(stats),
+          handed_over_(placement.pixels().size()),
+          made_before_(stats.records),
           after_step_(after_step)
     {
         for (const Record& r : std::as_const(placement).records()) taken_over_ += static_cast<double>(r.rays);
@@ -75,10 +84,20 @@ public:
 
     RecordForecast forecast() const;
 
+    /// What judged the error at the last look.
+    Steered judged() { return {is_known() ? nullptr : std::move(probes_), scale_, seconds_per_ray_}; }
+
 private:
     bool step(const StepLimits& to);
+    void keep_noise();
     double rays_to(double error) const;
     std::uint64_t gathered() const { return stats_.hemisphere_rays + stats_.looks; }
+    /// Whether what probes found of the views before is true of this one, whose records are mostly theirs.
+    bool is_known() const
+    {
+        const auto fresh = static_cast<double>(stats_.records - made_before_ + stats_.renewed);
+        return known_ && is_near_ && fresh < kMostFresh * static_cast<double>(records_.size());
+    }
     void look();
     void tell() const
     {
@@ -93,6 +112,7 @@ private:
     std::vector<RecordShare> share_out() const;
     void sharpen(double part);
     void refine(const Allotment& allotment);
+    void refine_fresh();
     void use_up(const std::function<double()>& left);
     double all_rays() const
     {
@@ -100,12 +120,15 @@ private:
                                [](double sum, const RecordShare& s) { return sum + static_cast<double>(s.rays); });
     }
     Placement& placement_;
-    Probes& probes_;
+    std::unique_ptr<Probes> probes_;
+    const std::optional<KnownError>& known_;  // from views before
     const View& view_;
     float tolerance_, overlap_;
     ThreadPool& pool_;
     std::vector<Record>& records_;
     const RecordStats& stats_;
+    const std::size_t handed_over_;  // records of other views, the first of the placement's
+    const std::uint64_t made_before_;
     const std::function<void(const RecordLook&)>& after_step_;
     double taken_over_ = 0.0;  // rays of records that other views gathered
     SplatBuffer sums_;
@@ -118,6 +141,7 @@ private:
     double least_per_ray_ = std::numeric_limits<double>::infinity(),
            least_look_ = least_per_ray_;  // without what else the machine did
     double progress_ = 1.0;               // for walk_ahead()
+    bool is_near_ = true;                 // the goal is: no farther than a step that makes other records of them
     int steps_ = 0;
     int stalls_ = 0;  // steps in a row that did not lower the error: what hid behind noise may come to light in one
 };
@@ -130,8 +154,12 @@ void Steering::look()
     set_corrections(records_, {tolerance_, overlap_}, pool_);
     sums_ = splat_tiles(records_, placement_.surfaces(), view_, {tolerance_, overlap_}, pool_, stats);
     map_ = error_map(sums_, stats, overlap_, pool_);
-    probes_.spend(Probes::worth(taken_over_ + static_cast<double>(gathered())), sums_, map_);
-    scale_ = probes_.compare(sums_, map_);
+    if (is_known()) {
+        scale_ = known_->scale;
+    } else {
+        probes_->spend(Probes::worth(taken_over_ + static_cast<double>(gathered())), sums_, map_);
+        scale_ = probes_->compare(sums_, map_);
+    }
     scale(map_, scale_, pool_);
     errors_ = mean_errors(sums_, map_, scale_, pool_);
     shares_ = share_out();
@@ -194,13 +222,19 @@ void Steering::overture(double most_seconds, double target)
     const float closest = reach;
     // Where they must lie closer the error shows: at 5 % that is cheaper than to have them so wherever light is steep.
     placement_.options().steepest = 1.0f;
-    if (most_seconds > 0.0) reach = placement_.options().max_reach;
+    // Records that views before brought to a goal lie closer already.
+    if (most_seconds > 0.0 && (handed_over_ == 0 || !is_known())) reach = placement_.options().max_reach;
     placement_.fill();
     while (reach > closest && kCloserTakes * seconds_since(start) < most_seconds) {
         reach = std::max(closest, 0.5f * reach);
         placement_.fill();
     }
-    note_seconds_per_ray(start, std::max<std::uint64_t>(1, gathered() - before));
+    refine_fresh();
+    // A few say little of what many take.
+    if (const std::uint64_t rays = gathered() - before; known_ && static_cast<double>(rays) < kFewRays * taken_over_)
+        seconds_per_ray_ = least_per_ray_ = known_->seconds_per_ray;
+    else
+        note_seconds_per_ray(start, std::max<std::uint64_t>(1, rays));
     look();
     scale_shares(true);
     tell();
@@ -213,14 +247,17 @@ void Steering::overture(double most_seconds, double target)
 /// Rays of a step to that error.
 double Steering::rays_to(double error) const
 {
-    return std::clamp(allot_for_error(shares_, error, kMostRays).rays, kLeastMore * all_rays(), kMostMore * all_rays());
+    const double all = all_rays(), most = is_known() ? kMostOfKnown : kMostMore;
+    return std::clamp(allot_for_error(shares_, error, kMostRays).rays, kLeastMore * all, most * all);
 }
 
 RecordForecast Steering::forecast() const
 {
     return {sums_, map_, scale_, look_seconds_,
             [path = walk_ahead(shares_, static_cast<float>(placement_.rays()), progress_, kLeastForecast),
-             per_ray = least_per_ray_, look = least_look_](double error) {
+             per_ray = least_per_ray_, look = least_look_,
+             there = is_known() ? errors_.total / kStillThere : std::numeric_limits<double>::infinity()](double error) {
+                if (error > there) return 0.0;
                 const PathPoint to = read_path(path, kShareOfGoal * error);
                 return to.rays * per_ray + to.looks * look;
             }};
@@ -239,8 +276,21 @@ void Steering::sharpen(double part)
         records[k].breadth = std::max(1.0f / overlap_, records[k].breadth / std::sqrt(density[k]));
     }
     placement_.fill();
+    refine_fresh();
     look();
     scale_shares(false);
+}
+
+/// Among records that other views have brought down to the goal, new ones are to be no noisier than those.
+void Steering::refine_fresh()
+{
+    if (!is_known()) return;
+    const RecordSettings& settings = placement_.options();
+    const float widest = settings.error_tolerance * settings.max_reach;
+    std::vector<int> extra = extra_gathers(std::as_const(placement_).records(), placement_.noise(), placement_.rays(),
+                                           known_->noise, widest, static_cast<int>(kMostRays));
+    std::fill_n(extra.begin(), handed_over_, 0);
+    placement_.refine(extra);
 }
 
 void Steering::refine(const Allotment& allotment)
@@ -277,8 +327,10 @@ bool Steering::step(const StepLimits& to)
         if (to.left() < 4.0 * look_seconds_ || (step_to < to.likely && stalls_ == 0)) break;
         const double spread = errors_.spread;
         sharpen(kShareOfSpread * step_to / spread);
+        if (errors_.total <= to.error) return false;
         if (errors_.spread > kHardlyLess * spread) break;
     }
+    is_near_ = is_near_ && (to.has_budget || kStep * errors_.total < to.error);
     const double rays = rays_to(std::max(to.error, step_to));
     const bool is_last =
         rays * seconds_per_ray_ + 2.0 * look_seconds_ > to.left() || (to.has_budget && steps_ + 1 == kMostSteps);
@@ -286,6 +338,7 @@ bool Steering::step(const StepLimits& to)
         use_up(to.left);
         return false;
     }
+    is_near_ = is_near_ && !to.has_budget;  // how near that is nobody knows
     refine(allot_for_rays(shares_, rays, kMostRays));
     look();
     scale_shares(true);
@@ -301,30 +354,38 @@ bool Steering::step(const StepLimits& to)
 void Steering::reach(const RecordGoal& goal)
 {
     const Clock::time_point start = Clock::now();
-    const double wanted = std::max(kLeastGoal, kShareOfGoal * goal.mean_relative);
+    // Where much is known already an error a little smaller takes as much as it has all taken so far.
+    const double share = is_known() ? kShareOfKnown : kShareOfGoal;
+    const double wanted = std::max(kLeastGoal, share * goal.mean_relative);
     const auto left = [&] {
         return goal.seconds > 0.0 ? goal.seconds - goal.looks_after * look_seconds_ - seconds_since(start)
                                   : std::numeric_limits<double>::infinity();
     };
     const StepLimits limits{wanted, goal.likely, goal.seconds > 0.0, left};
+    // Records that other views brought there stay as they are until the error is surely too large: what changes from
+    // view to view is seen.
+    if (is_known() && errors_.total < kStillThere * goal.mean_relative) return keep_noise();
     while (steps_ < kMostSteps && errors_.total > kReached * wanted && step(limits)) {
     }
-    // Further views' records are judged one by one.
+    keep_noise();
+}
+
+/// Further views' records are judged one by one.
+void Steering::keep_noise()
+{
     placement_.options().noise_target = static_cast<float>(std::max(kLeastGoal, errors_.noise / kMeanAbsolute));
 }
 
 }  // namespace
 
-std::unique_ptr<Probes> place_to_goal(Placement& placement, const View& view, float overlap, const Overture& overture,
-                                      ThreadPool& pool, std::vector<Record>& records, RecordStats& stats,
-                                      const SteeringHooks& hooks)
+Steered place_to_goal(Placement& placement, const View& view, float overlap, const Overture& overture, ThreadPool& pool,
+                      std::vector<Record>& records, RecordStats& stats, const SteeringHooks& hooks)
 {
-    std::unique_ptr<Probes> probes = placement.make_probes();
     placement.take_over();
-    Steering steering(placement, *probes, view, overlap, pool, records, stats, hooks.after_step);
+    Steering steering(placement, overture.known, view, overlap, pool, records, stats, hooks.after_step);
     steering.overture(overture.seconds, overture.target);
     if (const std::optional<RecordGoal> goal = hooks.set_goal(steering.forecast())) steering.reach(*goal);
-    return probes;
+    return steering.judged();
 }
 
 }  // namespace rcs

@@ -32,11 +32,19 @@ struct RecordGoal {
     double likely = 0.0;         ///< mean relative error that the seconds are thought to be enough for
 };
 
+/// What views before have found of their records, which are still there.
+struct KnownError {
+    ErrorScale scale;    ///< by probes
+    float noise = 0.0f;  ///< that a goal brought them to, as RecordSettings::noise_target
+    double seconds_per_ray = 0.0;
+};
+
 /// The coarse records that a forecast is made from.
 struct Overture {
     double seconds =
         0.0;  ///< they start far apart and come closer while this lasts; 0: as close as the settings say at once
-    double target = 0.0;  ///< mean relative error that is to be reached; 0: none, there is a budget
+    double target = 0.0;                   ///< mean relative error that is to be reached; 0: none, there is a budget
+    std::optional<KnownError> known = {};  ///< none: records are judged by probes of their own
 };
 
 /// A splat of the records so far.
@@ -44,6 +52,13 @@ struct RecordLook {
     const SplatBuffer& sums;
     const ErrorMap& errors;
     const ErrorScale& scale;
+};
+
+/// What the error was judged by in the end.
+struct Steered {
+    std::unique_ptr<Probes> probes;  ///< null: what was known from views before
+    ErrorScale scale;
+    double seconds_per_ray = 0.0;
 };
 
 /// Whom steering asks and tells.
@@ -59,9 +74,8 @@ struct SteeringHooks {
 /// @param placement  with options().rays and spacing for the overture; options() are left as the last step used them,
 ///        so that further views are filled alike
 /// Records of other views that lie on what is seen take part.
-/// @return the probes that the error was judged by
-std::unique_ptr<Probes> place_to_goal(Placement& placement, const View& view, float overlap, const Overture& overture,
-                                      ThreadPool& pool, std::vector<Record>& records, RecordStats& stats,
-                                      const SteeringHooks& hooks);
+/// Where most records are those of views before, they stay as they are while that reaches the goal.
+Steered place_to_goal(Placement& placement, const View& view, float overlap, const Overture& overture, ThreadPool& pool,
+                      std::vector<Record>& records, RecordStats& stats, const SteeringHooks& hooks);
 
 }  // namespace rcs

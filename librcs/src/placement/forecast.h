@@ -10,7 +10,7 @@ namespace rcs {
 // sample.
 inline constexpr double kStep = 0.7;           ///< of the error, from one look at it to the next
 inline constexpr double kShareOfSpread = 0.6;  ///< of the error: errors add up squared, and rays show more of it
-inline constexpr double kMostMore = 4.0;       ///< rays of one step, over those so far
+inline constexpr double kMostMore = 1.5;       ///< rays of one step, over those so far
 inline constexpr double kLeastMore = 0.05;     ///< the same: the last step to the goal may promise to take next to none
 inline constexpr int kMostSteps = 24;
 inline constexpr int kMostSharpenings = 3;    ///< in a step

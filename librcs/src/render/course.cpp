@@ -18,6 +18,8 @@ constexpr double kMostForPasses = 0.4;
 // ... and what direct light of the first may, which takes so many times what it does without penumbras.
 constexpr double kMostForDirect = 0.25;
 constexpr double kWithPenumbras = 2.0;
+// ... where views before have brought records to a goal.
+constexpr double kMostBesideKnown = 0.7;
 // ... and the first records, as far as they can be fewer.
 constexpr double kMostForOverture = 0.4;
 // A splat that lights glossy surfaces takes so many times as long as a look at the error: 2.1 to 2.9 in castle, sponza
@@ -28,6 +30,11 @@ constexpr int kMostRounds = 64;
 constexpr double kWorthARound = 0.98;
 // Errors of lobes and records are in different pixels, for the most part: so much of one is added to the other.
 constexpr double kLobesAdd = 0.8;
+
+// Times what any error takes.
+constexpr double kHardlyMore = 1.02;
+// Of the goal: records that are placed before their views come are to be good enough for those between them as well.
+constexpr double kAhead = 0.8;
 
 constexpr double kForecastErrors[] = {0.2, 0.1, 0.05, 0.03, 0.02, 0.01};
 
@@ -170,6 +177,7 @@ void tell_forecast(Frame& frame, const Prospect& prospect)
     const auto seconds_to = [&](double error) { return prospect.seconds_to(error); };
     Forecast& forecast = frame.stats().forecast;
     for (const double error : kForecastErrors) forecast.points.push_back({error, seconds_to(error)});
+    forecast.settled_error = error_within(seconds_to, kHardlyMore * seconds_to(1.0));
     forecast.passes = frame.course.passes;
     forecast.goal_error = prospect.target;
     if (frame.deadline.is_set())
@@ -197,18 +205,6 @@ RecordGoal goal_in_time(Frame& frame, const Prospect& p)
 }
 
 }  // namespace
-
-Deadline::Deadline(const Quality& quality) : budget_(0.0), start_(std::chrono::steady_clock::now())
-{
-    if (const Budget* budget = std::get_if<Budget>(&quality)) budget_ = budget->seconds;
-}
-
-double Deadline::elapsed() const
-{
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-}
-
-double Deadline::left() const { return budget_ - elapsed(); }
 
 Course begin_course(const Settings& settings)
 {
@@ -238,7 +234,8 @@ DirectSettings affordable_direct(const Frame& frame)
     const auto seconds = [&](const DirectSettings& tried) {
         return try_direct_light(frame.rays, frame.gbuffer, frame.view(), frame.shading, tried, frame.session.pool());
     };
-    const double room = kMostForDirect * frame.deadline.left();
+    const double part = frame.session.state().noise.reached ? kMostBesideKnown : kMostForDirect;
+    const double room = part * frame.deadline.left();
     if (seconds(asked) * kWithPenumbras <= room) return asked;
     DirectSettings fewer = asked;
     for (fewer.lamp_picks = asked.area_samples;; fewer.lamp_picks /= 2) {
@@ -254,10 +251,17 @@ RecordSettings first_records(const Frame& frame)
     settings.error_tolerance = 0.25f;
     // Looks at lit points come beside the strata that spacing needs.
     settings.rays = frame.guide() ? 96 : 64;
+    // What is gathered again where the scene has changed takes its place among those that are there.
+    settings.noise_target = frame.session.state().noise.reached.value_or(settings.noise_target);
     return settings;
 }
 
-void steer_records(Frame& frame, bool go_on)
+namespace {
+
+using SetGoal = std::function<std::optional<RecordGoal>(const RecordForecast&)>;
+
+/// @param seconds  that the coarse records may take; 0: as many as it takes
+Steered steer(Frame& frame, double seconds, const SetGoal& set_goal)
 {
     float done = 0.0f;
     const auto report = [&](float fraction) {
@@ -265,21 +269,55 @@ void steer_records(Frame& frame, bool go_on)
         if (frame.hooks.progress && !frame.hooks.progress("records", done))
             throw Error(ErrorCode::cancelled, "cancelled while gathering records");
     };
-    const Deadline& deadline = frame.deadline;
     RecordStats& stats = frame.stats().records;
     Placement placement(frame.lit(), frame.gbuffer, frame.view(), first_records(frame), frame.session.pool(),
                         frame.records, stats, report);
+    const auto tell = [&](const RecordLook& look) { tell_step(frame, look); };
+    Session::State& session = frame.session.state();
+    Overture overture{seconds, target_error(frame.asked)};
+    if (const auto found = session.find_error_scale(0.0); found && session.noise.reached)
+        overture.known = {*found, *session.noise.reached, session.noise.seconds_per_ray};
+    bool is_steered = false;
+    const auto goal_of = [&](const RecordForecast& cost) {
+        std::optional<RecordGoal> goal = set_goal(cost);
+        is_steered = goal.has_value();
+        return goal;
+    };
+    Steered steered = place_to_goal(placement, frame.view(), frame.asked.overlap, overture, frame.session.pool(),
+                                    frame.records, stats, {goal_of, tell});
+    frame.course.records = placement.options();
+    if (is_steered && session.options.keep_records) {
+        session.noise.reached = frame.course.records.noise_target;
+        session.noise.seconds_per_ray = steered.seconds_per_ray;
+    }
+    return steered;
+}
+
+}  // namespace
+
+void steer_records(Frame& frame, bool go_on)
+{
+    const Deadline& deadline = frame.deadline;
     const double most = deadline.is_set() ? std::max(1e-3, kMostForOverture * deadline.left()) : 0.0;
-    const auto set_goal = [&](const RecordForecast& cost) -> std::optional<RecordGoal> {
+    Steered steered = steer(frame, most, [&](const RecordForecast& cost) -> std::optional<RecordGoal> {
         const Prospect prospect = look_ahead(frame, cost);
         tell_forecast(frame, prospect);
         if (!go_on) return std::nullopt;
         return deadline.is_set() ? goal_in_time(frame, prospect) : RecordGoal{prospect.records_by * prospect.target};
-    };
-    const auto tell = [&](const RecordLook& look) { tell_step(frame, look); };
-    frame.probes = place_to_goal(placement, frame.view(), frame.asked.overlap, {most, target_error(frame.asked)},
-                                 frame.session.pool(), frame.records, stats, {set_goal, tell});
-    frame.course.records = placement.options();
+    });
+    frame.probes = std::move(steered.probes);
+}
+
+void steer_records_ahead(Frame& frame)
+{
+    const Deadline& deadline = frame.deadline;
+    const double most = deadline.is_set() ? std::max(1e-3, kMostForOverture * deadline.left()) : 0.0;
+    const Steered steered = steer(frame, most, [&](const RecordForecast& cost) {
+        if (!deadline.is_set()) return std::optional(RecordGoal{kAhead * target_error(frame.asked)});
+        const double left = std::max(1e-3, deadline.left());
+        return std::optional(RecordGoal{0.0, left, 0.0, error_within(cost.seconds_to, left)});
+    });
+    if (steered.probes) frame.session.state().keep_error_scale(steered.scale);
 }
 
 Rounds next_round(const Frame& frame, const Rounds& done)

@@ -1,31 +1,17 @@
 #pragma once
 
-#include <chrono>
 #include <functional>
 #include <vector>
 
 #include "rcs/direct_light.h"
 #include "rcs/records.h"
 #include "rcs/render.h"
+#include "render/deadline.h"
 #include "render/settings.h"
 
 namespace rcs {
 
 struct Frame;
-
-/// When a render began, and how much of its budget is left.
-class Deadline {
-public:
-    explicit Deadline(const Quality& quality);
-
-    bool is_set() const { return budget_ > 0.0; }
-    double elapsed() const;  ///< [s]
-    double left() const;     ///< [s]; only with a budget
-
-private:
-    double budget_;
-    std::chrono::steady_clock::time_point start_;
-};
 
 /// How often light is sampled that is not the records'.
 struct Rounds {
@@ -58,6 +44,9 @@ RecordSettings first_records(const Frame& frame);
 /// the way.
 /// @param go_on  asked once the forecast is made; false stops after the coarse records
 void steer_records(Frame& frame, bool go_on);
+
+/// The same for a view to come, of which nothing but its records is made.
+void steer_records_ahead(Frame& frame);
 
 /// Which light is to be sampled once more. @param done  in this pass and layer
 /// @return one round more of one of both, as many as the course says, and with a target as many as bring the first view

@@ -136,7 +136,7 @@ void look_around(Frame& frame);
 void trace_lobes(Frame& frame);
 /// Holes, gathers, records; the first view's by steps to an error or for a time, if that is asked for.
 void place_records(Frame& frame);
-/// The same for pictures to come: without gathers at contacts, which are of one picture, and without a goal.
+/// The same for pictures to come: without gathers at contacts, which are of one picture.
 void place_plain_records(Frame& frame);
 /// The coarse records of the first view alone, and what they foretell.
 void forecast_records(Frame& frame);

@@ -65,14 +65,20 @@ void begin_watching(Session& session, const Camera& camera, const RenderOptions&
 RenderStats forecast(Session& session, const Camera& camera, const RenderOptions& asked, const RenderHooks& hooks)
 {
     Frame frame = begin_frame(session, camera, asked, hooks);
-    if (frame.needs(Effect::indirect_diffuse) && has_goal(asked) && begin_pass(frame)) {
-        draw_gbuffer(frame);
-        spread_bounces(frame);
-        light_directly(frame);
-        look_around(frame);
-        trace_lobes(frame);
-        forecast_records(frame);
+    try {
+        if (frame.needs(Effect::indirect_diffuse) && has_goal(asked) && begin_pass(frame)) {
+            draw_gbuffer(frame);
+            spread_bounces(frame);
+            light_directly(frame);
+            look_around(frame);
+            trace_lobes(frame);
+            forecast_records(frame);
+        }
+    } catch (...) {
+        give_back(frame);
+        throw;
     }
+    give_back(frame);
     return std::move(frame.stats());
 }
 

@@ -49,6 +49,7 @@ bool weigh_behind(const Shading& shading, std::vector<glm::vec3>& weight)
 /// What is at hand for the first view: records of other views.
 void prepare_records(Frame& f)
 {
+    f.course.records = first_records(f);
     if (f.session.state().options.keep_records) f.aside = take_unseen(f.view(), f.records);
     fit_to_view(f.gbuffer, f.view(), f.session.state().record_pixel == image_plane(f.view()).pixel, f.records);
     bring_up_to_date(f);
@@ -66,7 +67,7 @@ void follow_scene(Frame& f)
 void add_records(Frame& f)
 {
     RecordSettings settings = f.course.records;
-    if (!has_goal(f.asked)) settings.noise_target *= f.session.state().slack.value_or(1.0f);
+    if (!has_goal(f.asked)) settings.noise_target *= f.session.state().noise.slack.value_or(1.0f);
     place_records(f.lit(), f.gbuffer, f.view(), settings, f.session.pool(), f.records, f.stats().records,
                   f.hooks.progress);
 }
@@ -268,6 +269,7 @@ void place_plain_records(Frame& f)
     if (!f.needs(Effect::indirect_diffuse)) return;
     timed(f, "records", [&] {
         prepare_records(f);
+        if (has_goal(f.asked)) return steer_records_ahead(f);
         add_records(f);
     });
 }

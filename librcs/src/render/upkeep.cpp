@@ -29,7 +29,7 @@ void bring_up_to_date(Frame& f)
     const float slack = renew_records({f.lit(), f.gbuffer, f.view(), f.course.records, states}, f.session.pool(),
                                       f.records, f.aside, stats);
     // Further views of the scene find few that are behind, and where nothing is kept none is to tell of another.
-    if (session.options.keep_records && !session.slack) session.slack = slack;
+    if (session.options.keep_records && !session.noise.slack) session.noise.slack = slack;
     if (f.hooks.log)
         f.hooks.log(LogLevel::debug, "of " + std::to_string(f.records.size() + f.aside.size()) +
                                          " records kept from other scenes " + std::to_string(stats.watched) +

@@ -78,7 +78,7 @@ AheadStats walk_ahead(Session& session, std::size_t views, const CameraFunction&
                       const RenderHooks& hooks)
 {
     AheadStats stats;
-    if (!session.state().options.keep_records || has_goal(asked)) return stats;
+    if (!session.state().options.keep_records) return stats;
     RenderOptions options = asked;
     options.aa = 1;
     options.denoise = Denoiser::none;
@@ -98,7 +98,10 @@ AheadStats walk_ahead(Session& session, std::size_t views, const CameraFunction&
     };
     if (views < 2) return stats;
     const std::size_t end = views - 1;
-    if (const auto first = camera_at(0); first == camera_at(end) && first == camera_at(end / 2)) return stats;
+    if (const auto first = camera_at(0); first == camera_at(end) && first == camera_at(end / 2)) {
+        if (has_goal(asked)) look(0);  // the first view alone would pay for what all are to show
+        return stats;
+    }
     // Another view may gather the light of other lamps, and could not use those records.
     if (look(0).gathers_lamps || look(end).gathers_lamps) return stats;
     // Kept or dropped, more would push out what is there.

@@ -239,7 +239,7 @@ void Session::begin_with(std::vector<Record> records)
     state_->record_pixel = 0.0;
     state_->contacts.clear();
     state_->error_scale.reset();
-    state_->slack.reset();
+    state_->noise = {};
     state_->note(SessionPart::records, true, "they were handed over");
 }
 
@@ -257,7 +257,7 @@ void Session::State::drop_light(const std::string& why)
     samples.clear();
     changed_in.clear();
     changes.clear();
-    slack.reset();
+    noise = {};
     ++scene_number;
 }
 
@@ -268,7 +268,7 @@ void Session::State::change_light(const std::string& why, SceneChange change)
     if (!watches()) return drop_light(why);
     note(SessionPart::light_cache, false, why);
     light_cache.reset();
-    slack.reset();
+    noise.slack.reset();
     // Nobody knows what those would be that are not watched.
     std::erase_if(contacts, [](const Record& r) { return r.watch.seen.empty(); });
     ++scene_number;
@@ -294,7 +294,7 @@ std::vector<Record> Session::State::take_records(const RenderOptions& asked)
         contacts.clear();
         guide.reset();
         error_scale.reset();
-        slack.reset();
+        noise = {};
     } else if (!record_settings.empty()) {
         const bool watched =
             std::any_of(records.begin(), records.end(), [&](const Record& r) { return r.watch.state != scene_number; });

@@ -36,6 +36,13 @@ struct KeptScale {
     double others = 0.0;  ///< part of the records that has changed since
 };
 
+/// How noisy new records may be.
+struct NoiseOfRecords {
+    std::optional<float> slack;    ///< over what is wanted: in this scene
+    std::optional<float> reached;  ///< by those of the view before, where a goal steered them
+    double seconds_per_ray = 0.0;  ///< then
+};
+
 /// What a session does on graphics devices.
 struct GraphicsUse {
     std::unique_ptr<RayCaster> caster;   ///< of the session's rays; null: the processor traces them
@@ -67,7 +74,7 @@ struct [[gnu::visibility("hidden")]] Session::State {
     std::vector<std::uint32_t> changed_in;  ///< per instance: since which scene it has been where and what it is
     std::vector<SceneChange> changes;       ///< of the last scenes
     Bounds box;                             ///< of the first of them
-    std::optional<float> slack;             ///< how noisy records may be born in this scene, over what is wanted
+    NoiseOfRecords noise;
     std::optional<KeptGuide> guide;
     std::optional<KeptScale> error_scale;
     std::vector<KeptSamples> samples;  ///< of the view before, by pass; of passes whose pixels sampled nothing none
