@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <iterator>
 #include <optional>
 #include <regex>
 
@@ -10,6 +11,9 @@
 
 namespace rcs::service {
 namespace {
+
+// The records of a shot are those of so many views that have nothing in common: 2.4 in Sponza's walk.
+constexpr double kViewsOfShot = 2.5;
 
 /// "+1h30m" and the like [s].
 std::optional<double> duration_of(const std::string& text)
@@ -87,7 +91,14 @@ double seconds_until(const std::string& text, std::int64_t now_ms)
 
 void Pace::learn(const Forecast& forecast)
 {
-    if (!forecast.points.empty()) forecast_ = forecast;
+    if (forecast.points.empty()) return;
+    forecast_ = forecast;
+    // From there on it takes more.
+    auto& points = forecast_.points;
+    const double settled = forecast.settled_error;
+    const auto next = std::find_if(points.begin(), points.end(), [&](const auto& p) { return p.error < settled; });
+    if (next != points.begin() && next != points.end() && std::prev(next)->error > settled)
+        points.insert(next, {settled, std::prev(next)->seconds});
 }
 
 void Pace::learn(double error, double seconds)
@@ -112,7 +123,8 @@ double Pace::forecast_seconds(double error) const
     return a.seconds * std::pow(b.seconds / a.seconds, at);
 }
 
-double Pace::error_in(double seconds) const
+template <typename SecondsTo>
+double Pace::least_error(double seconds, const SecondsTo& seconds_to)
 {
     double low = kLeastError, high = kMostError;
     for (int step = 0; step < 40; ++step) {
@@ -120,6 +132,19 @@ double Pace::error_in(double seconds) const
         (seconds_to(middle) > seconds ? low : high) = middle;
     }
     return high;
+}
+
+double Pace::error_in(double seconds) const
+{
+    return least_error(seconds, [&](double error) { return seconds_to(error); });
+}
+
+double Pace::error_of_shot(double seconds, std::size_t frames) const
+{
+    const double each = seconds_to(kMostError);
+    return least_error(seconds, [&](double error) {
+        return kViewsOfShot * (seconds_to(error) - each) + static_cast<double>(frames) * each;
+    });
 }
 
 }  // namespace rcs::service

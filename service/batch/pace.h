@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 
@@ -24,6 +26,11 @@ public:
     double seconds_to(double error) const;
     /// The least error that a frame reaches in this time; at most kMostError.
     double error_in(double seconds) const;
+    /// What records that are there already come to, and at the most kMostError.
+    double settled_error() const { return std::min(kMostError, forecast_.settled_error); }
+    /// The same of frames that share their records, by a forecast of one of them that has none yet: a guess, as nobody
+    /// knows how much they have in common.
+    double error_of_shot(double seconds, std::size_t frames) const;
 
     /// Beyond, a frame is no cheaper for it: one can give it a time alone.
     static constexpr double kMostError = 0.2;
@@ -31,6 +38,8 @@ public:
 
 private:
     double forecast_seconds(double error) const;
+    template <typename SecondsTo>
+    static double least_error(double seconds, const SecondsTo& seconds_to);
 
     Forecast forecast_;
     double factor_ = 1.0;  ///< on the forecast

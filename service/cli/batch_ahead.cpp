@@ -4,6 +4,7 @@
 #include <span>
 #include <string>
 
+#include "cli/batch_settings.h"
 #include "rcs/error.h"
 
 namespace rcs::service {
@@ -21,6 +22,7 @@ FramesAhead::FramesAhead(const BatchArguments& arguments, bool is_animated, cons
                  : arguments.task.kind == TaskKind::overture ? all.size()
                                                              : kAtATime)
 {
+    if (!keeps_records(arguments, is_animated)) return;
     // A part with records begins with what its overture has seen: all of it where the scene stands still.
     const bool is_part = arguments.task.kind == TaskKind::part;
     if (is_part && !is_animated && !arguments.records_file.empty()) return;
@@ -29,18 +31,23 @@ FramesAhead::FramesAhead(const BatchArguments& arguments, bool is_animated, cons
     numbers_ = is_part ? frames_of(arguments.task, all) : all;
 }
 
-void FramesAhead::look(Session& session, int number, const RenderOptions& options,
-                       const std::function<Camera(int)>& camera_of, const std::function<bool(int)>& killed,
-                       const RenderHooks& hooks)
+std::span<const int> FramesAhead::part_of(int number) const
 {
     const auto here = std::lower_bound(numbers_.begin(), numbers_.end(), number);
-    if (here == numbers_.end()) return;
-    const std::size_t part = static_cast<std::size_t>(here - numbers_.begin()) / at_a_time_;
-    if (known_ == part) return;
-    known_ = part;
-    const std::size_t first = part * at_a_time_;
-    const auto frames = std::span(numbers_).subspan(first, std::min(at_a_time_, numbers_.size() - first));
-    if (std::any_of(frames.begin(), frames.end(), killed)) return;
+    if (here == numbers_.end()) return {};
+    const std::size_t first = static_cast<std::size_t>(here - numbers_.begin()) / at_a_time_ * at_a_time_;
+    return std::span(numbers_).subspan(first, std::min(at_a_time_, numbers_.size() - first));
+}
+
+int FramesAhead::look(Session& session, int number, const RenderOptions& options,
+                      const std::function<Camera(int)>& camera_of, const std::function<bool(int)>& killed,
+                      const RenderHooks& hooks)
+{
+    if (!is_new(number)) return 0;
+    const std::span<const int> part = part_of(number);
+    known_ = part.front();
+    const auto frames = std::span(std::lower_bound(part.begin(), part.end(), number), part.end());
+    if (std::any_of(frames.begin(), frames.end(), killed)) return 0;
     const auto camera = [&](std::size_t i) -> std::optional<Camera> {
         try {
             return camera_of(frames[i]);
@@ -60,6 +67,7 @@ void FramesAhead::look(Session& session, int number, const RenderOptions& option
         hooks.log(LogLevel::info, std::to_string(found.records) + " records placed beforehand, in " +
                                       std::to_string(found.views) + " of the views of frames " +
                                       std::to_string(frames.front()) + " to " + std::to_string(frames.back()));
+    return static_cast<int>(found.views);
 }
 
 }  // namespace rcs::service

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "cli/batch_run.h"
@@ -18,17 +19,23 @@ public:
     /// @param all  frames of the batch, ascending
     FramesAhead(const BatchArguments& arguments, bool is_animated, const std::vector<int>& all);
 
-    /// Before a frame: looks at those around it, once. Not where a process died at one of them; where it fails, frames
-    /// do without.
+    /// The frames that are looked at together with this one; none: it is not.
+    std::span<const int> part_of(int number) const;
+    /// Whether nobody has looked at those.
+    bool is_new(int number) const { return !part_of(number).empty() && known_ != part_of(number).front(); }
+    /// Before a frame: looks at those around it, unless it has. Not where a process died at one of them; where it
+    /// fails, frames do without.
     /// @param camera_of  a frame's   @param killed  whether one was begun by a process that did not end it
-    /// @throws rcs::Error cancelled
-    void look(Session& session, int number, const RenderOptions& options, const std::function<Camera(int)>& camera_of,
-              const std::function<bool(int)>& killed, const RenderHooks& hooks);
+    /// @throws rcs::Error cancelled   @return how many views it has looked at
+    int look(Session& session, int number, const RenderOptions& options, const std::function<Camera(int)>& camera_of,
+             const std::function<bool(int)>& killed, const RenderHooks& hooks);
+    /// The next frame is looked at again.
+    void forget() { known_.reset(); }
 
 private:
     std::vector<int> numbers_;  // empty: none are looked at
     std::size_t at_a_time_;
-    std::optional<std::size_t> known_;  // part of the numbers
+    std::optional<int> known_;  // first frame of the part looked at
 };
 
 }  // namespace rcs::service

@@ -45,7 +45,7 @@ std::string job_name(const std::string& scene)
     return name.substr(0, 64);
 }
 
-FarmJob job_of(const BatchArguments& arguments, const RenderOptions& options)
+FarmJob job_of(const BatchArguments& arguments)
 {
     const fs::path first = fs::path(arguments.render.output.files.front()).parent_path();
     const fs::path report = arguments.report_folder.empty() ? first : fs::path(arguments.report_folder);
@@ -60,7 +60,7 @@ FarmJob job_of(const BatchArguments& arguments, const RenderOptions& options)
     const std::vector<std::string> words = words_of_tasks(arguments.words);
     job.words.insert(job.words.end(), words.begin(), words.end());
     job.overture = !arguments.independent;
-    if (job.overture && !has_goal(options))
+    if (job.overture)
         job.words.insert(job.words.end(), {"--records", (fs::path(job.folder) / "shot.records").string()});
     job.parts = count_parts(parse_frames(arguments.frames).size(), arguments.chunk);
     job.threads = arguments.render.scene.threads;
@@ -89,7 +89,7 @@ void run_farm(const BatchArguments& arguments)
                     "--engine slurm: there is no sbatch on this machine; --no-submit writes the job's folder alone");
     ProgressBar bar(parse_log_level(arguments.render.report.log_level), arguments.render.report.quiet);
     const FrameMaker checked(arguments, bar, [] {});
-    const FarmJob job = job_of(arguments, checked.options());
+    const FarmJob job = job_of(arguments);
     write_folder(job);
     const std::vector<std::string> start = start_command(job);
     const bool starts = arguments.submits && !start.empty();

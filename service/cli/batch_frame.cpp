@@ -4,12 +4,12 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <utility>
 
 #include "cli/batch_settings.h"
 #include "cli/outputs.h"
 #include "cli/run_support.h"
+#include "cli/running_mark.h"
 #include "output/small_copy.h"
 #include "output/stats_json.h"
 #include "process/clock.h"
@@ -24,25 +24,6 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int kThumbnailSide = 160;  ///< [px]
 
-/// A file that says that a frame is being made, and how often that was begun; only processes that died leave it.
-class RunningMark {
-public:
-    explicit RunningMark(std::string path) : path_(std::move(path))
-    {
-        write_text_file(path_, std::to_string(starts_without_end(path_) + 1) + "\n");
-    }
-    ~RunningMark()
-    {
-        std::error_code ignored;
-        fs::remove(path_, ignored);
-    }
-    RunningMark(const RunningMark&) = delete;
-    RunningMark& operator=(const RunningMark&) = delete;
-
-private:
-    std::string path_;
-};
-
 /// A failure that the same frame may not meet again.
 bool may_pass(ErrorCode code)
 {
@@ -50,11 +31,10 @@ bool may_pass(ErrorCode code)
            code == ErrorCode::internal;
 }
 
-SessionOptions session_options(const BatchArguments& arguments, const RenderOptions& options, bool is_animated,
-                               LogFunction log)
+SessionOptions session_options(const BatchArguments& arguments, bool is_animated, LogFunction log)
 {
     return {.threads = arguments.render.scene.threads,
-            .keep_records = keeps_records(arguments, options),
+            .keep_records = keeps_records(arguments, is_animated),
             .watch_records = is_animated,
             .log = std::move(log)};
 }
@@ -97,9 +77,9 @@ FrameMaker::FrameMaker(const BatchArguments& arguments, ProgressBar& bar, std::f
       files_(prepared_outputs(arguments, numbers_)),
       outputs_(output_files(files_, parse_tone_map(arguments.render.output), log(), true)),
       scene_(arguments.render.scene),
-      session_(session_options(arguments, options_, scene_.is_animated(), bar.log())),
+      session_(session_options(arguments, scene_.is_animated(), bar.log())),
       shared_records_(arguments.records_file, arguments.task.kind),
-      settings_(settings_of_frames(arguments, options_, files_, outputs_.tone_mapper())),
+      settings_(settings_of_frames(arguments, scene_.is_animated(), options_, files_, outputs_.tone_mapper())),
       ahead_(arguments, scene_.is_animated(), numbers_),
       quality_(options_.quality)
 {
@@ -168,13 +148,6 @@ void FrameMaker::render(FrameRecord& wanted)
     }
 }
 
-int starts_without_end(const std::string& running)
-{
-    std::ifstream file(running);
-    int starts = 0;
-    return file >> starts ? starts : 0;
-}
-
 std::vector<std::string> FrameMaker::paths_of(int number) const
 {
     std::vector<std::string> paths;
@@ -215,7 +188,7 @@ ProgressFunction FrameMaker::progress()
             if (stage_ != stage) say("stage: " + (stage_ = stage));
         }
         too_slow_ = arguments_.time_limit > 0.0 && seconds_since(frame_began_) > arguments_.time_limit;
-        return show(stage, fraction) && !too_slow_;
+        return show(stage, fraction) && !too_slow_ && !(latest_ && Clock::now() > *latest_);
     };
 }
 
@@ -262,6 +235,7 @@ Forecast FrameMaker::forecast(int number)
     const Camera camera = choose_camera(session_.scene(), scene_.camera_at(time_of(number)));
     RenderOptions options = options_;
     options.quality = TargetError{};
+    options.layers.emplace();  // they are no matter of time
     return rcs::forecast(session_, camera, options, {.log = bar_.log(), .progress = progress()}).forecast;
 }
 
@@ -302,7 +276,7 @@ void FrameMaker::begin_records(int number)
 }
 
 /// What serves all frames around this one is not its time, nor limited by what that may be.
-void FrameMaker::look_ahead(int number)
+int FrameMaker::look_ahead(int number, const Quality& quality)
 {
     const auto since = Clock::now() - frame_began_;
     const double cpu = cpu_seconds();
@@ -312,16 +286,38 @@ void FrameMaker::look_ahead(int number)
         const int own = n == number ? 1 : 0;
         return starts_without_end(running_path(record_path(paths_of(n).front()))) > own;
     };
-    ahead_.look(session_, number, options_, camera_of, killed, {.log = log(), .progress = progress()});
+    RenderOptions options = options_;
+    options.quality = quality;
+    const int views = ahead_.look(session_, number, options, camera_of, killed, {.log = log(), .progress = progress()});
     frame_began_ = Clock::now() - since;
     cpu_began_ += cpu_seconds() - cpu;
+    return views;
+}
+
+std::optional<int> FrameMaker::place_ahead(int number, const Quality& quality, double seconds)
+{
+    FrameRecord frame = wanted(number);
+    identify(frame);
+    ahead_.forget();
+    const auto latest =
+        Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+    latest_ = latest;
+    std::optional<int> views;
+    try {
+        views = look_ahead(number, quality);
+        latest_.reset();
+    } catch (const Error& e) {
+        latest_.reset();
+        if (e.code() != ErrorCode::cancelled || interrupt_signal() != 0 || Clock::now() < latest) throw;
+    }
+    return views;
 }
 
 RenderResult FrameMaker::render_picture(FrameRecord& wanted)
 {
     begin_records(wanted.number);
     identify(wanted);
-    look_ahead(wanted.number);
+    look_ahead(wanted.number, quality_);
     wanted.figures.records_reused = session_.records().size();
     RenderArguments arguments = arguments_.render;
     arguments.scene.time = time_of(wanted.number);

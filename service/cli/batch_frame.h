@@ -4,6 +4,7 @@
 #include <deque>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <thread>
 #include <vector>
@@ -22,14 +23,10 @@
 
 namespace rcs::service {
 
-/// The mark of a frame that is being made. @param path  of its record
-inline std::string running_path(const std::string& path) { return path + ".running"; }
 /// Where a task says for others why a frame failed.
 inline std::string failed_path(const std::string& path) { return path + ".failed"; }
 /// Where a frame's small picture is made.
 inline std::string thumbnail_path(const std::string& path) { return path + ".jpg"; }
-/// What such a mark says; 0 without one.
-int starts_without_end(const std::string& running);
 
 /// Renders frame after frame in one session.
 class FrameMaker {
@@ -77,6 +74,14 @@ public:
     double seconds_around() const { return seconds_around_; }
     /// In place of what the arguments say.
     void aim(Quality quality) { quality_ = quality; }
+    /// The frames that share what is placed before this one is made, and are yet to; none: nothing is placed then.
+    std::span<const int> places_for(int number) const
+    {
+        return ahead_.is_new(number) ? ahead_.part_of(number) : std::span<const int>();
+    }
+    /// Places it, or brings it further. @return how many views it has looked at; none: that took more than so many
+    /// seconds, and was called off @throws rcs::Error
+    std::optional<int> place_ahead(int number, const Quality& quality, double seconds);
     /// Writes the report if SIGUSR1 has asked for it.
     void answer_request() const
     {
@@ -90,7 +95,7 @@ private:
     void say(std::string_view line);
     void try_frame(FrameRecord& wanted);
     void begin_records(int number);
-    void look_ahead(int number);
+    int look_ahead(int number, const Quality& quality);
     RenderResult render_picture(FrameRecord& wanted);
     void judge(const FrameRecord& wanted, const LayeredImage& image, FrameFigures& figures);
     double time_of(int number) const { return number / arguments_.shutter.fps; }
@@ -106,6 +111,7 @@ private:
     std::chrono::steady_clock::time_point frame_began_;
     double cpu_began_ = 0.0;  // of the frame [s]
     bool too_slow_ = false;
+    std::optional<std::chrono::steady_clock::time_point> latest_;  // of what is placed ahead
 
     const RenderOptions options_;
     const std::vector<int> numbers_;  // of the whole batch

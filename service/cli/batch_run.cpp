@@ -11,7 +11,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "batch/frame_record.h"
 #include "batch/frames.h"
 #include "batch/leftovers.h"
 #include "batch/movie.h"
@@ -21,6 +20,7 @@
 #include "cli/batch_pace.h"
 #include "cli/batch_server.h"
 #include "cli/progress_bar.h"
+#include "cli/running_mark.h"
 #include "output/output_files.h"
 #include "output/stats_json.h"
 #include "process/clock.h"

@@ -20,10 +20,11 @@ std::string ocio_text(const ToneMapper* mapper)
 
 }  // namespace
 
-bool keeps_records(const BatchArguments& arguments, const RenderOptions& options)
+bool keeps_records(const BatchArguments& arguments, bool is_animated)
 {
-    // Records keep the rays they have: a goal could not refine those of other frames.
-    return !arguments.independent && !arguments.on_server && !has_goal(options);
+    // What changes has to be gathered again, and nobody knows beforehand how much that takes.
+    const bool is_hurried = arguments.deadline_ms && is_animated;
+    return !arguments.independent && !arguments.on_server && !is_hurried;
 }
 
 std::string kept_by(const OutputFile& file)
@@ -34,14 +35,14 @@ std::string kept_by(const OutputFile& file)
     return text;
 }
 
-Dependencies settings_of_frames(const BatchArguments& arguments, const RenderOptions& options,
+Dependencies settings_of_frames(const BatchArguments& arguments, bool is_animated, const RenderOptions& options,
                                 const std::vector<OutputFile>& files, const ToneMapper* mapper)
 {
     Dependencies settings{{"version", kVersion}};
     for (const auto& [name, text] : list_options(options))
         settings.emplace_back(name, arguments.deadline_ms && name == "target-error" ? "what a deadline leaves" : text);
     settings.emplace_back("effects", arguments.render.effects);
-    settings.emplace_back("records of other frames", keeps_records(arguments, options) ? "used" : "none");
+    settings.emplace_back("records of other frames", keeps_records(arguments, is_animated) ? "used" : "none");
     if (!std::all_of(files.begin(), files.end(), is_exr)) {  // those keep what is not shown by any
         settings.emplace_back("colour configuration", ocio_text(mapper));
         settings.emplace_back("display", mapper->display() + ", " + mapper->view());

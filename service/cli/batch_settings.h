@@ -10,14 +10,14 @@
 
 namespace rcs::service {
 
-/// Whether frames begin with the records of others.
-bool keeps_records(const BatchArguments& arguments, const RenderOptions& options);
+/// Whether frames begin with the records of others. @param is_animated  the scene moves
+bool keeps_records(const BatchArguments& arguments, bool is_animated);
 
 /// What an output keeps of the picture, as text.
 std::string kept_by(const OutputFile& file);
 
 /// What all frames of a batch depend on. @param mapper  of the files; null only where all are EXR
-Dependencies settings_of_frames(const BatchArguments& arguments, const RenderOptions& options,
+Dependencies settings_of_frames(const BatchArguments& arguments, bool is_animated, const RenderOptions& options,
                                 const std::vector<OutputFile>& files, const ToneMapper* mapper);
 
 }  // namespace rcs::service

@@ -48,8 +48,7 @@ void add_task_arguments(CLI::App& command, BatchArguments& arguments)
         command.get_option("--engine")->excludes(other);
     // Frames that an overture has made would be made again, and none would be done for the report.
     command.get_option("--task")->excludes("--overwrite");
-    for (const char* other : {"--target-error", "--budget", "--independent-frames"})
-        command.get_option("--records")->excludes(other);
+    command.get_option("--records")->excludes("--independent-frames");
 }
 
 void add_deadline(CLI::App& command, BatchArguments& arguments)

@@ -203,8 +203,6 @@ void add_render_command(CLI::App& app, Action& action)
                     "adds: other views of "
                     "the scene need not gather them again")
         ->type_name("FILE")
-        ->excludes("--target-error")
-        ->excludes("--budget")
         ->excludes("--dry-run");
     command.option_defaults()->group(option_group::kRecords);
     add_shutter(command, *shutter);

@@ -141,5 +141,19 @@ TEST(Pace, AimsAtWhatTheTimeAllows)
     EXPECT_EQ(pace.error_in(1e-6), Pace::kMostError);
 }
 
+TEST(Pace, FramesThatShareRecordsAreBetterInTheSameTime)
+{
+    Pace pace;
+    Forecast forecast;  // a second, and rays
+    for (const double error : {0.2, 0.1, 0.05, 0.03, 0.02, 0.01})
+        forecast.points.push_back({error, 1.0 + 0.04 / error / error});
+    pace.learn(forecast);
+    constexpr double kSeconds = 480.0;
+    const double alone = pace.error_in(kSeconds / 48.0), shared = pace.error_of_shot(kSeconds, 48);
+    EXPECT_LT(shared, 0.5 * alone);
+    EXPECT_LT(pace.error_of_shot(2.0 * kSeconds, 48), shared);
+    EXPECT_EQ(pace.error_of_shot(48.0, 48), Pace::kMostError) << "no time beside the frames";
+}
+
 }  // namespace
 }  // namespace rcs::service
