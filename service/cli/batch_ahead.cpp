@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "cli/batch_settings.h"
 #include "rcs/error.h"
@@ -44,10 +45,11 @@ int FramesAhead::look(Session& session, int number, const RenderOptions& options
                       const RenderHooks& hooks)
 {
     if (!is_new(number)) return 0;
-    const std::span<const int> part = part_of(number);
-    known_ = part.front();
-    const auto frames = std::span(std::lower_bound(part.begin(), part.end(), number), part.end());
+    std::span<const int> frames = part_of(number);
+    known_ = frames.front();
     if (std::any_of(frames.begin(), frames.end(), killed)) return 0;
+    if (std::exchange(is_again_, false))
+        frames = {std::lower_bound(frames.begin(), frames.end(), number), frames.end()};
     const auto camera = [&](std::size_t i) -> std::optional<Camera> {
         try {
             return camera_of(frames[i]);

@@ -29,13 +29,18 @@ public:
     /// @throws rcs::Error cancelled   @return how many views it has looked at
     int look(Session& session, int number, const RenderOptions& options, const std::function<Camera(int)>& camera_of,
              const std::function<bool(int)>& killed, const RenderHooks& hooks);
-    /// The next frame is looked at again.
-    void forget() { known_.reset(); }
+    /// The next frame is looked at again, with those after it alone.
+    void look_again()
+    {
+        known_.reset();
+        is_again_ = true;
+    }
 
 private:
     std::vector<int> numbers_;  // empty: none are looked at
     std::size_t at_a_time_;
     std::optional<int> known_;  // first frame of the part looked at
+    bool is_again_ = false;
 };
 
 }  // namespace rcs::service

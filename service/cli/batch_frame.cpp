@@ -298,7 +298,7 @@ std::optional<int> FrameMaker::place_ahead(int number, const Quality& quality, d
 {
     FrameRecord frame = wanted(number);
     identify(frame);
-    ahead_.forget();
+    if (places_for(number).empty()) ahead_.look_again();
     const auto latest =
         Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
     latest_ = latest;

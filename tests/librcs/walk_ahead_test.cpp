@@ -156,19 +156,20 @@ TEST(WalkAhead, LetsASmallerTargetRefineWhatALargerOneLeft)
     ahead_of(session, way(session), aimed_at(0.12));
     const Aimed coarse = walk_to_goal(session, 0.12), fine = walk_to_goal(session, 0.05);
     EXPECT_GT(coarse.worst, 0.05);
-    EXPECT_LT(fine.worst, 1.05 * 0.05);
+    EXPECT_LT(fine.worst, 1.15 * 0.05);
 }
 
-TEST(WalkAhead, ByABudgetPlacesCoarseRecordsThatAllViewsRefine)
+TEST(WalkAhead, ByABudgetTakesAsLongForALookAsAPictureMay)
 {
-    Session session = atrium();
+    Session hurried = atrium(), patient = atrium();
     RenderOptions options = small_options();
-    options.quality = Budget{0.2};
-    EXPECT_GT(ahead_of(session, way(session), options).records, 1000u);
-    const double rays = std::accumulate(session.records().begin(), session.records().end(), 0.0,
-                                        [](double sum, const Record& r) { return sum + r.rays; });
-    EXPECT_LT(rays / static_cast<double>(session.records().size()), 192.0) << "64 or 96 to begin with";
-    EXPECT_GT(render(session, way(session).front(), options).stats.records.hemisphere_rays, 0u);
+    const auto rays_in = [&](Session& session, double seconds) {
+        options.quality = Budget{seconds};
+        EXPECT_GT(ahead_of(session, way(session), options).views, 2);
+        return std::accumulate(session.records().begin(), session.records().end(), 0.0,
+                               [](double sum, const Record& r) { return sum + r.rays; });
+    };
+    EXPECT_GT(rays_in(patient, 1.0), 2.0 * rays_in(hurried, 0.1));
 }
 
 TEST(WalkAhead, DoesNothingWhereNothingWouldCome)

@@ -27,8 +27,8 @@ constexpr double kHardlyLess = 0.95;  // times what it was: a step that does no 
 constexpr double kStalled = 0.995;    // times what it was, just before the goal
 constexpr int kMostStalls = 2;
 constexpr double kReached = 1.02;       // times the goal is there
-constexpr double kStillThere = 0.95;    // of the goal, with its margin, is there where it was
-constexpr double kShareOfKnown = 0.92;  // where that is not so
+constexpr double kStillThere = 0.92;    // of the goal, with its margin, is there where it was
+constexpr double kShareOfKnown = 0.88;  // where that is not so
 constexpr double kMostOfKnown = 0.15;   // rays of one step over all those of views before, which see to the rest
 constexpr double kFewRays = 0.01;       // of those of the records that there were
 constexpr double kMostFresh = 0.25;     // of the records: views before did not know those
@@ -323,8 +323,9 @@ bool Steering::step(const StepLimits& to)
     // Spread hides behind noise, and shows more of itself from step to step.
     for (int k = 0; k < kMostSharpenings && before > kNearGoal * to.error && errors_.spread > kShareOfSpread * step_to;
          ++k) {
-        // Closer records than the time is enough for would only be noisy ones.
-        if (to.left() < 4.0 * look_seconds_ || (step_to < to.likely && stalls_ == 0)) break;
+        // Closer records than the time is enough for would only be noisy ones, but where noise is the lesser part.
+        const bool is_noisy = errors_.noise > errors_.spread;
+        if (to.left() < 4.0 * look_seconds_ || (step_to < to.likely && stalls_ == 0 && is_noisy)) break;
         const double spread = errors_.spread;
         sharpen(kShareOfSpread * step_to / spread);
         if (errors_.total <= to.error) return false;
