@@ -26,14 +26,13 @@ constexpr double kNearGoal = 1.05;    // times the goal: nearer, rays alone are 
 constexpr double kHardlyLess = 0.95;  // times what it was: a step that does no more is the last of its kind
 constexpr double kStalled = 0.995;    // times what it was, just before the goal
 constexpr int kMostStalls = 2;
-constexpr double kReached = 1.02;       // times the goal is there
-constexpr double kStillThere = 0.92;    // of the goal, with its margin, is there where it was
-constexpr double kShareOfKnown = 0.88;  // where that is not so
-constexpr double kMostOfKnown = 0.15;   // rays of one step over all those of views before, which see to the rest
-constexpr double kFewRays = 0.01;       // of those of the records that there were
-constexpr double kMostFresh = 0.25;     // of the records: views before did not know those
-constexpr int kMostRounds = 3;          // of the last step, each closer to its end
-constexpr double kCloserTakes = 3.0;    // times as long in all: records at half the least distance
+constexpr double kReached = 1.02;      // times the goal is there
+constexpr double kStillThere = 0.92;   // of the goal, with its margin, is there where it was
+constexpr double kMostOfKnown = 0.15;  // rays of one step over all those of views before, which see to the rest
+constexpr double kFewRays = 0.01;      // of those of the records that there were
+constexpr double kMostFresh = 0.25;    // of the records: views before did not know those
+constexpr int kMostRounds = 3;         // of the last step, each closer to its end
+constexpr double kCloserTakes = 3.0;   // times as long in all: records at half the least distance
 constexpr double kLeastForecast = 0.005;
 constexpr double kLeastGoal = 1e-3;  // of a budget that could do more than anyone would see
 
@@ -355,9 +354,7 @@ bool Steering::step(const StepLimits& to)
 void Steering::reach(const RecordGoal& goal)
 {
     const Clock::time_point start = Clock::now();
-    // Where much is known already an error a little smaller takes as much as it has all taken so far.
-    const double share = is_known() ? kShareOfKnown : kShareOfGoal;
-    const double wanted = std::max(kLeastGoal, share * goal.mean_relative);
+    const double wanted = std::max(kLeastGoal, kShareOfGoal * goal.mean_relative);
     const auto left = [&] {
         return goal.seconds > 0.0 ? goal.seconds - goal.looks_after * look_seconds_ - seconds_since(start)
                                   : std::numeric_limits<double>::infinity();

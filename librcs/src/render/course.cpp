@@ -31,6 +31,9 @@ constexpr double kWorthARound = 0.98;
 // Errors of lobes and records are in different pixels, for the most part: so much of one is added to the other.
 constexpr double kLobesAdd = 0.8;
 
+// What probes found of views before steers one as long as less of their records has changed: else it would be judged
+// by other ones, found once it is done.
+constexpr double kStillTrue = 0.15;
 // Times what any error takes.
 constexpr double kHardlyMore = 1.02;
 // Of the goal: records that are placed before their views come are to be good enough for those between them as well.
@@ -275,8 +278,8 @@ Steered steer(Frame& frame, double seconds, const SetGoal& set_goal)
     const auto tell = [&](const RecordLook& look) { tell_step(frame, look); };
     Session::State& session = frame.session.state();
     Overture overture{seconds, target_error(frame.asked)};
-    if (const auto found = session.find_error_scale(0.0); found && session.noise.reached)
-        overture.known = {*found, *session.noise.reached, session.noise.seconds_per_ray};
+    if (const auto& kept = session.error_scale; kept && kept->others < kStillTrue && session.noise.reached)
+        overture.known = {kept->scale, *session.noise.reached, session.noise.seconds_per_ray};
     bool is_steered = false;
     const auto goal_of = [&](const RecordForecast& cost) {
         std::optional<RecordGoal> goal = set_goal(cost);
