@@ -1,7 +1,6 @@
 #include "cli/batch_pace.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <optional>
 #include <span>
