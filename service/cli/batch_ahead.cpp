@@ -40,14 +40,14 @@ std::span<const int> FramesAhead::part_of(int number) const
     return std::span(numbers_).subspan(first, std::min(at_a_time_, numbers_.size() - first));
 }
 
-int FramesAhead::look(Session& session, int number, const RenderOptions& options,
-                      const std::function<Camera(int)>& camera_of, const std::function<bool(int)>& killed,
-                      const RenderHooks& hooks)
+AheadStats FramesAhead::look(Session& session, int number, const RenderOptions& options,
+                             const std::function<Camera(int)>& camera_of, const std::function<bool(int)>& killed,
+                             const RenderHooks& hooks)
 {
-    if (!is_new(number)) return 0;
+    if (!is_new(number)) return {};
     std::span<const int> frames = part_of(number);
     known_ = frames.front();
-    if (std::any_of(frames.begin(), frames.end(), killed)) return 0;
+    if (std::any_of(frames.begin(), frames.end(), killed)) return {};
     if (std::exchange(is_again_, false))
         frames = {std::lower_bound(frames.begin(), frames.end(), number), frames.end()};
     const auto camera = [&](std::size_t i) -> std::optional<Camera> {
@@ -69,7 +69,7 @@ int FramesAhead::look(Session& session, int number, const RenderOptions& options
         hooks.log(LogLevel::info, std::to_string(found.records) + " records placed beforehand, in " +
                                       std::to_string(found.views) + " of the views of frames " +
                                       std::to_string(frames.front()) + " to " + std::to_string(frames.back()));
-    return static_cast<int>(found.views);
+    return found;
 }
 
 }  // namespace rcs::service

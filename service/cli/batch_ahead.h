@@ -26,9 +26,10 @@ public:
     /// Before a frame: looks at those around it, unless it has. Not where a process died at one of them; where it
     /// fails, frames do without.
     /// @param camera_of  a frame's   @param killed  whether one was begun by a process that did not end it
-    /// @throws rcs::Error cancelled   @return how many views it has looked at
-    int look(Session& session, int number, const RenderOptions& options, const std::function<Camera(int)>& camera_of,
-             const std::function<bool(int)>& killed, const RenderHooks& hooks);
+    /// @throws rcs::Error cancelled   @return what that came to
+    AheadStats look(Session& session, int number, const RenderOptions& options,
+                    const std::function<Camera(int)>& camera_of, const std::function<bool(int)>& killed,
+                    const RenderHooks& hooks);
     /// The next frame is looked at again, with those after it alone.
     void look_again()
     {

@@ -276,7 +276,7 @@ void FrameMaker::begin_records(int number)
 }
 
 /// What serves all frames around this one is not its time, nor limited by what that may be.
-int FrameMaker::look_ahead(int number, const Quality& quality)
+AheadStats FrameMaker::look_ahead(int number, const Quality& quality)
 {
     const auto since = Clock::now() - frame_began_;
     const double cpu = cpu_seconds();
@@ -288,13 +288,14 @@ int FrameMaker::look_ahead(int number, const Quality& quality)
     };
     RenderOptions options = options_;
     options.quality = quality;
-    const int views = ahead_.look(session_, number, options, camera_of, killed, {.log = log(), .progress = progress()});
+    const AheadStats ahead =
+        ahead_.look(session_, number, options, camera_of, killed, {.log = log(), .progress = progress()});
     frame_began_ = Clock::now() - since;
     cpu_began_ += cpu_seconds() - cpu;
-    return views;
+    return ahead;
 }
 
-std::optional<int> FrameMaker::place_ahead(int number, const Quality& quality, double seconds)
+std::optional<AheadStats> FrameMaker::place_ahead(int number, const Quality& quality, double seconds)
 {
     FrameRecord frame = wanted(number);
     identify(frame);
@@ -302,15 +303,15 @@ std::optional<int> FrameMaker::place_ahead(int number, const Quality& quality, d
     const auto latest =
         Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
     latest_ = latest;
-    std::optional<int> views;
+    std::optional<AheadStats> ahead;
     try {
-        views = look_ahead(number, quality);
+        ahead = look_ahead(number, quality);
         latest_.reset();
     } catch (const Error& e) {
         latest_.reset();
         if (e.code() != ErrorCode::cancelled || interrupt_signal() != 0 || Clock::now() < latest) throw;
     }
-    return views;
+    return ahead;
 }
 
 RenderResult FrameMaker::render_picture(FrameRecord& wanted)

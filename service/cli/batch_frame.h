@@ -81,7 +81,7 @@ public:
     }
     /// Places it, or brings it further. @return how many views it has looked at; none: that took more than so many
     /// seconds, and was called off @throws rcs::Error
-    std::optional<int> place_ahead(int number, const Quality& quality, double seconds);
+    std::optional<AheadStats> place_ahead(int number, const Quality& quality, double seconds);
     /// Writes the report if SIGUSR1 has asked for it.
     void answer_request() const
     {
@@ -95,7 +95,7 @@ private:
     void say(std::string_view line);
     void try_frame(FrameRecord& wanted);
     void begin_records(int number);
-    int look_ahead(int number, const Quality& quality);
+    AheadStats look_ahead(int number, const Quality& quality);
     RenderResult render_picture(FrameRecord& wanted);
     void judge(const FrameRecord& wanted, const LayeredImage& image, FrameFigures& figures);
     double time_of(int number) const { return number / arguments_.shutter.fps; }

@@ -52,10 +52,14 @@ void BatchPace::begin(std::set<int> waiting)
         words += error < Pace::kMostError ? ", which makes an error of about " + percent_text(error)
                                           : ", which is little: each gets its time, whatever the error";
     }
-    if (!arguments_.render.report.quiet) {
-        std::printf("%s\n", words.c_str());
-        std::fflush(stdout);
-    }
+    say(words);
+}
+
+void BatchPace::say(const std::string& words) const
+{
+    if (arguments_.render.report.quiet) return;
+    std::printf("%s\n", words.c_str());
+    std::fflush(stdout);
 }
 
 /// Places the records that this frame shares with others, to an error that leaves time for more.
@@ -71,11 +75,11 @@ void BatchPace::begin_part(int number)
 
 void BatchPace::look_ahead(int number, const Quality& quality, double seconds)
 {
-    const std::optional<int> looks = maker_.place_ahead(number, quality, seconds);
-    looks_ = looks.value_or(std::max(kLooksAtLeast, 2 * looks_));  // more than were to be expected
+    const std::optional<AheadStats> ahead = maker_.place_ahead(number, quality, seconds);
+    looks_ = ahead ? ahead->views : std::max(kLooksAtLeast, 2 * looks_);  // more than were to be expected
     if (looks_ == 0) return;
     pace_.learn(maker_.forecast(number));
-    shared_ = pace_.settled_error();
+    shared_ = std::max(pace_.settled_error(), ahead ? ahead->error : 0.0);
 }
 
 /// Lets what the frames do not need make the records that they share better.
@@ -110,8 +114,12 @@ double BatchPace::for_part() const { return left() * frames_of_part() / static_c
 void BatchPace::share_records(int number)
 {
     try {
-        if (!maker_.places_for(number).empty()) begin_part(number);
+        const bool begins = !maker_.places_for(number).empty();
+        if (begins) begin_part(number);
         spend(number);
+        if (begins && looks_ > 0)
+            say("the records of frames " + std::to_string(part_.front()) + " to " + std::to_string(part_.back()) +
+                " are there, which makes an error of about " + percent_text(shared_));
     } catch (const Error& e) {
         if (e.code() == ErrorCode::cancelled) throw;
         looks_ = 0;  // the frame itself will say why

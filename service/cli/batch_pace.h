@@ -3,6 +3,7 @@
 #include <deque>
 #include <set>
 #include <span>
+#include <string>
 
 #include "batch/pace.h"
 #include "batch/report.h"
@@ -24,6 +25,7 @@ public:
     void learn(const FrameResult& result);
 
 private:
+    void say(const std::string& words) const;
     double left() const;  ///< [s]
     double frames_of_part() const;
     double for_part() const;
@@ -40,7 +42,7 @@ private:
     double asked_ = 0.0;         ///< time there was when it began [s]
     std::span<const int> part_;  ///< frames that share records
     int looks_ = 0;              ///< at views of theirs, made last; 0: nothing is placed for them
-    double shared_ = 0.0;        ///< error that those left in the view of the frame before which they were made
+    double shared_ = 0.0;        ///< error that those left, in the worst of the views
     std::deque<double> recent_;  ///< what frames of theirs have taken [s]
     bool is_first_ = true;       ///< no frame is made: that takes what is made once for all as well
     double aimed_at_ = 0.0;      ///< error that the frame in the making is aimed at; 0: at a time

@@ -134,6 +134,8 @@ TEST(WalkAhead, BringsRecordsToATargetThatAllViewsThenKeep)
     Session apart = atrium(false), prepared = atrium();
     const AheadStats ahead = ahead_of(prepared, way(prepared), aimed_at(kTarget));
     EXPECT_GT(ahead.views, 2);
+    EXPECT_GT(ahead.error, 0.5 * kTarget);
+    EXPECT_LT(ahead.error, kTarget);
     const Aimed alone = walk_to_goal(apart, kTarget), after = walk_to_goal(prepared, kTarget);
     EXPECT_LT(alone.worst, 1.15 * kTarget);
     EXPECT_LT(after.worst, 1.15 * kTarget);
@@ -172,6 +174,19 @@ TEST(WalkAhead, ByABudgetTakesAsLongForALookAsAPictureMay)
                                [](double sum, const Record& r) { return sum + r.rays; });
     };
     EXPECT_GT(rays_in(patient, 1.0), 2.0 * rays_in(hurried, 0.1));
+}
+
+// Hardly a record is missing the third time: the views between are looked at all the same.
+TEST(WalkAhead, ByAnotherBudgetMakesAllViewsBetter)
+{
+    Session session = atrium();
+    RenderOptions options = small_options();
+    options.quality = Budget{0.5};
+    const AheadStats first = ahead_of(session, way(session), options);
+    ahead_of(session, way(session), options);
+    const AheadStats third = ahead_of(session, way(session), options);
+    EXPECT_EQ(third.views, 5) << "the ends, the middle, and between those";
+    EXPECT_LT(third.error, 0.8 * first.error);
 }
 
 TEST(WalkAhead, DoesNothingWhereNothingWouldCome)

@@ -273,6 +273,9 @@ TEST(BatchDeadline, IsWhatTheFramesMakeUseOf)
     EXPECT_TRUE(outcome.code == 0 || outcome.code == kTooLate) << outcome.err;
     EXPECT_TRUE(outcome.out.starts_with("6 frames in ")) << outcome.out;
     EXPECT_NE(outcome.out.find(" each, which "), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find("the records of frames 1 to 6 are there, which makes an error of about "),
+              std::string::npos)
+        << outcome.out;
 
     EXPECT_GT(used.count(), 0.6 * kSeconds) << outcome.out;
     for (const json& frame : report_of(folder).at("frames"))

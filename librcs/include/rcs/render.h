@@ -199,6 +199,7 @@ RCS_API void begin_watching(Session& session, const Camera& camera, const Render
 struct AheadStats {
     int views = 0;              ///< that it looked at
     std::uint64_t records = 0;  ///< that are new
+    double error = 0.0;         ///< mean relative, of indirect light: with a goal what the worst of them was left with
 };
 
 /// The camera of a view to come, by number from 0; none: it is not looked at.

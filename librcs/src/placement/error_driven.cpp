@@ -84,7 +84,7 @@ public:
     RecordForecast forecast() const;
 
     /// What judged the error at the last look.
-    Steered judged() { return {is_known() ? nullptr : std::move(probes_), scale_, seconds_per_ray_}; }
+    Steered judged() { return {is_known() ? nullptr : std::move(probes_), scale_, seconds_per_ray_, errors_.total}; }
 
 private:
     bool step(const StepLimits& to);
@@ -359,12 +359,14 @@ void Steering::reach(const RecordGoal& goal)
         return goal.seconds > 0.0 ? goal.seconds - goal.looks_after * look_seconds_ - seconds_since(start)
                                   : std::numeric_limits<double>::infinity();
     };
+    const bool looks_in_end = goal.is_told && goal.seconds > 0.0;
     const StepLimits limits{wanted, goal.likely, goal.seconds > 0.0, left};
     // Records that other views brought there stay as they are until the error is surely too large: what changes from
     // view to view is seen.
     if (is_known() && errors_.total < kStillThere * goal.mean_relative) return keep_noise();
     while (steps_ < kMostSteps && errors_.total > kReached * wanted && step(limits)) {
     }
+    if (looks_in_end) look();
     keep_noise();
 }
 

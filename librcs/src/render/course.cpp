@@ -318,8 +318,9 @@ void steer_records_ahead(Frame& frame)
     const Steered steered = steer(frame, most, [&](const RecordForecast& cost) {
         if (!deadline.is_set()) return std::optional(RecordGoal{kAhead * target_error(frame.asked)});
         const double left = std::max(1e-3, deadline.left());
-        return std::optional(RecordGoal{0.0, left, 0.0, error_within(cost.seconds_to, left)});
+        return std::optional(RecordGoal{0.0, left, 1.0, error_within(cost.seconds_to, left), true});
     });
+    frame.stats().forecast.settled_error = steered.error;
     if (steered.probes) frame.session.state().keep_error_scale(steered.scale);
 }
 

@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <utility>
@@ -19,12 +20,13 @@ namespace {
 // Between views that are so near to each other in number none is looked at: what a picture finds missing, it places
 // itself: in Sponza's walk some 100 records a frame, of 20,000 in view (docs/method.md, Views to come).
 constexpr std::size_t kNear = 4;
-// Where a view has come to need so few new records [of those in it], those between it and its neighbours need no more.
+// Where a view has come to need so few new records [of those in it], and to shoot so few rays [of its records'], those
+// between it and its neighbours need no more.
 constexpr double kFewNew = 0.01;
 
 /// What a look at a view came to.
 struct ViewLook {
-    double fresh = 0.0;          // part of the view's records that is new
+    double fresh = 0.0;          // part of the view's records that is new, or of their rays, if that is more
     bool gathers_lamps = false;  // with their light
 };
 
@@ -37,6 +39,14 @@ std::uint64_t of_things_in_motion(const Frame& f)
         return r.watch.seen.empty() && r.watch.state != states.now &&
                std::binary_search(moving.begin(), moving.end(), r.watch.instance);
     }));
+}
+
+/// Rays that made records in view less noisy, over all that they have.
+double part_of_refining(const std::vector<Record>& records, const RecordStats& made)
+{
+    const double all = std::accumulate(records.begin(), records.end(), 0.0,
+                                       [](double sum, const Record& r) { return sum + static_cast<double>(r.rays); });
+    return all > 0.0 ? static_cast<double>(made.refining_rays) / all : 0.0;
 }
 
 ViewLook look_at_view(Session& session, const Camera& camera, const RenderOptions& options, const RenderHooks& hooks,
@@ -59,10 +69,13 @@ ViewLook look_at_view(Session& session, const Camera& camera, const RenderOption
         throw;
     }
     const RecordStats& made = frame.stats().records;
-    const double part = static_cast<double>(made.records - std::min(made.records, passing)) /
-                        static_cast<double>(std::max<std::size_t>(1, frame.records.size()));
+    double part = static_cast<double>(made.records - std::min(made.records, passing)) /
+                  static_cast<double>(std::max<std::size_t>(1, frame.records.size()));
+    // A goal makes those better that are there.
+    if (has_goal(options)) part = std::max(part, part_of_refining(frame.records, made));
     ++stats.views;
     stats.records += made.records;
+    stats.error = std::max(stats.error, frame.stats().forecast.settled_error);
     // It is no view: what those before it have is no older for it.
     const std::uint32_t view_number = session.state().view_number;
     const bool gathers_lamps = frame.gathered.any();
