@@ -47,7 +47,7 @@ def parse():
     parser.add_argument("--frames", type=int, default=48)
     parser.add_argument("--spp", type=int, help="paths of references; default: what each case takes")
     parser.add_argument("--every", type=int, default=1)
-    parser.add_argument("--seeds", type=int, default=3, help="of batches and of frames by themselves, for errors")
+    parser.add_argument("--seeds", type=int, default=5, help="of batches and of frames by themselves, for errors")
     parser.add_argument("--aa", type=int, nargs="+", default=[1, 4])
     parser.add_argument("--case", help="part of a case's name or scene: the others are left out")
     return parser.parse_args()
