@@ -79,8 +79,8 @@ public:
     {
         return ahead_.is_new(number) ? ahead_.part_of(number) : std::span<const int>();
     }
-    /// Places it, or brings it further. @return how many views it has looked at; none: that took more than so many
-    /// seconds, and was called off @throws rcs::Error
+    /// Places it, or brings it further. @return what that came to; none: it took more than so many seconds, and was
+    /// called off @throws rcs::Error
     std::optional<AheadStats> place_ahead(int number, const Quality& quality, double seconds);
     /// Writes the report if SIGUSR1 has asked for it.
     void answer_request() const

@@ -54,6 +54,7 @@ struct StepLimits {
     double likely = 0.0;  // what the time is thought to be enough for
     bool has_budget = false;
     std::function<double()> left;  // [s]
+    bool is_told = false;          // as RecordGoal has it
 };
 
 /// The work on one view's records, and what it costs.
@@ -336,6 +337,7 @@ bool Steering::step(const StepLimits& to)
         rays * seconds_per_ray_ + 2.0 * look_seconds_ > to.left() || (to.has_budget && steps_ + 1 == kMostSteps);
     if (is_last) {
         use_up(to.left);
+        if (to.is_told) look();
         return false;
     }
     is_near_ = is_near_ && !to.has_budget;  // how near that is nobody knows
@@ -359,14 +361,12 @@ void Steering::reach(const RecordGoal& goal)
         return goal.seconds > 0.0 ? goal.seconds - goal.looks_after * look_seconds_ - seconds_since(start)
                                   : std::numeric_limits<double>::infinity();
     };
-    const bool looks_in_end = goal.is_told && goal.seconds > 0.0;
-    const StepLimits limits{wanted, goal.likely, goal.seconds > 0.0, left};
+    const StepLimits limits{wanted, goal.likely, goal.seconds > 0.0, left, goal.is_told};
     // Records that other views brought there stay as they are until the error is surely too large: what changes from
     // view to view is seen.
     if (is_known() && errors_.total < kStillThere * goal.mean_relative) return keep_noise();
     while (steps_ < kMostSteps && errors_.total > kReached * wanted && step(limits)) {
     }
-    if (looks_in_end) look();
     keep_noise();
 }
 

@@ -30,7 +30,7 @@ struct RecordGoal {
     double seconds = 0.0;        ///< of wall time from now on; 0: as many as it takes
     double looks_after = 0.0;    ///< of them, what comes after takes as many as so many looks
     double likely = 0.0;         ///< mean relative error that the seconds are thought to be enough for
-    bool is_told = false;        ///< what it comes to is asked for, and one more look worth it
+    bool is_told = false;        ///< what it comes to is asked for: one more look, of looks_after
 };
 
 /// What views before have found of their records, which are still there.
