@@ -148,7 +148,7 @@ void BatchPace::aim(int number)
         maker_.aim(Budget{std::max(1e-3, each - maker_.seconds_around())});
 }
 
-void BatchPace::learn(const FrameResult& result)
+void BatchPace::learn(FrameResult& result)
 {
     if (waiting_.erase(result.number) == 0 || result.end != FrameEnd::rendered) return;
     pace_.learn(maker_.last_forecast());
@@ -156,8 +156,10 @@ void BatchPace::learn(const FrameResult& result)
     if (recent_.size() > kRecent) recent_.pop_front();
     is_first_ = false;
     if (aimed_at_ > 0.0 && looks_ == 0 && pace_.knows()) pace_.learn(aimed_at_, result.figures.seconds);
-    if (waiting_.empty() && -left() > kLate * asked_)
-        maker_.warn("the frames were done " + duration_text(-left()) + " after the deadline");
+    if (!waiting_.empty() || -left() <= kLate * asked_) return;
+    const std::string late = "the frames were done " + duration_text(-left()) + " after the deadline";
+    maker_.warn(late);
+    result.figures.warnings.push_back(late);
 }
 
 }  // namespace rcs::service

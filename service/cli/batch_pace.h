@@ -21,8 +21,8 @@ public:
     void begin(std::set<int> waiting);
     /// Before a frame is made.
     void aim(int number);
-    /// After it.
-    void learn(const FrameResult& result);
+    /// After it. The last one's result tells if it was too late.
+    void learn(FrameResult& result);
 
 private:
     void say(const std::string& words) const;

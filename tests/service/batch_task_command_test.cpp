@@ -290,5 +290,16 @@ TEST(BatchDeadline, IsWhatTheFramesMakeUseOf)
     EXPECT_EQ(report_of(folder).at("counts").at("kept"), 6) << "another deadline does not render them again";
 }
 
+TEST(BatchDeadline, ThatIsMissedIsAWarningThatTheReportHas)
+{
+    const TemporaryFolder folder;
+    const Outcome late = rcsplat({"batch", "demo:cornell", "--frames", "1-8", "--size", "500x400", "--aa", "1",
+                                  "--deadline", "+1s", "-o", folder / "f.####.png"});
+    EXPECT_EQ(late.code, 80) << late.out;
+    EXPECT_NE(late.err.find(" after the deadline"), std::string::npos) << late.err;
+    EXPECT_NE(bytes_of(folder / "report.json").find(" after the deadline"), std::string::npos);
+    EXPECT_TRUE(fs::exists(folder / "f.0008.png"));
+}
+
 }  // namespace
 }  // namespace rcs
