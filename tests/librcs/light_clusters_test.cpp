@@ -78,11 +78,10 @@ TEST(LightClusters, AnyThatMaySendLightHasSomeImportance)
     LitPoints lit = scattered(2000);
     LightClusters clusters(lit);
     clusters.set_bounds(lit.points);
-    std::vector<float> importance(clusters.size());
-    const std::vector<float> visible(clusters.size(), 1.0f);
     for (const glm::vec3 normal : {glm::vec3(0, 1, 0), glm::vec3(1, 0, 0), glm::vec3(0, 0, -1)}) {
         const glm::vec3 position(0.1f, 0.2f, -0.3f);
-        clusters.importance(position, normal, visible.data(), importance.data());
+        std::vector<float> importance(clusters.size(), 1.0f);
+        clusters.weigh(position, normal, importance.data());
         for (std::size_t c = 0; c < clusters.size(); ++c) {
             bool sends = false;
             for (int k = 0; k < 64; ++k)

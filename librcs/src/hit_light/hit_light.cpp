@@ -114,11 +114,14 @@ RCS_ALWAYS_INLINE float HitLights::estimate_triangle(std::size_t i, glm::vec3 p,
     const float inverse_d = 1.0f / std::sqrt(d2);
     const float away = dx * t.normal_x[i] + dy * t.normal_y[i] + dz * t.normal_z[i];
     float facing = (t.radius[i] - away) * inverse_d;
-    facing = t.two_sided[i] > 0.0f || facing > 1.0f ? 1.0f : facing;
+    const bool is_all = (t.two_sided[i] > 0.0f) | (facing > 1.0f);
+    facing = is_all ? 1.0f : facing;
     float seen = (t.radius[i] + dx * n.x + dy * n.y + dz * n.z) * inverse_d;
     seen = seen > 1.0f ? 1.0f : seen;
     const float nearest2 = d2 > 0.25f * t.area[i] ? d2 : 0.25f * t.area[i];
-    return facing > 0.0f && seen > 0.0f ? t.power[i] * facing * seen / nearest2 : 0.0f;
+    // A load behind a condition would keep the loop from becoming vectors.
+    const float sent = t.power[i] * facing * seen / nearest2;
+    return facing > 0.0f && seen > 0.0f ? sent : 0.0f;
 }
 
 float HitLights::estimate(std::uint32_t lamp, const SurfacePoint& point) const
@@ -133,7 +136,9 @@ void HitLights::estimate_all(const SurfacePoint& point, float* estimates) const
 {
     const glm::vec3 p = point.position, n = point.shading_normal;
     const std::size_t punctual = lights_.punctual.size(), triangles = lights_.triangles.size();
+    RCS_INDEPENDENT_LOOP
     for (std::size_t i = 0; i < punctual; ++i) estimates[i] = estimate_punctual(i, p, n);
+    RCS_INDEPENDENT_LOOP
     for (std::size_t i = 0; i < triangles; ++i) estimates[punctual + i] = estimate_triangle(i, p, n);
 }
 

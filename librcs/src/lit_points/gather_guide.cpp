@@ -60,7 +60,7 @@ bool GatherGuide::leave_out(Movers moved, ThreadPool& pool)
 void GatherGuide::weigh_clusters(const Place& place, float* importance, float least_chance) const
 {
     learned_.estimate(place.cells, least_chance, importance);
-    clusters_.importance(place.position, place.normal, importance, importance);
+    clusters_.weigh(place.position, place.normal, importance);
 }
 
 bool GatherGuide::choose_of(std::size_t cluster, glm::vec3 position, glm::vec3 normal, float inverse_chance,
@@ -80,13 +80,14 @@ void GatherGuide::aim(glm::vec3 position, Choice& choice) const
     choice.direction = way / choice.distance;
 }
 
-void GatherGuide::choose(const Place& place, int count, RandomStream& random, std::vector<float>& scratch,
+void GatherGuide::choose(const Place& place, int count, RandomStream& random, Scratch& scratch,
                          std::vector<Choice>& choices) const
 {
     choices.clear();
     const std::size_t clusters = clusters_.size();
-    scratch.resize(clusters);
-    float* const importance = scratch.data();
+    scratch.importance.resize(clusters);
+    scratch.strata.clear();
+    float* const importance = scratch.importance.data();
     weigh_clusters(place, importance);
     double total = 0.0;
     for (std::size_t i = 0; i < clusters; ++i) total += static_cast<double>(importance[i]);
@@ -101,11 +102,15 @@ void GatherGuide::choose(const Place& place, int count, RandomStream& random, st
         const float u = random.next();
         const glm::vec2 uv(u, random.next());
         if (!(importance[cluster] > 0.0f)) continue;
+        scratch.strata.push_back({static_cast<std::uint32_t>(cluster), uv});
+        // What they read lies anywhere in memory: asked for now, read below.
+        clusters_.prefetch(cluster, uv.x);
+    }
+    for (const auto& [of, uv] : scratch.strata) {
         Choice choice;
-        if (!choose_of(cluster, place.position, place.normal,
-                       static_cast<float>(stratum / static_cast<double>(importance[cluster])), uv, choice))
+        if (!choose_of(of, place.position, place.normal,
+                       static_cast<float>(stratum / static_cast<double>(importance[of])), uv, choice))
             continue;
-        // They lie anywhere in memory: asked for now, read below.
         __builtin_prefetch(&lit_points_.points[choice.point]);
         __builtin_prefetch(&lit_points_.lights[choice.point]);
         choices.push_back(choice);

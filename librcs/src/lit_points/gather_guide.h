@@ -40,7 +40,18 @@ public:
     /// @param normal  of the face, unit, to the side in question [m^-2]
     float bound(glm::vec3 position, glm::vec3 normal) const
     {
-        return moved_ && moved_->touch(position) ? 0.0f : bound_.at(importance_, position, normal);
+        return bound(position, importance_.leaf(position, normal));
+    }
+    /// The same in two steps: memory that the second reads is asked for by the first. @return of bound()
+    std::uint64_t begin_bound(glm::vec3 position, glm::vec3 normal) const
+    {
+        const std::uint64_t leaf = importance_.leaf(position, normal);
+        importance_.prefetch(leaf);
+        return leaf;
+    }
+    float bound(glm::vec3 position, std::uint64_t leaf) const
+    {
+        return moved_ && moved_->touch(position) ? 0.0f : bound_.at(importance_.of(leaf));
     }
     /// Leaves to rays what may be lit otherwise than the points were. @return whether enough of what is seen of them
     /// remains
@@ -60,10 +71,19 @@ public:
         glm::vec3 position, normal;  ///< shading, unit
         LookCells cells;
     };
+    /// Working memory of a choice.
+    struct Scratch {
+        struct Stratum {
+            std::uint32_t cluster;
+            glm::vec2 u;
+        };
+        std::vector<float> importance;  ///< by cluster
+        std::vector<Stratum> strata;
+    };
     /// Chooses points by what they may send to a place, one of each of `count` strata of all light; fewer where strata
     /// send nothing. Sums over choices are unbiased.
-    /// @param random  of the place   @param scratch  working memory
-    void choose(const Place& place, int count, RandomStream& random, std::vector<float>& scratch,
+    /// @param random  of the place
+    void choose(const Place& place, int count, RandomStream& random, Scratch& scratch,
                 std::vector<Choice>& choices) const;
 
     /// About what each cluster of points sends to a place, and is seen of it. @param importance  room for clusters()

@@ -35,6 +35,8 @@ public:
     /// The cell that a surface lies in, and what is known of a cell's surroundings.
     std::uint64_t leaf(glm::vec3 position, glm::vec3 normal) const { return leaf_at(grid_, position, normal); }
     Value of(std::uint64_t leaf) const;
+    /// Asks for the memory that of() will read first.
+    void prefetch(std::uint64_t leaf) const { table_.prefetch(leaf); }
 
 private:
     struct Cell {

@@ -111,7 +111,7 @@ void LampGuide::learn(const RayScene& rays, std::span<const SurfaceSample> place
 {
     std::vector<std::vector<Look>> found((places.size() + kPlacesAtATime - 1) / kPlacesAtATime);
     pool.parallel_for(found.size(), 1, [&](std::size_t begin, std::size_t end, int) {
-        std::vector<float> scratch;
+        GatherGuide::Scratch scratch;
         std::vector<GatherGuide::Choice> choices;
         ShadowBatch shadow;
         for (std::size_t b = begin; b < end; ++b)

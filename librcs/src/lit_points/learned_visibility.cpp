@@ -50,14 +50,21 @@ RCS_ALWAYS_INLINE float refined(const Counts& c, float coarser)
 
 float LearnedVisibility::chance(std::size_t cluster) const { return refined(counts_[cluster], 1.0f); }
 
+/// @param chances  of a coarser cell; become those of the cell that the counts are of
+RCS_MULTIVERSION
+void LearnedVisibility::refine(const Counts* counts, std::size_t clusters, float* chances)
+{
+    for (std::size_t i = 0; i < clusters; ++i) chances[i] = refined(counts[i], chances[i]);
+}
+
 void LearnedVisibility::estimate(const LookCells& cells, float least, float* chances) const
 {
-    for (std::size_t i = 0; i < clusters_; ++i) chances[i] = refined(counts_[i], 1.0f);
+    std::fill_n(chances, clusters_, 1.0f);
+    refine(counts_.data(), clusters_, chances);
     for (std::size_t level = cells.size(); level-- > 0;) {
         const std::uint32_t number = table_.find(cells[level]);
         if (number == CellTable::kNone) continue;
-        const Counts* const counts = counts_.data() + number * clusters_;
-        for (std::size_t i = 0; i < clusters_; ++i) chances[i] = refined(counts[i], chances[i]);
+        refine(counts_.data() + number * clusters_, clusters_, chances);
     }
     for (std::size_t i = 0; i < clusters_; ++i) chances[i] = std::max(chances[i], least);
 }

@@ -48,6 +48,7 @@ private:
         std::uint32_t looks = 0, free = 0;
     };
     std::uint32_t row(std::uint64_t cell);
+    static void refine(const Counts* counts, std::size_t clusters, float* chances);
 
     CellGrid grid_;
     std::size_t clusters_ = 0;

@@ -130,35 +130,39 @@ LightClusters::LightClusters(LitPoints& lit)
         // A little more: rounding must not make impossible what can happen.
         radius_.push_back(1.001f * std::sqrt(radius2) + 1e-6f * glm::length(c));
         normal_x_.push_back(mean.x), normal_y_.push_back(mean.y), normal_z_.push_back(mean.z);
+        const float mean2 = glm::dot(mean, mean);
+        spread_.push_back(std::sqrt(mean2 < 1.0f ? 1.0f - mean2 : 0.0f));
         power_.push_back(power);
     }
     first_.push_back(static_cast<std::uint32_t>(lit.points.size()));
 }
 
 RCS_MULTIVERSION
-void LightClusters::importance(glm::vec3 p, glm::vec3 n, const float* visibility, float* importance) const
+void LightClusters::weigh(glm::vec3 p, glm::vec3 n, float* weights) const
 {
     // A cluster about its own size away still has most of its points farther off than the nearest.
     constexpr float kNearest2 = 0.25f;
     // Behind its mean normal there are points that look the other way.
     constexpr float kLeastFacing = 0.02f;
     const std::size_t count = size();
+    // No load may stand behind a condition, that of a vector's begin included: the loop would not become vectors.
+    const float *const x = x_.data(), *const y = y_.data(), *const z = z_.data(), *const radius = radius_.data(),
+                       *const nx = normal_x_.data(), *const ny = normal_y_.data(), *const nz = normal_z_.data(),
+                       *const spread = spread_.data(), *const power = power_.data();
     for (std::size_t i = 0; i < count; ++i) {
-        const float dx = x_[i] - p.x, dy = y_[i] - p.y, dz = z_[i] - p.z;
-        const float r = radius_[i];
+        const float dx = x[i] - p.x, dy = y[i] - p.y, dz = z[i] - p.z;
+        const float r = radius[i];
         const float d2 = dx * dx + dy * dy + dz * dz + 1e-30f;
         const float inverse_d = 1.0f / std::sqrt(d2);
         float seen = (dx * n.x + dy * n.y + dz * n.z + r) * inverse_d;
         seen = seen < 1.0f ? seen : 1.0f;
-        const float mean2 = normal_x_[i] * normal_x_[i] + normal_y_[i] * normal_y_[i] + normal_z_[i] * normal_z_[i];
-        const float spread = std::sqrt(mean2 < 1.0f ? 1.0f - mean2 : 0.0f);
-        float facing =
-            (0.5f * r - dx * normal_x_[i] - dy * normal_y_[i] - dz * normal_z_[i]) * inverse_d + 0.5f * spread;
+        float facing = (0.5f * r - dx * nx[i] - dy * ny[i] - dz * nz[i]) * inverse_d + 0.5f * spread[i];
         facing = facing < 1.0f ? facing : 1.0f;
         facing = facing > kLeastFacing ? facing : kLeastFacing;
         const float least2 = kNearest2 * r * r;
         const float g = seen * facing / (d2 > least2 ? d2 : least2);
-        importance[i] = seen > 0.0f ? visibility[i] * power_[i] * g : 0.0f;
+        const float sent = weights[i] * power[i] * g;
+        weights[i] = seen > 0.0f ? sent : 0.0f;
     }
 }
 
@@ -235,12 +239,20 @@ RCS_ALWAYS_INLINE float part_of(glm::vec3 d, glm::vec3 normal, glm::vec3 point_n
 
 }  // namespace
 
+void LightClusters::prefetch(std::size_t cluster, float u) const
+{
+    const std::size_t at = run_of(cluster, u).at;
+    const Candidates& c = candidates_;
+    for (const std::vector<float>* values :
+         {&c.x, &c.y, &c.z, &c.normal_x, &c.normal_y, &c.normal_z, &c.power, &c.bound})
+        __builtin_prefetch(values->data() + at);
+}
+
 RCS_MULTIVERSION
 LightClusters::Pick LightClusters::pick(std::size_t cluster, glm::vec3 position, glm::vec3 normal, glm::vec2 u) const
 {
     const std::uint32_t begin = first_[cluster], count = first_[cluster + 1] - begin;
-    const std::uint32_t offset = std::min(count - 1, static_cast<std::uint32_t>(u.x * static_cast<float>(count)));
-    const std::size_t at = begin + cluster * (kCandidates - 1) + offset;
+    const auto [offset, at] = run_of(cluster, u.x);
     float part[kCandidates], target[kCandidates];
     for (int c = 0; c < kCandidates; ++c) {
         const std::size_t k = at + static_cast<std::size_t>(c);

@@ -23,9 +23,8 @@ public:
     std::size_t size() const { return first_.empty() ? 0 : first_.size() - 1; }
     float power(std::size_t cluster) const { return power_[cluster]; }  ///< of its points together
 
-    /// About what each cluster sends to a place if nothing stands between, times its visibility.
-    /// @param importance, visibility  room for size(); may be the same
-    void importance(glm::vec3 position, glm::vec3 normal, const float* visibility, float* importance) const;
+    /// Multiplies weights of the clusters by about what each sends to a place if nothing stands between.
+    void weigh(glm::vec3 position, glm::vec3 normal, float* weights) const;
 
     /// About how a lobe weighs what comes from each cluster: GGX's distribution of half vectors, widened by the
     /// cluster's size, is added to `weights`. @param outgoing  unit   @param alpha  GGX width
@@ -48,6 +47,8 @@ public:
     };
     /// @param u  in [0, 1)^2
     Pick pick(std::size_t cluster, glm::vec3 position, glm::vec3 normal, glm::vec2 u) const;
+    /// Asks for the memory that pick() will read.
+    void prefetch(std::size_t cluster, float u) const;
     static constexpr int kCandidates = 8;
 
     /// Bounds are known only after points are lit; points whose bound is 0 have no part in it. @param points  as sorted
@@ -58,6 +59,7 @@ private:
     std::vector<std::uint32_t> first_;                   // per cluster and one more: of its points
     std::vector<float> x_, y_, z_, radius_;              // bounding sphere
     std::vector<float> normal_x_, normal_y_, normal_z_;  // mean, not unit: shorter where normals differ
+    std::vector<float> spread_;                          // of the normals about it: sine, more or less
     std::vector<float> power_;
     // Of the points, cluster by cluster; the first few of each again at its end, so that any run of candidates can be
     // read in one piece. Their order inside a cluster is random.
@@ -65,6 +67,18 @@ private:
         std::vector<float> x, y, z, normal_x, normal_y, normal_z, power, bound;
     };
     Candidates candidates_;
+
+    /// The first of a run of candidates in its cluster, and the number of that among all.
+    struct Run {
+        std::uint32_t offset;
+        std::size_t at;
+    };
+    Run run_of(std::size_t cluster, float u) const
+    {
+        const std::uint32_t begin = first_[cluster], count = first_[cluster + 1] - begin;
+        const std::uint32_t offset = std::min(count - 1, static_cast<std::uint32_t>(u * static_cast<float>(count)));
+        return {offset, begin + cluster * (kCandidates - 1) + offset};
+    }
 };
 
 }  // namespace rcs

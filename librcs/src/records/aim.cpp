@@ -21,6 +21,7 @@ void fill_rays(const Basis& frame, const Birth& birth, const float* x, const flo
                float* above)
 {
     const glm::vec3 ng = birth.geometric_normal;
+    RCS_INDEPENDENT_LOOP
     for (int i = 0; i < kLanes; ++i) {
         ray.origin_x[i] = birth.origin.x;
         ray.origin_y[i] = birth.origin.y;

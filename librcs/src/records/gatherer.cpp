@@ -129,15 +129,14 @@ void Gatherer::note_sky(const HitPacket& packet, const PacketCells& cells, Hemis
 
 /// What of a hit's light from lamps and sky is left to the ray, where lit points bring the rest. Where that is little,
 /// most rays are spared it and the others bring more.
-float Gatherer::rays_part(const HitPacket& packet, int lane, const HitSurface& hit, float cosine,
-                          RandomStream random) const
+float Gatherer::rays_part(const HitPacket& packet, const Met& hit, float cosine, RandomStream random) const
 {
     constexpr float kLeastPart = 0.25f;
-    if (!guide_ || !guide_->can_be_lit(packet.instance(lane))) return 1.0f;
+    if (!guide_ || !guide_->can_be_lit(packet.instance(hit.lane))) return 1.0f;
     const glm::vec3 normal = hit.point.geometric_normal;
-    const float t = packet.ray.t_max[lane];
-    const float g = cosine * -glm::dot(normal, ray_direction(packet.ray, lane)) / (t * t);
-    const float bound = guide_->bound(hit.point.position, normal);
+    const float t = packet.ray.t_max[hit.lane];
+    const float g = cosine * -glm::dot(normal, ray_direction(packet.ray, hit.lane)) / (t * t);
+    const float bound = guide_->bound(hit.point.position, hit.leaf);
     const float part = bound > 0.0f ? g / (g + bound) : 1.0f;
     if (part >= kLeastPart) return part;
     return random.next() * kLeastPart < part ? kLeastPart : 0.0f;
@@ -173,13 +172,13 @@ bool Gatherer::add_known(const HitPacket& packet, int lane, const HitSurface& hi
     return true;
 }
 
-RCS_ALWAYS_INLINE void Gatherer::shade_hit(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell,
+RCS_ALWAYS_INLINE void Gatherer::shade_hit(const HitPacket& packet, const Met& hit, std::uint32_t cell,
                                            std::uint64_t key, GatherWorkspace& w) const
 {
+    const int lane = hit.lane;
     // A stream's own counter stays far below 2^32, so no two cells share a number.
     RandomStream random(key ^ static_cast<std::uint64_t>(cell) << 32);
-    const float part =
-        rays_part(packet, lane, hit, w.z[cell], RandomStream(~key ^ static_cast<std::uint64_t>(cell) << 32));
+    const float part = rays_part(packet, hit, w.z[cell], RandomStream(~key ^ static_cast<std::uint64_t>(cell) << 32));
     const bool known = part > 0.0f && add_known(packet, lane, hit, cell, part, random, w);
     if (!radiance_.is_plain(packet.instance(lane))) {
         const MaterialValues surface =
@@ -226,8 +225,7 @@ void Gatherer::shade_cells(const PacketCells& cells, std::uint64_t key, GatherWo
     note_cells(w.frame, packet, faces, cells, radiance_.sky_radiance(), w.z.data(), w.samples);
     if (radiance_.environment().has_image()) note_sky(packet, cells, w.samples);
     if (!has_bounce_ && !gathered_) return;
-    HitSurface hits[kWidth];
-    int lane_of[kWidth];
+    Met hits[kWidth];
     int count = 0;
     for (int i = 0; i < cells.count; ++i) {
         if (!cells.is_active(i) || packet.geometry[i] == RayPacket::kMiss) continue;
@@ -237,15 +235,16 @@ void Gatherer::shade_cells(const PacketCells& cells, std::uint64_t key, GatherWo
             !radiance_.may_be_lit(packet.instance(i), {faces.normal_x[i], faces.normal_y[i], faces.normal_z[i]}))
             continue;
         prefetch_hit(rays_, packet, i);
-        hits[count] = begin_hit(rays_, packet, faces, i);
-        lane_of[count++] = i;
+        Met& hit = hits[count++];
+        hit = {begin_hit(rays_, packet, faces, i), i, 0};
+        if (guide_) hit.leaf = guide_->begin_bound(hit.point.position, hit.point.geometric_normal);
     }
     for (int n = 0; n < count; ++n) {
-        const int lane = lane_of[n];
+        const int lane = hits[n].lane;
         complete_hit(rays_, packet, lane, hits[n]);
         const std::uint32_t cell = static_cast<std::uint32_t>(cells.first) + static_cast<std::uint32_t>(lane);
         if (gathered_ && gathered_->has(packet.instance(lane))) note_lamp(packet, lane, hits[n], cell, w);
-        if (has_bounce_) shade_hit(packet, lane, hits[n], cell, key, w);
+        if (has_bounce_) shade_hit(packet, hits[n], cell, key, w);
     }
 }
 

@@ -105,7 +105,7 @@ struct GatherWorkspace {
     std::vector<LampHit> lamp_hits;
     HemisphereSamples samples;
     RadianceSums radiance;
-    std::vector<float> scratch;
+    GatherGuide::Scratch scratch;
     AimedRays aimed;
     std::vector<GatherGuide::Choice> choices;
     std::vector<glm::vec3> arrived;  ///< irradiance of each choice
@@ -164,11 +164,16 @@ private:
     void note_lamp(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell,
                    GatherWorkspace& w) const;
     void add_lamps(const GatherSize& size, HemisphereIntegrals& integrals, GatherWorkspace& w, Record& record) const;
-    void shade_hit(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell, std::uint64_t key,
+    /// A surface that a lane's ray hit.
+    struct Met : HitSurface {
+        int lane;
+        std::uint64_t leaf;  // of GatherGuide::begin_bound()
+    };
+    void shade_hit(const HitPacket& packet, const Met& hit, std::uint32_t cell, std::uint64_t key,
                    GatherWorkspace& w) const;
     bool add_known(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell, float part,
                    RandomStream& random, GatherWorkspace& w) const;
-    float rays_part(const HitPacket& packet, int lane, const HitSurface& hit, float cosine, RandomStream random) const;
+    float rays_part(const HitPacket& packet, const Met& hit, float cosine, RandomStream random) const;
     void aim_looks(const Birth& birth, int looks, GatherWorkspace& w) const;
     void finish_looks(const Birth& birth, GatherWorkspace& w, Record& record) const;
     void add_looks(float scale, GatherWorkspace& w) const;
