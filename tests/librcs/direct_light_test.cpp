@@ -293,6 +293,45 @@ TEST(DirectIrradiance, CountsItsShadowRays)
     EXPECT_EQ(shadow_rays, 305u);
 }
 
+constexpr std::uint32_t kFloor = 0, kRoof = 2;
+
+/// A picture whose left half shows the floor below a roof that hides the lamp, and whose right half shows the roof.
+GBuffer floor_beside_roof()
+{
+    constexpr int kSize = 16;
+    constexpr float kPixel = 0.01f;
+    std::vector<glm::vec2> places;
+    for (int y = 0; y < kSize; ++y)
+        for (int x = 0; x < kSize; ++x)
+            places.emplace_back(kPixel * static_cast<float>(x), kPixel * static_cast<float>(y));
+    GBuffer g = test::points_on_floor(places);
+    g.width = g.height = kSize;
+    for (std::size_t i = 0; i < g.size(); ++i) {
+        if (i % kSize < kSize / 2) continue;
+        g.position_y[i] = 1.0f;
+        g.instance[i] = kRoof;
+    }
+    return g;
+}
+
+TEST(DirectIrradiance, TakesNoEdgeOfAThingForAHalfShadow)
+{
+    Scene scene = floor_scene();
+    add_lamp(scene, {-0.5f, -0.5f}, {0.5f, 0.5f}, 3.0f, 2.0f);
+    test::add_mesh(scene, test::quad({-5, 1, -5}, {0, 0, 10}, {10, 0, 0}, 0));
+    ThreadPool pool(2);
+    const RayScene rays = build_ray_scene(scene, pool);
+    const auto shot_without = [&](std::uint32_t left_out) {
+        GBuffer g = floor_beside_roof();
+        std::replace(g.instance.begin(), g.instance.end(), left_out, GBuffer::kNone);
+        std::uint64_t count = 0;
+        const std::vector<glm::vec3> e = direct_irradiance(rays, g, {}, pool, count);
+        for (std::size_t i = 0; i < e.size(); ++i) EXPECT_EQ(e[i].r > 0.0f, g.instance[i] == kRoof) << i;
+        return count;
+    };
+    EXPECT_EQ(shot_without(GBuffer::kNone), shot_without(kFloor) + shot_without(kRoof));
+}
+
 TEST(DirectIrradiance, RefusesSampleCountsOutOfRangeByName)
 {
     const auto message = [](int area, int penumbra, int picks = 0) -> std::string {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -29,16 +30,34 @@ DirectLight::Viewer viewer_of(const GBuffer& g, const View& view, const Shading&
 // Pixels that tell what all will take: some milliseconds, and enough of each part of a picture.
 constexpr std::size_t kTried = 8192;
 
+// So many pixels on a surface tell which lamps it sees in part, without those beside it on others: where a lamp is free
+// before an edge and hidden behind it, neither side lies in half-shadow.
+constexpr int kEnough = 9;
+
+/// Whether a pixel close by lies on the same surface, as far as it is even.
+bool lies_beside(const GBuffer& g, std::size_t pixel, std::size_t near)
+{
+    if (!g.covered(near)) return false;
+    const glm::vec3 offset = g.position(near) - g.position(pixel), normal = g.geometric_normal[pixel];
+    return glm::dot(normal, g.geometric_normal[near]) > 0.8f &&
+           std::abs(glm::dot(offset, normal)) < 0.2f * glm::length(offset) + g.footprint[pixel];
+}
+
 /// Lamps that the pixel sees, and that it and its neighbours together see in part.
 std::uint64_t mixed_at(const std::vector<LampSight>& sight, const GBuffer& g, std::size_t i)
 {
     if (sight.empty() || sight[i].seen() == 0) return 0;
-    LampSight all;
+    LampSight all, alike;
+    int count = 0;
     SparedPixels::each_near(g, i, [&](std::size_t near) {
         all.free |= sight[near].free;
         all.hidden |= sight[near].hidden;
+        if (!lies_beside(g, i, near)) return;
+        ++count;
+        alike.free |= sight[near].free;
+        alike.hidden |= sight[near].hidden;
     });
-    return all.mixed() & sight[i].seen();
+    return (count >= kEnough ? alike : all).mixed() & sight[i].seen();
 }
 
 /// Light by samples of its own at the checked pixels. @param sample  of a pixel, a stream and a thread
