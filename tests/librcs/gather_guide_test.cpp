@@ -248,8 +248,8 @@ TEST(GatherGuide, IsKeptWhereRaysAloneLeaveFarMore)
     EXPECT_GT(test::render_first(load_scene("demo:ajar"), options).stats.records.lit_points, 0u);
 }
 
-// Few rays are few strata besides looks: as much has to be gained as makes up for it. Gathers gain about 2 there.
-TEST(GatherGuide, HasToGainMoreWhereThereAreFewRays)
+// Of few rays most are strata, in a first gather: what the looks that are left gain there is not worth it.
+TEST(GatherGuide, IsJudgedByTheLooksOfAFirstGather)
 {
     RenderOptions options = test::options_of_size(160, 90, 1);
     options.quality = QualitySettings{.error_tolerance = 0.9f, .rays = 48, .noise_target = 1.0f};

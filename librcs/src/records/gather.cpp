@@ -110,11 +110,13 @@ GatherSize gather_size(int rays, float share, int times, bool aims)
 
 GatherSize first_size(int rays, float share, bool aims)
 {
-    const int looks = std::min(looks_of(rays, share), rays - std::min(kLeastFirstStrata, 3 * rays / 4));
+    const int looks = std::min(looks_of(rays, share), most_first_looks(rays));
     return {make_hemisphere_grid(rays - looks), aims ? 0 : looks, aims ? looks : 0};
 }
 
 }  // namespace
+
+int most_first_looks(int rays) { return rays - std::min(kLeastFirstStrata, 3 * rays / 4); }
 
 struct RecordGatherer::Impl {
     GatherGuide* guide;  // may be null

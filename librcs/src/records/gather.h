@@ -16,6 +16,9 @@ struct Sounding {
     int rays = 0;
 };
 
+/// Looks at lit points that the first gather at a place has room for, of so many rays.
+int most_first_looks(int rays);
+
 /// gather_records() for many batches on one scene: what depends on the scene and options alone is
 /// prepared once.
 class RecordGatherer {

@@ -8,6 +8,7 @@
 #include "facts/scene_effects.h"
 #include "gbuffer/visible_points.h"
 #include "light_cache/direct_cells.h"
+#include "records/gather.h"
 #include "records/gather_waves.h"
 #include "records/gatherer.h"
 #include "records/hemisphere.h"
@@ -49,10 +50,10 @@ constexpr double kMostErrorOfCells = 0.045, kMostPartOfCells = 0.1;
 // demo:cornell, cornell-animated; it scatters by a tenth) they are as good in the same time or a tenth worse; at 1.8
 // and more (cornell-original, sponza/gallery and arcade, crytek-sponza) better.
 constexpr double kLeastGain = 1.5;
-// The fewer rays a gather has, the fewer strata looks leave of them: by that power of their number more has to be
-// gained. At 64 rays pictures of sponza (three views) and crytek-sponza are off by 1.2 to 1.5 times as much with looks
-// as without in the same time, where gathers gain 1.5 to 2.3; those of veach-ajar by .7, where they gain 3.8 to 5.5.
-constexpr double kGainFall = 0.5;
+// First gathers, of which there may be no others, have room for fewer looks than are best: of 48 rays for a quarter.
+// What these gain has to be worth it, too: at 48 and 64 rays in sponza (three views) and crytek-sponza it is .9
+// to 1.25, and pictures were off by 1.2 to 1.5 times as much as without in the same time; in veach-ajar 1.8, and by .7.
+constexpr double kLeastFirstGain = 1.3;
 // A larger one asks for nothing else.
 constexpr double kSureGain = 2.0;
 // A record below this part of the mean is judged as if it were as bright: it can hardly be seen.
@@ -174,28 +175,27 @@ struct BestShare {
     double error;        ///< that it leaves in the same time
 };
 
-/// What looks have to gain, of a gather of so many rays.
-double least_gain(int rays)
+/// What a gather with that share of looks leaves of error, in the time of one without.
+/// @param guided  with half of the rays of one without, and as many looks
+double error_at(double share, const Errors& guided)
 {
-    const double fewer = static_cast<double>(RecordSettings{}.rays) / static_cast<double>(rays);
-    return kLeastGain * std::pow(std::max(1.0, fewer), kGainFall);
+    const double scale = guided.all / std::max(1e-30, std::hypot(guided.rays, guided.looks));
+    const double of_rays = guided.rays * std::pow(0.5 / (1.0 - share), kStrataFall);
+    const double of_looks = guided.looks * std::pow(0.5 / share, kLooksFall);
+    const double time = (1.0 - share) * kSparedRayCost + share * kLookCost;
+    return scale * std::hypot(of_rays, of_looks) * std::pow(time, kStrataFall);
 }
 
 /// The share of looks that leaves the least error in the same time. What gathers say of their
 /// own error parts it between rays and looks; how large it is says the difference of two: strata of smooth light are
 /// far better than they can tell.
-/// @param guided  with half of the rays of `plain`, and as many looks   @param gain  that it has to be worth
-BestShare best_share(const Errors& guided, const Errors& plain, double gain)
+BestShare best_share(const Errors& guided, const Errors& plain, int rays)
 {
-    const double scale = guided.all / std::max(1e-30, std::hypot(guided.rays, guided.looks));
-    BestShare best{0.0f, plain.all / gain};
-    for (double share = 0.3; share < 0.85; share += 0.05) {
-        const double of_rays = guided.rays * std::pow(0.5 / (1.0 - share), kStrataFall);
-        const double of_looks = guided.looks * std::pow(0.5 / share, kLooksFall);
-        const double time = (1.0 - share) * kSparedRayCost + share * kLookCost;
-        const double error = scale * std::hypot(of_rays, of_looks) * std::pow(time, kStrataFall);
-        if (error < best.error) best = {static_cast<float>(share), error};
-    }
+    BestShare best{0.0f, plain.all / kLeastGain};
+    for (double share = 0.3; share < 0.85; share += 0.05)
+        if (const double error = error_at(share, guided); error < best.error) best = {static_cast<float>(share), error};
+    const double first = std::min(static_cast<double>(best.share), static_cast<double>(most_first_looks(rays)) / rays);
+    if (best.share > 0.0f && error_at(first, guided) * kLeastFirstGain > plain.all) best.share = 0.0f;
     return best;
 }
 
@@ -289,7 +289,7 @@ Trial try_looks(const Probes& probes, const View& view, const RecordSettings& se
         const Gatherer guided(lit, settings);
         gather_at(probes, guided, half, 2, trial.guide.get());  // to learn who sees what
         trial.errors = gather_at(probes, guided, half, 4, trial.guide.get());
-        const BestShare best = best_share(trial.errors, errors, least_gain(settings.rays));
+        const BestShare best = best_share(trial.errors, errors, settings.rays);
         trial.guide->share = best.share;
         trial.guide->gain = static_cast<float>(errors.all / best.error);
         trial.error = best.error;
