@@ -51,8 +51,8 @@ constexpr double kMostErrorOfCells = 0.045, kMostPartOfCells = 0.1;
 // and more (cornell-original, sponza/gallery and arcade, crytek-sponza) better.
 constexpr double kLeastGain = 1.5;
 // First gathers, of which there may be no others, have room for fewer looks than are best: of 48 rays for a quarter.
-// What these gain has to be worth it, too: at 48 and 64 rays in sponza (three views) and crytek-sponza it is .9
-// to 1.25, and pictures were off by 1.2 to 1.5 times as much as without in the same time; in veach-ajar 1.8, and by .7.
+// What these gain has to be worth it, too: at 48 and 64 rays in sponza and crytek-sponza it is 1.0 to 1.5, and squared
+// errors of pictures were 1.2 to 1.5 times those without in the same time; in veach-ajar 1.6 to 2.6, and half.
 constexpr double kLeastFirstGain = 1.3;
 // A larger one asks for nothing else.
 constexpr double kSureGain = 2.0;
