@@ -86,19 +86,18 @@ void GatherGuide::choose(const Place& place, int count, RandomStream& random, Sc
     choices.clear();
     const std::size_t clusters = clusters_.size();
     scratch.importance.resize(clusters);
+    scratch.sums.resize(clusters);
     scratch.strata.clear();
     float* const importance = scratch.importance.data();
     weigh_clusters(place, importance);
     double total = 0.0;
-    for (std::size_t i = 0; i < clusters; ++i) total += static_cast<double>(importance[i]);
+    for (std::size_t i = 0; i < clusters; ++i) scratch.sums[i] = total += static_cast<double>(importance[i]);
     if (!(total > 0.0)) return;
     const double stratum = total / count;
-    double reached = 0.0;  // importance of the clusters before
     std::size_t cluster = 0;
     for (int k = 0; k < count; ++k) {
         const double at = (static_cast<double>(k) + static_cast<double>(random.next())) * stratum;
-        while (cluster + 1 < clusters && reached + static_cast<double>(importance[cluster]) <= at)
-            reached += static_cast<double>(importance[cluster++]);
+        while (cluster + 1 < clusters && scratch.sums[cluster] <= at) ++cluster;
         const float u = random.next();
         const glm::vec2 uv(u, random.next());
         if (!(importance[cluster] > 0.0f)) continue;

@@ -78,6 +78,7 @@ public:
             glm::vec2 u;
         };
         std::vector<float> importance;  ///< by cluster
+        std::vector<double> sums;       ///< running, of these
         std::vector<Stratum> strata;
     };
     /// Chooses points by what they may send to a place, one of each of `count` strata of all light; fewer where strata
