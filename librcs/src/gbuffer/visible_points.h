@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -20,6 +21,14 @@ inline SurfacePoint visible_point(const GBuffer& g, std::size_t pixel)
     p.geometric_normal = g.geometric_normal[pixel];
     p.shading_normal = g.normal(pixel);
     return p;
+}
+
+/// Whether a covered pixel close by lies on the same, about even surface: within the plane by the pixel's footprint.
+inline bool lies_beside(const GBuffer& g, std::size_t pixel, std::size_t near)
+{
+    const glm::vec3 offset = g.position(near) - g.position(pixel), normal = g.geometric_normal[pixel];
+    return glm::dot(normal, g.geometric_normal[near]) > 0.9f &&
+           std::abs(glm::dot(offset, normal)) < 0.1f * glm::length(offset) + g.footprint[pixel];
 }
 
 /// Covered pixels evenly over the picture: one in each of `count` parts of it, fewer where nothing is seen.

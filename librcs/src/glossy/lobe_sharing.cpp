@@ -7,6 +7,7 @@
 #include <numbers>
 #include <span>
 
+#include "gbuffer/visible_points.h"
 #include "glossy/lobe_looks.h"
 #include "util/color.h"
 #include "util/random.h"
@@ -225,15 +226,12 @@ float LobeSharing::narrowest_traced(std::size_t pixel) const
     return alpha;
 }
 
-/// Whether a neighbour lies on the same, about equally glossy surface: within the plane by the pixel's footprint.
+/// Whether a neighbour lies on the same, about equally glossy surface.
 bool LobeSharing::may_share(std::size_t pixel, std::size_t neighbour) const
 {
     if (!g_.covered(neighbour) || !shading_.is_traced(neighbour)) return false;
     const float here = narrowest_traced(pixel), there = narrowest_traced(neighbour);
-    const glm::vec3 offset = g_.position(neighbour) - g_.position(pixel);
-    return glm::dot(g_.geometric_normal[pixel], g_.geometric_normal[neighbour]) > 0.9f &&
-           std::abs(glm::dot(offset, g_.geometric_normal[pixel])) < 0.1f * glm::length(offset) + g_.footprint[pixel] &&
-           there < 2.0f * here && here < 2.0f * there;
+    return lies_beside(g_, pixel, neighbour) && there < 2.0f * here && here < 2.0f * there;
 }
 
 /// The pixel, or one beside it that looked in its place.
