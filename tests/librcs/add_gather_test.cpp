@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "records/gather.h"
+#include "records/known_record.h"
 
 namespace rcs {
 namespace {

@@ -14,7 +14,7 @@
 #include "rcs/gl_context.h"
 #include "rcs/records.h"
 #include "rcs/render.h"
-#include "records/gather.h"
+#include "records/known_record.h"
 #include "support/same_bits.h"
 #include "support/scenes.h"
 #include "support/session.h"

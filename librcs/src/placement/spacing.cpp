@@ -9,7 +9,7 @@
 
 #include "placement/clamp_tree.h"
 #include "placement/spacing.h"
-#include "records/gather.h"
+#include "records/known_record.h"
 
 namespace rcs {
 

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "gbuffer/views.h"
-#include "records/gather.h"
+#include "records/known_record.h"
 
 namespace rcs {
 namespace {

@@ -8,6 +8,7 @@
 #include "facts/scene_effects.h"
 #include "records/aimed_rays.h"
 #include "records/gather.h"
+#include "records/known_record.h"
 #include "util/color.h"
 #include "util/multiversion.h"
 #include "util/random.h"
