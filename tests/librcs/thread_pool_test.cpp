@@ -5,6 +5,7 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -56,6 +57,24 @@ TEST(ThreadPool, RunsOneBodyPerThreadNumberAtATime)
         --mine;
     });
     EXPECT_EQ(collisions, 0);
+}
+
+/// Threads that a loop has no chunks for are left alone, and so is one that wakes too late.
+TEST(ThreadPool, LoopsOfFewChunksVisitEveryIndexOnce)
+{
+    ThreadPool pool(8);
+    const std::thread::id caller = std::this_thread::get_id();
+    for (int loop = 0; loop < 2000; ++loop) {
+        std::atomic<int> visits{0};
+        const auto chunks = static_cast<std::size_t>(loop % 4);
+        pool.parallel_for(16 * chunks, 16, [&](std::size_t begin, std::size_t end, int) {
+            visits += static_cast<int>(end - begin);
+            if (chunks == 1) {
+                EXPECT_EQ(std::this_thread::get_id(), caller);
+            }
+        });
+        ASSERT_EQ(visits, static_cast<int>(16 * chunks));
+    }
 }
 
 TEST(ThreadPool, RethrowsAnExceptionOfABodyAndCanBeUsedAgain)

@@ -21,8 +21,8 @@ struct ThreadPool::State {
     std::mutex mutex;
     std::condition_variable work_ready;
     std::condition_variable work_done;
-    std::uint64_t generation = 0;  // number of the current loop
-    int busy = 0;                  // workers still inside it
+    int wanted = 0;  // workers that are to join the current loop
+    int busy = 0;    // those that have not yet left it
     bool stopping = false;
 
     const Body* body = nullptr;
@@ -49,12 +49,11 @@ struct ThreadPool::State {
 
     void work(int thread)
     {
-        std::uint64_t seen = 0;
         std::unique_lock lock(mutex);
         for (;;) {
-            work_ready.wait(lock, [&] { return stopping || generation != seen; });
+            work_ready.wait(lock, [&] { return stopping || wanted > 0; });
             if (stopping) return;
-            seen = generation;
+            --wanted;
             lock.unlock();
             run_chunks(thread);
             lock.lock();
@@ -88,19 +87,23 @@ void ThreadPool::parallel_for(std::size_t count, std::size_t grain, const State:
 {
     if (count == 0) return;
     State& s = *state_;
+    grain = std::max<std::size_t>(grain, 1);
+    // To wake a thread takes longer than many a loop of one chunk.
+    const std::size_t helpers = std::min(s.workers.size(), (count - 1) / grain);
     {
         const std::scoped_lock lock(s.mutex);
         s.body = &body;
         s.count = count;
-        s.grain = std::max<std::size_t>(grain, 1);
+        s.grain = grain;
         s.next.store(0, std::memory_order_relaxed);
         s.failure = nullptr;
-        s.busy = static_cast<int>(s.workers.size());
-        ++s.generation;
+        s.wanted = s.busy = static_cast<int>(helpers);
     }
-    s.work_ready.notify_all();
+    for (std::size_t i = 0; i < helpers; ++i) s.work_ready.notify_one();
     s.run_chunks(0);
     std::unique_lock lock(s.mutex);
+    // Who is not yet awake is not waited for.
+    s.busy -= std::exchange(s.wanted, 0);
     s.work_done.wait(lock, [&] { return s.busy == 0; });
     if (s.failure) std::rethrow_exception(std::exchange(s.failure, nullptr));
 }
