@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
+#include <optional>
 #include <vector>
 
 #include <glm/glm.hpp>
@@ -42,12 +43,10 @@ Sums sum_up(std::size_t count, ThreadPool& pool, const Add& add)
 /// Sums over windows of an image, by a summed-area table in double precision.
 class WindowSums {
 public:
-    WindowSums(int width, int height) : width_(width), height_(height), table_((size(width) + 1) * (size(height) + 1))
-    {
-    }
-
+    /// @param value  of a pixel
     template <typename Value>
-    void fill(ThreadPool& pool, const Value& value)
+    WindowSums(int width, int height, ThreadPool& pool, const Value& value)
+        : width_(width), height_(height), table_((size(width) + 1) * (size(height) + 1))
     {
         pool.parallel_for(size(height_), kRows, [&](std::size_t begin, std::size_t end, int) {
             for (std::size_t y = begin; y < end; ++y) {
@@ -146,7 +145,8 @@ private:
     {
         double below = static_cast<double>(bins_[0]);
         for (std::size_t b = 1; b < kBins; ++b)
-            below += static_cast<double>(bins_[b]) * std::erf(error / (std::numbers::sqrt2 * sigma_of(b)));
+            if (bins_[b] > 0)
+                below += static_cast<double>(bins_[b]) * std::erf(error / (std::numbers::sqrt2 * sigma_of(b)));
         return count_ > 0 ? below / static_cast<double>(count_) : 1.0;
     }
 
@@ -173,9 +173,9 @@ ErrorMap error_map(const SplatBuffer& sums, const SplatStats& stats, float overl
         const Disagreement& d = all[i];
         return d.mean > 0.0f ? std::clamp(d.excess / (d.mean * d.mean), -1.0f, 1.0f) : 0.0f;
     };
-    WindowSums excess(sums.width, sums.height), lit(sums.width, sums.height);
-    excess.fill(pool, relative);
-    lit.fill(pool, [&](std::size_t i) { return all[i].mean > 0.0f ? 1.0f : 0.0f; });
+    const WindowSums excess(sums.width, sums.height, pool, relative);
+    const WindowSums lit(sums.width, sums.height, pool,
+                         [&](std::size_t i) { return all[i].mean > 0.0f ? 1.0f : 0.0f; });
     // A splat is about two radii wide, `overlap` times the distance between records each.
     const double splats = static_cast<double>(std::max<std::uint64_t>(1, stats.splats));
     const double distance = 0.5 * std::sqrt(static_cast<double>(stats.samples) / splats) / static_cast<double>(overlap);
@@ -252,13 +252,6 @@ constexpr double kMostOfMean = 2.0;
 /// Of a vector: errors are far from where squares overflow.
 double length(double x, double y) { return std::sqrt(x * x + y * y); }
 
-/// A layer's luminance, and its standard errors: those that each pixel tells by itself, and those that its
-/// neighbourhood does.
-struct JudgedLayer {
-    int width = 0, height = 0;
-    std::vector<double> light, indirect, direct;
-};
-
 std::vector<double> luminances(const LayeredImage& image, const char* name, ThreadPool& pool)
 {
     const auto found = image.layers.find(name);
@@ -274,49 +267,56 @@ std::vector<double> luminances(const LayeredImage& image, const char* name, Thre
     return values;
 }
 
-JudgedLayer judged_layer(const LayeredImage& image, const char* name, bool directly, ThreadPool& pool)
-{
-    JudgedLayer layer;
-    layer.light = luminances(image, name, pool);
-    if (layer.light.empty()) return layer;
-    layer.width = image.layers.at(name).width, layer.height = image.layers.at(name).height;
-    layer.indirect = luminances(image, "indirect_error", pool);
-    if (directly) layer.direct = luminances(image, "direct_error", pool);
-    layer.indirect.resize(layer.light.size());
-    layer.direct.resize(layer.light.size());
-    return layer;
-}
-
-/// The mean relative error of all pixels near one, and how much they are noise, in [0, 1].
-class NoiseAround {
+/// Standard errors of an image's luminance: those that each pixel tells by itself, and those that its neighbourhood
+/// does.
+class FoundErrors {
 public:
-    NoiseAround(const JudgedLayer& layer, double dark, ThreadPool& pool)
-        : width_(layer.width),
-          lights_(width_, layer.height),
-          squares_(width_, layer.height),
-          direct_(width_, layer.height)
+    FoundErrors(const LayeredImage& image, bool directly, ThreadPool& pool)
+        : indirect_(luminances(image, "indirect_error", pool)),
+          direct_(directly ? luminances(image, "direct_error", pool) : std::vector<double>{})
     {
-        lights_.fill(pool, [&](std::size_t i) { return layer.light[i] + dark; });
-        squares_.fill(pool, [&](std::size_t i) { return layer.indirect[i] * layer.indirect[i]; });
-        direct_.fill(pool, [&](std::size_t i) { return layer.direct[i]; });
+        const auto sum = [&](const char* name, const auto& value) {
+            const Image& layer = image.layers.at(name);
+            return WindowSums(layer.width, layer.height, pool, value);
+        };
+        if (!indirect_.empty())
+            squares_ = sum("indirect_error", [&](std::size_t i) { return indirect_[i] * indirect_[i]; });
+        if (!direct_.empty()) directs_ = sum("direct_error", [&](std::size_t i) { return direct_[i]; });
     }
+
+    double indirect(std::size_t i) const { return indirect_.empty() ? 0.0 : indirect_[i]; }
+    double direct(std::size_t i) const { return direct_.empty() ? 0.0 : direct_[i]; }
+    double squares_around(int x, int y) const { return squares_ ? squares_->around(x, y, kNoiseReach) : 0.0; }
+    double direct_around(int x, int y) const { return directs_ ? directs_->around(x, y, kNoiseReach) : 0.0; }
+
+private:
+    std::vector<double> indirect_, direct_;
+    std::optional<WindowSums> squares_, directs_;
+};
+
+/// What a layer is off by.
+struct JudgedLayer {
+    int width;
+    WindowSums lights;  ///< and of what is added to light that errors are relative to
+    const FoundErrors& errors;
+    bool directly;  ///< direct light is part of it
+
+    double direct(std::size_t i) const { return directly ? errors.direct(i) : 0.0; }
+
+    /// The mean relative error of all pixels near one, and how much they are noise, in [0, 1].
     struct Noise {
         double error, part;
     };
-    Noise at(std::size_t i) const
+    Noise noise_at(std::size_t i) const
     {
-        const int x = static_cast<int>(i) % width_, y = static_cast<int>(i) / width_;
-        const double count = lights_.count_around(x, y, kNoiseReach);
-        const double indirect = std::sqrt(std::max(0.0, count * squares_.around(x, y, kNoiseReach)));
-        const double error =
-            kMeanAbsolute * length(indirect, direct_.around(x, y, kNoiseReach)) / lights_.around(x, y, kNoiseReach);
+        const int x = static_cast<int>(i) % width, y = static_cast<int>(i) / width;
+        const double count = lights.count_around(x, y, kNoiseReach);
+        const double indirect = std::sqrt(std::max(0.0, count * errors.squares_around(x, y)));
+        const double direct = directly ? errors.direct_around(x, y) : 0.0;
+        const double error = kMeanAbsolute * length(indirect, direct) / lights.around(x, y, kNoiseReach);
         const double cube = error / kAllNoise * (error / kAllNoise) * (error / kAllNoise);
         return {error / length(1.0, error / kMostOfMean), std::min(1.0, cube * cube)};
     }
-
-private:
-    int width_;
-    WindowSums lights_, squares_, direct_;
 };
 
 /// Errors of some pixels.
@@ -332,18 +332,23 @@ struct JudgedPixels {
     }
 };
 
-ErrorEstimate estimate_error(const JudgedLayer& layer, const ErrorScale& scale, ThreadPool& pool)
+ErrorEstimate estimate_error(const LayeredImage& image, const char* name, const FoundErrors& errors, bool directly,
+                             const ErrorScale& scale, ThreadPool& pool)
 {
-    const std::size_t pixels = layer.light.size();
-    const auto light = sum_up<double>(pixels, pool, [&](double& all, std::size_t i) { all += layer.light[i]; });
+    const std::vector<double> values = luminances(image, name, pool);
+    const std::size_t pixels = values.size();
+    const auto light = sum_up<double>(pixels, pool, [&](double& all, std::size_t i) { all += values[i]; });
     if (!(light > 0.0)) return {};
     const double dark = kRelativeErrorFloor * light / static_cast<double>(pixels);
-    const NoiseAround around(layer, dark, pool);
+    const Image& shown = image.layers.at(name);
+    const JudgedLayer layer{
+        shown.width, WindowSums(shown.width, shown.height, pool, [&](std::size_t i) { return values[i] + dark; }),
+        errors, directly};
     const auto judge = [&](JudgedPixels& so_far, std::size_t i) {
-        const NoiseAround::Noise noise = around.at(i);
+        const JudgedLayer::Noise noise = layer.noise_at(i);
         // Direct light that is dark by chance is darker than the truth, which errors are relative to.
-        const double truth = length(layer.light[i] + dark, layer.direct[i]);
-        const double own = kMeanAbsolute * length(layer.indirect[i], layer.direct[i]) / truth;
+        const double truth = length(values[i] + dark, layer.direct(i));
+        const double own = kMeanAbsolute * length(errors.indirect(i), layer.direct(i)) / truth;
         const ErrorScale::Judged judged = scale.judged(own);
         so_far.sum += std::lerp(judged.mean, noise.error, noise.part);
         so_far.histogram.add(std::lerp(judged.typical, noise.error, noise.part) / kMeanAbsolute);
@@ -362,17 +367,19 @@ ErrorEstimates estimate_errors(const LayeredImage& image)
 
 ErrorEstimates estimate_errors(const LayeredImage& image, const ErrorScale& scale, ThreadPool& pool)
 {
-    return {estimate_picture_error(image, scale, pool), estimate_indirect_error(image, scale, pool)};
+    const FoundErrors errors(image, true, pool);
+    return {estimate_error(image, "beauty", errors, true, scale, pool),
+            estimate_error(image, "indirect", errors, false, scale, pool)};
 }
 
 ErrorEstimate estimate_picture_error(const LayeredImage& image, const ErrorScale& scale, ThreadPool& pool)
 {
-    return estimate_error(judged_layer(image, "beauty", true, pool), scale, pool);
+    return estimate_error(image, "beauty", {image, true, pool}, true, scale, pool);
 }
 
 ErrorEstimate estimate_indirect_error(const LayeredImage& image, const ErrorScale& scale, ThreadPool& pool)
 {
-    return estimate_error(judged_layer(image, "indirect", false, pool), scale, pool);
+    return estimate_error(image, "indirect", {image, false, pool}, false, scale, pool);
 }
 
 }  // namespace rcs
