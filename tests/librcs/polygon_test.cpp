@@ -309,5 +309,30 @@ TEST(SphericalTriangle, DegenerateOnesYieldFiniteSamples)
     }
 }
 
+/// Bit for bit, also of those that are sampled by area as a whole or at a corner.
+TEST(SphericalTriangle, LanesAreSampledAsSinglePointsAre)
+{
+    const glm::vec3 cases[][3] = {
+        {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},         {{-1, -1, 2}, {1, -1, 2}, {0, 1, 3}},
+        {{1e-3f, 0, 5}, {0, 1e-3f, 5}, {0, 0, 5}}, {{1, 0, 1e-7f}, {-1, 0.1f, 0}, {0, 1, 0}},
+        {{1, 0, 0}, {2, 0, 0}, {3, 0, 0}},         {{-1e3f, -1e3f, 1e-6f}, {1e3f, -1e3f, 1e-6f}, {0, 1e3f, 1e-6f}}};
+    for (const auto& c : cases) {
+        const SphericalTriangle triangle = make_spherical_triangle(c);
+        for (const std::size_t count : {std::size_t{1}, std::size_t{7}, TriangleLanes::kWidth}) {
+            TriangleLanes lanes;
+            for (std::size_t i = 0; i < count; ++i) {
+                lanes.u1[i] = 0.061f * static_cast<float>(i);
+                lanes.u2[i] = i == 3 ? 0.0f : 0.99f - 0.055f * static_cast<float>(i);
+            }
+            sample(triangle, count, lanes);
+            for (std::size_t i = 0; i < count; ++i) {
+                const TriangleSample one = sample(triangle, lanes.u1[i], lanes.u2[i]);
+                EXPECT_EQ(lanes[i].position, one.position) << i;
+                EXPECT_EQ(lanes[i].inverse_density, one.inverse_density) << i;
+            }
+        }
+    }
+}
+
 }  // namespace
 }  // namespace rcs

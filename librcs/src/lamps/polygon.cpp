@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+
+#include "util/multiversion.h"
 
 namespace rcs {
 namespace {
@@ -151,38 +154,77 @@ TriangleSample sample_area(const SphericalTriangle& t, double u1, double u2)
     return {glm::vec3(p), static_cast<float>(std::min(inverse_density, kWithinFloat))};
 }
 
+/// Arvo's first step cuts off a share u1 of the area by an arc from b to a point c1 on the side ac.
+/// His cos(side) cancels for small triangles; the half-angle formula of the spherical excess E,
+///   tan(E/2) = x k sin(alpha) / (1 + x k cos(alpha)),  x = tan(side/2), k = tan(c/2),
+/// solved for x does not. Second step: a point on the arc from b to c1, uniform in 1 - cos(angle to b).
+/// @param sine, cosine  of E/2
+/// @return how far that way the triangle's plane is, over `direction`
+RCS_ALWAYS_INLINE double distance_towards(const SphericalTriangle& t, double sine, double cosine, double u2,
+                                          glm::dvec3& direction)
+{
+    // sin(alpha - E/2), positive; the floor is for rounding in a needle.
+    const double remaining = std::max(t.sin_alpha * cosine - t.cos_alpha * sine, 1e-300);
+    const double x = sine / (t.tan_half_c * remaining);
+    const double inverse = 1.0 / (1.0 + x * x);
+    const glm::dvec3 c1 = ((1.0 - x * x) * inverse) * t.a + (2.0 * x * inverse) * t.tangent_ac;
+
+    const glm::dvec3 chord = c1 - t.b;
+    const double rise = 0.5 * u2 * glm::dot(chord, chord);
+    const glm::dvec3 sideways = chord - glm::dot(chord, t.b) * t.b;
+    const double length = std::sqrt(glm::dot(sideways, sideways));
+    const double part = std::sqrt(std::max(0.0, rise * (2.0 - rise))) / length;
+    direction = (1.0 - rise) * t.b + (length > 0.0 ? part : 0.0) * sideways;
+    return glm::dot(t.normal, t.corner[0]) / glm::dot(t.normal, direction);
+}
+
+/// At a corner seen edge-on, rounding may turn the direction out of the plane's front.
+bool is_in_front(double distance) { return distance > 0.0 && distance <= std::numeric_limits<double>::max(); }
+
+RCS_MULTIVERSION
+void sample_solid_angle(const SphericalTriangle& triangle, const double* sine, const double* cosine, double* distance,
+                        TriangleLanes& lanes)
+{
+    const SphericalTriangle t = triangle;
+    const float inverse_density = static_cast<float>(t.solid_angle);
+    RCS_INDEPENDENT_LOOP
+    for (std::size_t i = 0; i < TriangleLanes::kWidth; ++i) {
+        glm::dvec3 direction;
+        const double away = distance_towards(t, sine[i], cosine[i], static_cast<double>(lanes.u2[i]), direction);
+        distance[i] = away;
+        lanes.x[i] = static_cast<float>(direction.x * away);
+        lanes.y[i] = static_cast<float>(direction.y * away);
+        lanes.z[i] = static_cast<float>(direction.z * away);
+        lanes.inverse_density[i] = inverse_density;
+    }
+}
+
 }  // namespace
 
 TriangleSample sample(const SphericalTriangle& t, float u1, float u2)
 {
     if (t.by_area) return sample_area(t, u1, u2);
-
-    // Arvo's first step cuts off a share u1 of the area by an arc from b to a point c1 on the side ac.
-    // His cos(side) cancels for small triangles; the half-angle formula of the spherical excess E,
-    //   tan(E/2) = x k sin(alpha) / (1 + x k cos(alpha)),  x = tan(side/2), k = tan(c/2),
-    // solved for x does not.
     const double half_excess = 0.5 * static_cast<double>(u1) * t.solid_angle;
-    const double s = std::sin(half_excess);
-    // sin(alpha - E/2), positive; the floor is for rounding in a needle.
-    const double remaining = std::max(t.sin_alpha * std::cos(half_excess) - t.cos_alpha * s, 1e-300);
-    const double x = s / (t.tan_half_c * remaining);
-    const double inverse = 1.0 / (1.0 + x * x);
-    const glm::dvec3 c1 = ((1.0 - x * x) * inverse) * t.a + (2.0 * x * inverse) * t.tangent_ac;
-
-    // Second step: a point on the arc from b to c1, uniform in 1 - cos(angle to b).
-    const glm::dvec3 chord = c1 - t.b;
-    const double rise = 0.5 * static_cast<double>(u2) * glm::dot(chord, chord);
-    const glm::dvec3 sideways = chord - glm::dot(chord, t.b) * t.b;
-    const double sideways_length = glm::length(sideways);
-    glm::dvec3 direction = (1.0 - rise) * t.b;
-    if (sideways_length > 0.0)
-        direction += (std::sqrt(std::max(0.0, rise * (2.0 - rise))) / sideways_length) * sideways;
-
-    const double slope = glm::dot(t.normal, direction);
-    const double distance = glm::dot(t.normal, t.corner[0]) / slope;
-    // At a corner seen edge-on, rounding may turn the direction out of the plane's front.
-    if (!(distance > 0.0) || !std::isfinite(distance)) return sample_area(t, u1, u2);
+    glm::dvec3 direction;
+    const double distance =
+        distance_towards(t, std::sin(half_excess), std::cos(half_excess), static_cast<double>(u2), direction);
+    if (!is_in_front(distance)) return sample_area(t, u1, u2);
     return {glm::vec3(direction * distance), static_cast<float>(t.solid_angle)};
+}
+
+void sample(const SphericalTriangle& t, std::size_t count, TriangleLanes& lanes)
+{
+    double sine[TriangleLanes::kWidth] = {}, cosine[TriangleLanes::kWidth] = {}, distance[TriangleLanes::kWidth] = {};
+    if (!t.by_area) {
+        for (std::size_t i = 0; i < count; ++i) {
+            const double half_excess = 0.5 * static_cast<double>(lanes.u1[i]) * t.solid_angle;
+            sine[i] = std::sin(half_excess);
+            cosine[i] = std::cos(half_excess);
+        }
+        sample_solid_angle(t, sine, cosine, distance, lanes);
+    }
+    for (std::size_t i = 0; i < count; ++i)
+        if (!is_in_front(distance[i])) lanes.set(i, sample_area(t, lanes.u1[i], lanes.u2[i]));
 }
 
 }  // namespace rcs

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+
 #include <glm/glm.hpp>
 
 namespace rcs {
@@ -39,5 +41,24 @@ struct TriangleSample {
 /// Maps the unit square to the triangle: uniform in solid angle (Arvo 1995, "Stratified sampling of
 /// spherical triangles"), or in area where `by_area` is set.
 TriangleSample sample(const SphericalTriangle& triangle, float u1, float u2);
+
+/// Some points of the square and their places, lane by lane.
+struct TriangleLanes {
+    static constexpr std::size_t kWidth = 16;
+
+    float u1[kWidth] = {}, u2[kWidth] = {};
+    float x[kWidth], y[kWidth], z[kWidth], inverse_density[kWidth];
+
+    TriangleSample operator[](std::size_t lane) const { return {{x[lane], y[lane], z[lane]}, inverse_density[lane]}; }
+    void set(std::size_t lane, const TriangleSample& sample)
+    {
+        x[lane] = sample.position.x;
+        y[lane] = sample.position.y;
+        z[lane] = sample.position.z;
+        inverse_density[lane] = sample.inverse_density;
+    }
+};
+/// The same of the first `count` lanes.
+void sample(const SphericalTriangle& triangle, std::size_t count, TriangleLanes& lanes);
 
 }  // namespace rcs
