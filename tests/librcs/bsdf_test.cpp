@@ -346,5 +346,29 @@ TEST(SeenLobes, ScatterAsTheirSurfaceDoes)
     }
 }
 
+/// Bit for bit, whatever other lanes hold.
+TEST(SeenLobes, LanesScatterAsSingleDirectionsDo)
+{
+    for (const Bsdf& b : {metal(0.3f), metal(kLeastAlpha), plastic(0.5f), coated(0.4f, 0.1f), pane(0.2f), sheen(0.6f),
+                          brushed(0.3f, 0.8f), leaf({0.3f, 0.6f, 0.2f}, {0.4f, 0.5f, 0.1f})}) {
+        for (const float cosine : kCosines) {
+            const glm::vec3 outgoing = direction(cosine, 1.1f);
+            for (const LobeSet set : {kAllLobes, reflecting_lobes(b), diffuse_lobes(b)}) {
+                const SeenLobes seen(b, outgoing, set);
+                DirectionLanes incoming;
+                incoming.set(0, {0.0f, 0.0f, 0.0f});
+                incoming.set(1, -outgoing);
+                for (std::size_t i = 2; i < DirectionLanes::kWidth; ++i) {
+                    const auto n = static_cast<float>(i);
+                    incoming.set(i, direction(std::cos(0.23f * n), 1.9f * n));
+                }
+                const ColorLanes f = seen.evaluate(incoming);
+                for (std::size_t i = 0; i < DirectionLanes::kWidth; ++i)
+                    EXPECT_EQ(f[i], seen.evaluate(incoming[i])) << "lane " << i << ", cosine " << cosine;
+            }
+        }
+    }
+}
+
 }  // namespace
 }  // namespace rcs::test

@@ -5,6 +5,7 @@
 #include <glm/glm.hpp>
 
 #include "material/lobe_kinds.h"
+#include "material/scatter_lanes.h"
 
 namespace rcs {
 
@@ -94,6 +95,8 @@ public:
     SeenLobes(const Bsdf& bsdf, glm::vec3 outgoing, LobeSet lobes);
 
     glm::vec3 evaluate(glm::vec3 incoming) const;
+    /// The same for all lanes.
+    ColorLanes evaluate(const DirectionLanes& incoming) const;
     float density(glm::vec3 incoming) const;
     BsdfSample sample(float choice, glm::vec2 u) const;
 

@@ -45,19 +45,16 @@ struct ScatterPair {
     glm::vec3 outgoing, incoming;  ///< unit; incoming is mirrored to the viewer's side where it is `transmitted`
     float cosine_i, cosine_h, sine2_h;
     bool transmitted;
-    bool valid = false;  ///< light goes that way at all
+    bool valid;  ///< light goes that way at all; else the rest means nothing
 
     ScatterPair(glm::vec3 normal, glm::vec3 geometric_normal, glm::vec3 o, glm::vec3 i) : outgoing(o), incoming(i)
     {
         cosine_i = glm::dot(normal, incoming);
         const float above = glm::dot(geometric_normal, incoming);
         transmitted = cosine_i < 0.0f;
-        if (!(cosine_i * above > 0.0f) || !(glm::dot(geometric_normal, outgoing) > 0.0f)) return;
-        valid = true;
-        if (transmitted) {
-            incoming -= 2.0f * cosine_i * normal;
-            cosine_i = -cosine_i;
-        }
+        valid = (cosine_i * above > 0.0f) & (glm::dot(geometric_normal, outgoing) > 0.0f);
+        incoming -= (transmitted ? 2.0f * cosine_i : 0.0f) * normal;
+        cosine_i = std::abs(cosine_i);
         const glm::vec3 sum = outgoing + incoming;
         const float length2 = glm::dot(sum, sum);
         const glm::vec3 cross = glm::cross(normal, sum);

@@ -1,0 +1,63 @@
+#include <type_traits>
+
+#include "material/bsdf.h"
+#include "material/scatter_lanes.h"
+#include "util/multiversion.h"
+
+namespace rcs {
+namespace {
+
+/// One lobe, as the formulas of its kind have it: a part of its caller, so that they become vectors there.
+template <typename Kind>
+RCS_ALWAYS_INLINE void add_one(Kind kind, const Bsdf& bsdf, const LobeView& seen, const DirectionLanes& incoming,
+                               ColorLanes& f)
+{
+    const glm::vec3 normal = bsdf.normal, geometric = bsdf.geometric_normal;
+    const Lobe lobe = *seen.lobe;
+    LobeView view = seen;
+    view.lobe = &lobe;
+    if (!kind.is_diffuse && !(glm::dot(normal, view.outgoing) > 0.0f)) return;
+    for (std::size_t lane = 0; lane < DirectionLanes::kWidth; ++lane) {
+        const ScatterPair pair(normal, geometric, view.outgoing, incoming[lane]);
+        Scattering s;
+        kind.add(view, pair, s);
+        const bool takes_part = pair.valid && pair.transmitted == kind.transmits;
+        f.r[lane] += takes_part ? s.value.r : 0.0f;
+        f.g[lane] += takes_part ? s.value.g : 0.0f;
+        f.b[lane] += takes_part ? s.value.b : 0.0f;
+    }
+}
+
+RCS_MULTIVERSION
+void add_specular(const Bsdf& bsdf, const LobeView& view, const DirectionLanes& incoming, ColorLanes& f)
+{
+    add_one(Specular{}, bsdf, view, incoming, f);
+}
+
+RCS_MULTIVERSION
+void add_coat(const Bsdf& bsdf, const LobeView& view, const DirectionLanes& incoming, ColorLanes& f)
+{
+    add_one(Coat{}, bsdf, view, incoming, f);
+}
+
+}  // namespace
+
+ColorLanes SeenLobes::evaluate(const DirectionLanes& incoming) const
+{
+    ColorLanes f;
+    for (std::uint32_t i = bsdf_->count; i-- > 0;) {
+        if ((lobes_ >> i & 1u) == 0u) continue;
+        with_kind(bsdf_->lobe[i].kind, [&](auto kind) {
+            using Kind = decltype(kind);
+            if constexpr (std::is_same_v<Kind, Specular>)
+                add_specular(*bsdf_, view_[i], incoming, f);
+            else if constexpr (std::is_same_v<Kind, Coat>)
+                add_coat(*bsdf_, view_[i], incoming, f);
+            else
+                add_one(kind, *bsdf_, view_[i], incoming, f);
+        });
+    }
+    return f;
+}
+
+}  // namespace rcs
