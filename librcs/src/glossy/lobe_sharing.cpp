@@ -7,25 +7,32 @@
 #include <numbers>
 #include <span>
 
-#include "gbuffer/visible_points.h"
 #include "glossy/lobe_looks.h"
+#include "glossy/lobe_reach.h"
 #include "util/color.h"
+#include "util/multiversion.h"
 #include "util/random.h"
 
 namespace rcs {
 
-bool looks_through(const Bsdf& bsdf)
-{
-    return (bsdf.those(lit_by_rays) & transmitting_lobes(bsdf) & ~lobes_lit_behind(bsdf)) != 0u;
-}
-
 namespace {
 
 constexpr int kNeighbours = 16;
-// Of half vectors, over the width of a lobe. Noise of cornell-animated's metal at 1, 1.5, 2, 3 and any: 25, 23, 23, 25
-// and 32 %; a look of a neighbour whose lobe was elsewhere made five pixels of one seed 50 to 140 times too bright.
-constexpr float kMostTurn = 1.5f;
 
+/// Vogel's spiral: even over the unit disc.
+const std::array<glm::vec2, kNeighbours>& spiral()
+{
+    static const std::array<glm::vec2, kNeighbours> places = [] {
+        std::array<glm::vec2, kNeighbours> made;
+        for (int n = 0; n < kNeighbours; ++n) {
+            const float angle = 2.3999632f * static_cast<float>(n);
+            made[static_cast<std::size_t>(n)] =
+                std::sqrt((static_cast<float>(n) + 0.5f) / kNeighbours) * glm::vec2(std::cos(angle), std::sin(angle));
+        }
+        return made;
+    }();
+    return places;
+}
 /// Rays' light weighted by a lobe: the weighted mean, and how uncertain that is.
 struct WeightedLight {
     glm::vec3 sum{0.0f}, total{0.0f};                              // of weight times radiance, and of weights
@@ -62,18 +69,52 @@ struct WeightedLight {
     }
 };
 
-/// A ray or look as it arrives at a pixel.
-struct Arriving {
-    glm::vec3 incoming;   ///< unit
-    float spread = 1.0f;  ///< solid angle over that which it has where it starts
+/// Rays or looks as they arrive at a pixel, some at a time.
+struct ArrivingLanes {
+    static constexpr std::size_t kWidth = DirectionLanes::kWidth;
+
+    std::size_t count = 0;
+    std::array<const LobeRay*, kWidth> ray;
+    std::array<std::size_t, kWidth> of;  ///< whose it is
+    DirectionLanes target;               ///< as of LobeRay; becomes the unit direction that it arrives from
+    float distance[kWidth] = {};
+    float spread[kWidth] = {};  ///< solid angle over that which it has where it starts
+    ColorLanes scattered;       ///< f |cosine|
+
+    void add(const LobeRay& one, std::size_t pixel)
+    {
+        ray[count] = &one;
+        of[count] = pixel;
+        target.set(count, one.target);
+        distance[count++] = one.distance;
+    }
 };
+
 /// @param position  of the pixel's point, relative to the camera
-Arriving arriving(const LobeRay& ray, glm::vec3 position)
+RCS_MULTIVERSION
+void arrive(glm::vec3 position, ArrivingLanes& lanes)
 {
-    if (!std::isfinite(ray.distance)) return {ray.target};
-    const glm::vec3 way = ray.target - position;
-    const float d2 = glm::dot(way, way);
-    return {way / std::sqrt(d2), ray.distance * ray.distance / d2};
+    DirectionLanes& at = lanes.target;
+    for (std::size_t i = 0; i < ArrivingLanes::kWidth; ++i) {
+        const glm::vec3 way = at[i] - position;
+        const float distance = lanes.distance[i], d2 = glm::dot(way, way), length = std::sqrt(d2);
+        const bool is_near = distance <= std::numeric_limits<float>::max();
+        at.x[i] = is_near ? way.x / length : at.x[i];
+        at.y[i] = is_near ? way.y / length : at.y[i];
+        at.z[i] = is_near ? way.z / length : at.z[i];
+        lanes.spread[i] = is_near ? distance * distance / d2 : 1.0f;
+    }
+}
+
+RCS_MULTIVERSION
+void times_cosine(glm::vec3 normal, const DirectionLanes& incoming, ColorLanes& f)
+{
+    for (std::size_t i = 0; i < DirectionLanes::kWidth; ++i) {
+        const float cosine = std::abs(glm::dot(normal, incoming[i]));
+        f.r[i] *= cosine;
+        f.g[i] *= cosine;
+        f.b[i] *= cosine;
+    }
 }
 
 /// Whether two rays hit one face, close together over how far they went.
@@ -140,33 +181,30 @@ public:
     {
         for (const LobeRay& ray : ring_.of(of)) {
             if (!(ray.density > 0.0f)) continue;
-            const Arriving a = arriving(ray, position_);
-            const glm::vec3 scattered = scatter(a);
-            const glm::vec3 weight = scattered * (a.spread / ray.density);
-            glm::vec3 radiance = ray.radiance;
-            if (ring_.has_looks())
-                radiance += (1.0f - part_of_looks(a, scattered, ring_.lit(ray))) * ring_.lit(ray).radiance;
-            if (ring_.has_soft()) radiance += shared_soft(ring_, of, ray, near);
-            rays_.add(weight, radiance);
-            if (ring_.finds_lamps()) of_lamps_.add(weight, ring_.of_lamps(ray));
+            lanes_.add(ray, of);
+            if (lanes_.count == ArrivingLanes::kWidth) receive_rays(near);
         }
+        if (!near.empty()) receive_rays(near);
     }
     void add_looks(std::size_t of)
     {
         if (!looks_) return;
+        if (looks_of_ == 0.0f) receive_rays({});
         looks_of_ += 1.0f;
         for (const LobeRay& look : ring_.looks_of(of)) {
-            const LitPart& lit = ring_.lit(look);
-            if (!(look.density > 0.0f) || lit.radiance == glm::vec3(0.0f)) continue;
-            const Arriving a = arriving(look, position_);
-            const glm::vec3 scattered = scatter(a);
-            looked_.add(scattered * (a.spread / look.density), part_of_looks(a, scattered, lit) * lit.radiance);
+            if (!(look.density > 0.0f) || ring_.lit(look).radiance == glm::vec3(0.0f)) continue;
+            lanes_.add(look, of);
+            if (lanes_.count == ArrivingLanes::kWidth) receive_looks();
         }
     }
 
     /// @param alone  of the pixel's own rays: their mean, else that over the mean of their weights
-    LobeLights sum(bool alone) const
+    LobeLights sum(bool alone)
     {
+        if (looks_of_ > 0.0f)
+            receive_looks();
+        else
+            receive_rays({});
         LobeLights lights{light_of(rays_, alone), light_of(of_lamps_, alone), 0.0f, whole_};
         if (!looks_) return lights;
         // Each pixel's looks add up to what rays leave to them.
@@ -177,14 +215,47 @@ public:
     }
 
 private:
-    glm::vec3 scatter(const Arriving& a) const
+    void receive()
     {
-        return seen_.evaluate(a.incoming) * std::abs(glm::dot(bsdf_.normal, a.incoming));
+        arrive(position_, lanes_);
+        lanes_.scattered = seen_.evaluate(lanes_.target);
+        times_cosine(bsdf_.normal, lanes_.target, lanes_.scattered);
     }
-    float part_of_looks(const Arriving& a, glm::vec3 scattered, const LitPart& lit) const
+    void receive_rays(std::span<const std::size_t> near)
+    {
+        if (lanes_.count == 0) return;
+        receive();
+        for (std::size_t i = 0; i < lanes_.count; ++i) {
+            const LobeRay& ray = *lanes_.ray[i];
+            const glm::vec3 scattered = lanes_.scattered[i];
+            const glm::vec3 weight = scattered * (lanes_.spread[i] / ray.density);
+            glm::vec3 radiance = ray.radiance;
+            if (ring_.has_looks())
+                radiance +=
+                    (1.0f - part_of_looks(lanes_.spread[i], scattered, ring_.lit(ray))) * ring_.lit(ray).radiance;
+            if (ring_.has_soft()) radiance += shared_soft(ring_, lanes_.of[i], ray, near);
+            rays_.add(weight, radiance);
+            if (ring_.finds_lamps()) of_lamps_.add(weight, ring_.of_lamps(ray));
+        }
+        lanes_.count = 0;
+    }
+    void receive_looks()
+    {
+        if (lanes_.count == 0) return;
+        receive();
+        for (std::size_t i = 0; i < lanes_.count; ++i) {
+            const LobeRay& look = *lanes_.ray[i];
+            const LitPart& lit = ring_.lit(look);
+            const glm::vec3 scattered = lanes_.scattered[i];
+            looked_.add(scattered * (lanes_.spread[i] / look.density),
+                        part_of_looks(lanes_.spread[i], scattered, lit) * lit.radiance);
+        }
+        lanes_.count = 0;
+    }
+    float part_of_looks(float spread, glm::vec3 scattered, const LitPart& lit) const
     {
         if (!looks_ || !(lit.bound > 0.0f)) return 0.0f;
-        const float bound = lit.bound / a.spread;
+        const float bound = lit.bound / spread;
         return bound / (bound + to_density_ * luminance(scattered));
     }
     LobeLight light_of(const WeightedLight& found, bool alone) const
@@ -202,6 +273,7 @@ private:
     const RayRing& ring_;
     WeightedLight rays_, of_lamps_, looked_;
     float looks_of_ = 0.0f;  // pixels
+    ArrivingLanes lanes_;    // not yet received: rays, or looks once any were added
 };
 
 /// Harmonic mean of how long rays are [m].
@@ -218,22 +290,6 @@ float mean_distance(std::span<const LobeRay> rays)
 
 }  // namespace
 
-float LobeSharing::narrowest_traced(std::size_t pixel) const
-{
-    float alpha = 1.0f;
-    for (const Lobe& lobe : shading_.lobes_of(pixel))
-        if (lit_by_rays(lobe)) alpha = std::min(alpha, lobe.alpha);
-    return alpha;
-}
-
-/// Whether a neighbour lies on the same, about equally glossy surface.
-bool LobeSharing::may_share(std::size_t pixel, std::size_t neighbour) const
-{
-    if (!g_.covered(neighbour) || !shading_.is_traced(neighbour)) return false;
-    const float here = narrowest_traced(pixel), there = narrowest_traced(neighbour);
-    return lies_beside(g_, pixel, neighbour) && there < 2.0f * here && here < 2.0f * there;
-}
-
 /// The pixel, or one beside it that looked in its place.
 std::size_t LobeSharing::looking_near(std::size_t pixel) const
 {
@@ -242,27 +298,8 @@ std::size_t LobeSharing::looking_near(std::size_t pixel) const
     const std::size_t x = pixel % width, y = pixel / width;
     for (std::size_t row = y & ~std::size_t{1}; row < std::min((y | 1u) + 1, height); ++row)
         for (std::size_t column = x & ~std::size_t{1}; column < std::min((x | 1u) + 1, width); ++column)
-            if (const std::size_t i = row * width + column; looked(i) && may_share(pixel, i)) return i;
+            if (const std::size_t i = row * width + column; looked(i) && may_share(g_, shading_, pixel, i)) return i;
     return pixel;
-}
-
-/// How far the normals around a pixel turn, as half vectors of one and the same ray do between their lobes [rad/px].
-float LobeSharing::turn_per_pixel(std::size_t pixel) const
-{
-    constexpr int kStep = 2;  // px
-    const int x = static_cast<int>(pixel % static_cast<std::size_t>(g_.width));
-    const int y = static_cast<int>(pixel / static_cast<std::size_t>(g_.width));
-    float turn = 0.0f, count = 0.0f;
-    for (const glm::ivec2 step : {glm::ivec2(kStep, 0), {-kStep, 0}, {0, kStep}, {0, -kStep}}) {
-        const glm::ivec2 at = glm::ivec2(x, y) + step;
-        if (at.x < 0 || at.y < 0 || at.x >= g_.width || at.y >= g_.height) continue;
-        const std::size_t neighbour =
-            static_cast<std::size_t>(at.y) * static_cast<std::size_t>(g_.width) + static_cast<std::size_t>(at.x);
-        if (!may_share(pixel, neighbour)) continue;
-        turn += glm::length(g_.normal(neighbour) - g_.normal(pixel)) / kStep;
-        count += 1.0f;
-    }
-    return count > 0.0f ? turn / count : 0.0f;
 }
 
 LobeSharing::Reach LobeSharing::reach_of(std::size_t pixel, const Bsdf& bsdf, const RayRing& ring) const
@@ -271,8 +308,7 @@ LobeSharing::Reach LobeSharing::reach_of(std::size_t pixel, const Bsdf& bsdf, co
     // Beyond the width of the lobe where it hits, a neighbour sees other things; and so it does where its normal turns
     // by more than that: what it is unlikely to find may be the middle of this pixel's lobe, and far too bright.
     const float alpha = narrowest(bsdf, bsdf.those(lit_by_rays)), per_length = alpha / g_.footprint[pixel];
-    const float most =
-        std::min(static_cast<float>(RayRing::kMostReach), kMostTurn * alpha / std::max(turn_per_pixel(pixel), 1e-6f));
+    const float most = most_reach(g_, shading_, pixel, alpha);
     const auto reach = [&](std::span<const LobeRay> rays) { return std::min(most, per_length * mean_distance(rays)); };
     const float rays = reach(ring.of(pixel));
     // Lit points are mostly farther off than what the lobe meets, which may stand in their way.
@@ -290,16 +326,14 @@ void LobeSharing::each_neighbour(std::size_t pixel, float reach, const Visit& vi
     const float turn =
         2.0f * std::numbers::pi_v<float> *
         to_unit_float(static_cast<std::uint32_t>(mix64(lobe_key(seed_, pixel_number(view_, pixel)) + 77)));
-    for (int n = 0; n < kNeighbours; ++n) {
-        // Vogel's spiral: even over the disc.
-        const float radius = reach * std::sqrt((static_cast<float>(n) + 0.5f) / kNeighbours);
-        const float angle = turn + 2.3999632f * static_cast<float>(n);
-        const int nx = x + static_cast<int>(std::lround(radius * std::cos(angle)));
-        const int ny = y + static_cast<int>(std::lround(radius * std::sin(angle)));
+    const glm::vec2 along = reach * glm::vec2(std::cos(turn), std::sin(turn)), across(-along.y, along.x);
+    for (const glm::vec2 place : spiral()) {
+        const glm::vec2 step = glm::round(place.x * along + place.y * across);
+        const int nx = x + static_cast<int>(step.x), ny = y + static_cast<int>(step.y);
         if (nx < 0 || ny < 0 || nx >= g_.width || ny >= g_.height || (nx == x && ny == y)) continue;
         const std::size_t neighbour =
             static_cast<std::size_t>(ny) * static_cast<std::size_t>(g_.width) + static_cast<std::size_t>(nx);
-        if (may_share(pixel, neighbour)) visit(neighbour);
+        if (may_share(g_, shading_, pixel, neighbour)) visit(neighbour);
     }
 }
 
@@ -322,7 +356,7 @@ LobeLights LobeSharing::share(std::size_t pixel, const RayRing& ring) const
     for (std::size_t k = 0; k < count; ++k) receiver.add_looks(looking[k]);
     LobeLights lights = receiver.sum(false);
     lights.distance = mean_distance(ring.of(pixel));
-    lights.width = narrowest_traced(pixel);
+    lights.width = narrowest_traced(shading_, pixel);
     return lights;
 }
 

@@ -12,9 +12,6 @@
 
 namespace rcs {
 
-/// Whether traced lobes show what is behind, which neighbours do not.
-bool looks_through(const Bsdf& bsdf);
-
 /// What one pixel's lobe reflects, and the standard error of its luminance.
 struct LobeLight {
     glm::vec3 radiance{0.0f};
@@ -53,14 +50,11 @@ private:
     struct Reach {
         float rays = 0.0f, looks = 0.0f;
     };
-    float turn_per_pixel(std::size_t pixel) const;
     Reach reach_of(std::size_t pixel, const Bsdf& bsdf, const RayRing& ring) const;
     template <typename Visit>
     void each_neighbour(std::size_t pixel, float reach, const Visit& visit) const;
-    float narrowest_traced(std::size_t pixel) const;
     bool looked(std::size_t pixel) const { return !past_ || past_->looks(pixel); }
     std::size_t looking_near(std::size_t pixel) const;
-    bool may_share(std::size_t pixel, std::size_t neighbour) const;
 
     const GBuffer& g_;
     const View& view_;

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-#include "glossy/lobe_sharing.h"
+#include "glossy/lobe_reach.h"
 #include "util/color.h"
 #include "util/random.h"
 

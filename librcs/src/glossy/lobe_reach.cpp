@@ -1,0 +1,64 @@
+#include "glossy/lobe_reach.h"
+
+#include <algorithm>
+
+#include <glm/glm.hpp>
+
+#include "gbuffer/visible_points.h"
+#include "glossy/lobe_rays.h"
+
+namespace rcs {
+namespace {
+
+// Of half vectors, over the width of a lobe. Noise of cornell-animated's metal at 1, 1.5, 2, 3 and any: 25, 23, 23, 25
+// and 32 %; a look of a neighbour whose lobe was elsewhere made five pixels of one seed 50 to 140 times too bright.
+constexpr float kMostTurn = 1.5f;
+
+/// How far the normals around a pixel turn, as half vectors of one and the same ray do between their lobes [rad/px].
+float turn_per_pixel(const GBuffer& g, const Shading& shading, std::size_t pixel)
+{
+    constexpr int kStep = 2;  // px
+    const int x = static_cast<int>(pixel % static_cast<std::size_t>(g.width));
+    const int y = static_cast<int>(pixel / static_cast<std::size_t>(g.width));
+    float turn = 0.0f, count = 0.0f;
+    for (const glm::ivec2 step : {glm::ivec2(kStep, 0), {-kStep, 0}, {0, kStep}, {0, -kStep}}) {
+        const glm::ivec2 at = glm::ivec2(x, y) + step;
+        if (at.x < 0 || at.y < 0 || at.x >= g.width || at.y >= g.height) continue;
+        const std::size_t neighbour =
+            static_cast<std::size_t>(at.y) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(at.x);
+        if (!may_share(g, shading, pixel, neighbour)) continue;
+        turn += glm::length(g.normal(neighbour) - g.normal(pixel)) / kStep;
+        count += 1.0f;
+    }
+    return count > 0.0f ? turn / count : 0.0f;
+}
+
+}  // namespace
+
+bool looks_through(const Bsdf& bsdf)
+{
+    return (bsdf.those(lit_by_rays) & transmitting_lobes(bsdf) & ~lobes_lit_behind(bsdf)) != 0u;
+}
+
+float narrowest_traced(const Shading& shading, std::size_t pixel)
+{
+    float alpha = 1.0f;
+    for (const Lobe& lobe : shading.lobes_of(pixel))
+        if (lit_by_rays(lobe)) alpha = std::min(alpha, lobe.alpha);
+    return alpha;
+}
+
+bool may_share(const GBuffer& g, const Shading& shading, std::size_t pixel, std::size_t neighbour)
+{
+    if (!g.covered(neighbour) || !shading.is_traced(neighbour)) return false;
+    const float here = narrowest_traced(shading, pixel), there = narrowest_traced(shading, neighbour);
+    return lies_beside(g, pixel, neighbour) && there < 2.0f * here && here < 2.0f * there;
+}
+
+float most_reach(const GBuffer& g, const Shading& shading, std::size_t pixel, float alpha)
+{
+    const float turn = turn_per_pixel(g, shading, pixel);
+    return std::min(static_cast<float>(RayRing::kMostReach), kMostTurn * alpha / std::max(turn, 1e-6f));
+}
+
+}  // namespace rcs
