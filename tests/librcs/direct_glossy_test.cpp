@@ -200,5 +200,42 @@ TEST(SkyPeaks, LightAsTheirIntegralSays)
     EXPECT_NEAR(light.at(floor_point(0, 0), {&mirror, outgoing}, 7, w).glossy.g, 1000.0f * albedo, 20.0f);
 }
 
+/// A second look that goes on from the first brings the same light as one that begins anew, bit for bit, by fewer rays.
+TEST(DirectLight, SecondLooksGoOnFromTheFirst)
+{
+    Scene scene = lamp_scene();
+    for (int k = 0; k < 9; ++k) {  // more than what is kept of a first look
+        const int lamp = test::add_material(scene, glm::vec3(0.0f), glm::vec3(1.0f + static_cast<float>(k)));
+        const float x = -4.0f + static_cast<float>(k);
+        test::add_mesh(scene, test::quad({x, 2.0f, 1.0f}, {0.5f, 0, 0}, {0, 0, 0.5f}, lamp));
+    }
+    test::add_mesh(scene, test::quad({-10, 1.2f, -1.5f}, {0, 0, 20}, {10.2f, 0, 0}, 0));
+    scene.lights = {test::point_light({0.3, 1.0, 0.3}, glm::vec3(2.0f))};
+    ThreadPool pool(1);
+    const RayScene rays = build_ray_scene(scene, pool);
+    const DirectLight light(rays, {});
+    for (const float alpha : {0.05f, 0.5f}) {
+        const Bsdf bsdf = metal(alpha);
+        for (const float x : {-0.5f, 0.0f, 0.4f}) {
+            const SurfacePoint point = floor_point(x, 0.2f);
+            const DirectLight::Viewer viewer{&bsdf, glm::normalize(glm::vec3(0.3f, 0.7f, 0.6f))};
+            DirectLight::Workspace anew, going_on;
+            FirstLook look;
+            light.at(point, viewer, 11, going_on, 0, &look);
+            EXPECT_TRUE(look.is_over);
+            const std::uint64_t first = going_on.rays;
+            for (const std::uint64_t mixed : {std::uint64_t{0}, ~std::uint64_t{0}}) {
+                const std::uint64_t before = anew.rays, before_going_on = going_on.rays;
+                FirstLook again = look;
+                const Lit expected = light.at(point, viewer, 11, anew, mixed);
+                const Lit lit = light.at(point, viewer, 11, going_on, mixed, &again);
+                EXPECT_EQ(lit.irradiance, expected.irradiance);
+                EXPECT_EQ(lit.glossy, expected.glossy);
+                EXPECT_LT(going_on.rays - before_going_on + first / 2, anew.rays - before);
+            }
+        }
+    }
+}
+
 }  // namespace
 }  // namespace rcs

@@ -8,6 +8,7 @@
 
 #include "direct/direct_error.h"
 #include "direct/direct_point.h"
+#include "direct/first_looks.h"
 #include "direct/spared_pixels.h"
 #include "facts/scene_effects.h"
 #include "gbuffer/checked_pixels.h"
@@ -127,41 +128,40 @@ DirectLightResult direct_light(const RayScene& rays, const GBuffer& gbuffer, con
     if (highlights) result.glossy.assign(gbuffer.size(), glm::vec3(0.0f));
     std::vector<DirectLight::Workspace> workspaces(static_cast<std::size_t>(pool.size()));
     const SparedPixels spared(light.averages() ? past : nullptr, light, gbuffer, view, pool, workspaces);
-    const auto light_at = [&](std::size_t i, std::uint64_t mixed, Stream stream, DirectLight::Workspace& w) {
+    const auto light_at = [&](std::size_t i, std::uint64_t mixed, Stream stream, FirstLook* first,
+                              DirectLight::Workspace& w) {
         Bsdf bsdf;
         return light.at(visible_point(gbuffer, i),
                         highlights ? viewer_of(gbuffer, view, shading, i, bsdf) : DirectLight::Viewer{},
-                        stream_key(options.seed, stream, pixel_number(view, i)), w, mixed);
+                        stream_key(options.seed, stream, pixel_number(view, i)), w, mixed, first);
     };
-    const auto light_pixel = [&](std::size_t i, std::uint64_t mixed, DirectLight::Workspace& w) {
-        const Lit lit = light_at(i, mixed, Stream::direct, w);
+    const auto light_pixel = [&](std::size_t i, std::uint64_t mixed, FirstLook* first, DirectLight::Workspace& w) {
+        const Lit lit = light_at(i, mixed, Stream::direct, first, w);
         result.irradiance[i] = lit.irradiance;
         if (highlights) result.glossy[i] = lit.glossy;
     };
     const bool looks_twice = light.takes_mixed();
     if (light.averages()) result.in_part.assign(gbuffer.size(), looks_twice ? 0 : 1);
     if (looks_twice) result.sight = spared.sight();
-    pool.parallel_for(gbuffer.size(), 1024, [&](std::size_t begin, std::size_t end, int thread) {
+    FirstLooks looks(gbuffer, looks_twice);
+    const auto look = [&](std::size_t i, int thread) {
+        if (!gbuffer.covered(i) || spared.has(i)) return;
         DirectLight::Workspace& w = workspaces[static_cast<std::size_t>(thread)];
-        for (std::size_t i = begin; i < end; ++i) {
-            if (!gbuffer.covered(i) || spared.has(i)) continue;
-            light_pixel(i, 0, w);
-            if (looks_twice) result.sight[i] = w.sight;
-        }
-    });
+        light_pixel(i, 0, looks.begin(i), w);
+        if (looks_twice) result.sight[i] = w.sight;
+    };
     // Penumbras are where a lamp is free at one pixel and hidden at the next.
-    pool.parallel_for(result.sight.size(), 1024, [&](std::size_t begin, std::size_t end, int thread) {
-        for (std::size_t i = begin; i < end; ++i) {
-            const std::uint64_t mixed = spared.has(i) ? 0 : mixed_at(result.sight, gbuffer, i);
-            if (mixed == 0) continue;
-            result.in_part[i] = 1;
-            light_pixel(i, mixed, workspaces[static_cast<std::size_t>(thread)]);
-        }
-    });
+    const auto look_again = [&](std::size_t i, int thread) {
+        const std::uint64_t mixed = spared.has(i) ? 0 : mixed_at(result.sight, gbuffer, i);
+        if (mixed == 0) return;
+        result.in_part[i] = 1;
+        light_pixel(i, mixed, looks.of(i), workspaces[static_cast<std::size_t>(thread)]);
+    };
+    looks.each_twice(pool, look, look_again);
     spared.add_to(result);
     if (options.error && light.averages()) {
         const auto sample = [&](std::uint32_t pixel, Stream stream, int thread) {
-            return light_at(pixel, mixed_at(result.sight, gbuffer, pixel), stream,
+            return light_at(pixel, mixed_at(result.sight, gbuffer, pixel), stream, nullptr,
                             workspaces[static_cast<std::size_t>(thread)]);
         };
         spread_errors(sample_again(gbuffer, options, pool, sample, result.again), gbuffer, result);

@@ -101,9 +101,9 @@ glm::vec3 DirectLight::light_along(const SurfacePoint& point, const Lobes& lobes
     return radiance_at(rays_, triangle, origin + ray.t_max[lane] * direction);
 }
 
-void DirectLight::add_lobe_rays(const SurfacePoint& point, const Lobes& lobes, std::uint64_t key, Workspace& w,
-                                Lit& lit) const
+Lit DirectLight::along_lobes(const SurfacePoint& point, const Lobes& lobes, std::uint64_t key, Workspace& w) const
 {
+    Lit lit;
     static_assert(kLobeSamples <= RayPacket::kWidth);
     RandomStream random(mix64(key ^ 0xfffffffeull << 32));
     const glm::vec3 shift(random.next(), random.next(), random.next());
@@ -125,7 +125,7 @@ void DirectLight::add_lobe_rays(const SurfacePoint& point, const Lobes& lobes, s
         set_lane(ray, static_cast<std::size_t>(i), ray_from(point, s.incoming));
         active |= 1u << i;
     }
-    if (active == 0) return;
+    if (active == 0) return lit;
     LaneWeights weights;
     intersect(rays_, active, w.packet, weights);
     w.rays += static_cast<std::uint64_t>(std::popcount(active));
@@ -146,6 +146,7 @@ void DirectLight::add_lobe_rays(const SurfacePoint& point, const Lobes& lobes, s
         lit.glossy += weights.weight[i] * radiance * reflected *
                       (power_heuristic(lobes.counted * samples[i].density, towards) / n);
     }
+    return lit;
 }
 
 }  // namespace rcs

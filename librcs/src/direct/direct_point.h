@@ -28,6 +28,27 @@ struct Lit {
     glm::vec3 glossy{0.0f};
 };
 
+/// What shadow rays found of one lamp, low-discrepancy over it: more of them go on from there.
+struct LampSamples {
+    int count = 0;
+    double free = 0.0, possible = 0.0;  ///< sums of cosine-weighted samples: that arrive at all, and all there are
+    glm::dvec3 seen{0.0};               ///< what arrives of them, each channel; times the radiance if that varies
+    glm::dvec3 glossy{0.0};             ///< what the glossy lobes make of that
+
+    bool has_free() const { return free > 0.0; }
+    bool has_hidden() const { return free < possible * (1.0 - 1e-6); }
+};
+
+/// A point's first look at its lamps, of which a second one need not be told again.
+struct FirstLook {
+    static constexpr std::size_t kMostLamps = 8;  ///< the most important: of others it is told again
+
+    bool is_over = false;
+    Lit punctual, along_lobes;
+    LampSamples peaks;  ///< `seen` and `glossy` are sums of what they bring
+    std::array<LampSamples, kMostLamps> lamp;
+};
+
 /// Light of lamps and of the sky's peaks at single points. Diffuse: the exact unoccluded irradiance of each triangle
 /// times the share of it that shadow rays find free. Glossy: the same shadow rays times the BSDF; where a lobe is
 /// narrower than the lamps, rays along the lobe as well, combined by the power heuristic (Veach and Guibas 1995).
@@ -50,10 +71,8 @@ public:
         glm::vec3 irradiance;             // if nothing stood between, exact (Lambert's formula)
         float importance;
         float scale;  // how many lamps it stands for
-        int samples = 0;
-        double free = 0.0, possible = 0.0;  // sums of cosine-weighted samples: that arrive at all, and all there are
-        glm::dvec3 seen{0.0};               // what arrives of them, each channel; times the radiance if that varies
-        glm::dvec3 glossy{0.0};             // sum over samples
+        LampSamples found;
+        std::size_t first_shot = 0;  // of those that are on their way
     };
 
     struct Workspace {
@@ -61,19 +80,22 @@ public:
         std::vector<LampView> lamps;
         ShadowBatch shadow;
         std::vector<float> weight;                // of each shadow ray
-        std::vector<glm::vec3> radiance, glossy;  // it brings: if radiance varies, and by the glossy lobes
+        std::vector<glm::vec3> radiance, glossy;  // it brings: of the lamp, where that varies; and by the glossy lobes
         HitPacket packet;
         LampSight sight;  // of the last point
         std::uint64_t rays = 0;
 
         Workspace() { reset(packet.ray); }
+        void clear_shots();
+        void trace_shots(const RayScene& scene);
     };
 
     DirectLight(const RayScene& rays, const DirectSettings& options);
 
     /// @param mixed  lamps (bits as of LampSight) that may be hidden in part, and get more shadow rays
+    /// @param first  of the point: becomes what a first look found, or tells a second one of it; null: neither
     Lit at(const SurfacePoint& point, const Viewer& viewer, std::uint64_t key, Workspace& w,
-           std::uint64_t mixed = ~0ull) const;
+           std::uint64_t mixed = ~0ull, FirstLook* first = nullptr) const;
 
     /// Whether irradiance_of_seen() is worth a try: a few lamps with a size and no others, which send the same
     /// everywhere, and nothing tints it.
@@ -95,7 +117,12 @@ public:
     }
 
 private:
+    static constexpr std::uint64_t kBitOfPeaks = 1ull << 63;
+    static constexpr std::uint64_t bit_of_lamp(std::uint32_t number) { return 1ull << number % 63u; }
+
     DirectLight(const RayScene& rays, const DirectSettings& options, const EffectSet& effects);
+
+    class GlossyLanes;
 
     /// The lobes that reflect, and how they share the work with the lamps.
     struct Lobes {
@@ -112,8 +139,8 @@ private:
         bool is_behind = false;  // of the surface that records lie on
     };
 
-    Lit on_this_side(const SurfacePoint& point, Lobes& lobes, std::uint64_t key, Workspace& w,
-                     std::uint64_t mixed) const;
+    Lit on_this_side(const SurfacePoint& point, Lobes& lobes, std::uint64_t key, Workspace& w, std::uint64_t mixed,
+                     FirstLook* first) const;
     Lobes make_lobes(const Viewer& viewer) const;
     /// Of the reflecting lobes f times the cosine.
     static glm::vec3 glossy(const Lobes& lobes, glm::vec3 to_light);
@@ -124,17 +151,22 @@ private:
     }
     void choose_samples(const SurfacePoint& point, const Workspace& w, Lobes& lobes) const;
 
-    void add_punctual(const SurfacePoint& point, const Lobes& lobes, Workspace& w, Lit& lit) const;
+    Lit punctual(const SurfacePoint& point, const Lobes& lobes, Workspace& w) const;
     void add_triangles(const SurfacePoint& point, const Lobes& lobes, RandomStream& random, std::uint64_t key,
-                       std::uint64_t mixed, Workspace& w, Lit& lit) const;
+                       std::uint64_t mixed, Workspace& w, FirstLook* first, Lit& lit) const;
     void add_peaks(const SurfacePoint& point, const Lobes& lobes, std::uint64_t key, std::uint64_t mixed, Workspace& w,
-                   Lit& lit) const;
-    void add_lobe_rays(const SurfacePoint& point, const Lobes& lobes, std::uint64_t key, Workspace& w, Lit& lit) const;
+                   FirstLook* first, Lit& lit) const;
+    Lit along_lobes(const SurfacePoint& point, const Lobes& lobes, std::uint64_t key, Workspace& w) const;
 
     void pick_lamps(float total, RandomStream& random, std::vector<LampView>& lamps) const;
     void find_lamps(const SurfacePoint& point, const Lobes& lobes, RandomStream& random, Workspace& w) const;
-    void shoot(const SurfacePoint& point, const Lobes& lobes, LampView& lamp, int samples, std::uint64_t key,
+    void aim(const SurfacePoint& point, const Lobes& lobes, LampView& lamp, int samples, std::uint64_t key,
+             GlossyLanes& lanes, Workspace& w) const;
+    template <typename Samples>
+    void shoot(const SurfacePoint& point, const Lobes& lobes, std::uint64_t key, const Samples& samples,
                Workspace& w) const;
+    void shoot_at_peaks(const SurfacePoint& point, const Lobes& lobes, int samples, std::uint64_t key,
+                        LampSamples& peaks, Workspace& w) const;
     glm::vec3 light_along(const SurfacePoint& point, const Lobes& lobes, const HitPacket& packet, int lane,
                           float& lamp_density) const;
     bool may_meet_lamp(const SurfacePoint& point, glm::vec3 direction) const;

@@ -25,12 +25,12 @@ public:
     SparedPixels(const PastDirect* past, const DirectLight& light, const GBuffer& gbuffer, const View& view,
                  ThreadPool& pool, std::vector<DirectLight::Workspace>& workspaces);
 
+    static constexpr int kReach = 2;  // [px]
     /// Calls visit(neighbour) for those that tell whether a lamp is in part hidden from a pixel, itself among them: 25
     /// have shot at least 50 rays at it.
     template <typename Visit>
     static void each_near(const GBuffer& g, std::size_t pixel, const Visit& visit)
     {
-        constexpr int kReach = 2;  // [px]
         const int x = static_cast<int>(pixel) % g.width, y = static_cast<int>(pixel) / g.width;
         for (int ny = std::max(0, y - kReach); ny <= std::min(g.height - 1, y + kReach); ++ny) {
             const std::size_t row = static_cast<std::size_t>(ny) * static_cast<std::size_t>(g.width);
