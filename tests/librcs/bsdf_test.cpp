@@ -144,7 +144,7 @@ TEST(Bsdf, MeanWeightIsTheAlbedo)
         for (const float cosine : {0.05f, 0.3f, 0.8f}) {
             glm::dvec3 all(0.0), glossy(0.0);
             constexpr int kCount = 256;
-            for_each_sample(kCount, [&](float choice, glm::vec2 u) {
+            for_each_sample(kCount, [&, &b = b](float choice, glm::vec2 u) {
                 all += glm::dvec3(sample(b, direction(cosine), choice, u).weight) / double(kCount * kCount);
                 glossy += glm::dvec3(sample_glossy(b, direction(cosine), choice, u).weight) / double(kCount * kCount);
             });
