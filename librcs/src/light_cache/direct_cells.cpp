@@ -17,6 +17,10 @@ namespace {
 constexpr int kMostCells = 80'000;
 // Samples of a cell that are taken together: once to tell how many it takes, at most so many times.
 constexpr int kSamples = 16, kMostTimes = 256;
+// Of all samples, this part is for all cells alike, at most so many times: where the first ones of the cells around
+// found nothing, one that finds what is rare would make a cell as bright as a dozen of them.
+constexpr double kAlike = 0.5;
+constexpr int kMostAlike = 8;
 // A cell of which fewer places are seen is not known: one of them does not tell what the others receive, and few rays
 // end in it.
 constexpr std::size_t kLeastPlaces = 2;
@@ -140,10 +144,14 @@ std::vector<int> times_wanted(const CellFinder& finder, std::span<const CellSum>
         wanted.push_back(static_cast<double>(finder.counts()[c]) * std::sqrt(others.variance()));
         sum += wanted.back();
     }
-    const double scale = sum > 0.0 ? budget / (sum * kSamples) : 0.0;
+    const double all = budget / kSamples;
+    const double least =
+        std::clamp(std::floor(kAlike * all / static_cast<double>(keys.size())), 1.0, double{kMostAlike});
+    const double rest = least > 1.0 ? all - least * static_cast<double>(keys.size()) : all;
+    const double scale = sum > 0.0 ? rest / sum : 0.0;
     std::vector<int> times;
-    for (const double samples : wanted)
-        times.push_back(static_cast<int>(std::clamp(std::ceil(scale * samples), 1.0, double{kMostTimes})));
+    for (const double more : wanted)
+        times.push_back(static_cast<int>(std::clamp(std::ceil(scale * more), least, double{kMostTimes})));
     return times;
 }
 
