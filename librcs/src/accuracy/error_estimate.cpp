@@ -297,7 +297,7 @@ private:
 /// What a layer is off by.
 struct JudgedLayer {
     int width;
-    WindowSums lights;  ///< and of what is added to light that errors are relative to
+    WindowSums lights;  ///< with what is added to light that errors are relative to
     const FoundErrors& errors;
     bool directly;  ///< direct light is part of it
 

@@ -33,6 +33,7 @@ const std::array<glm::vec2, kNeighbours>& spiral()
     }();
     return places;
 }
+
 /// Rays' light weighted by a lobe: the weighted mean, and how uncertain that is.
 struct WeightedLight {
     glm::vec3 sum{0.0f}, total{0.0f};                              // of weight times radiance, and of weights

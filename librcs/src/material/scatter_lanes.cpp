@@ -7,10 +7,11 @@
 namespace rcs {
 namespace {
 
-/// One lobe, as the formulas of its kind have it: a part of its caller, so that they become vectors there.
+/// One lobe, as the formulas of its kind have it: a part of its caller, so that they become vectors there. Lanes of
+/// which nothing comes are worked out as well, which not every kind's formulas stand.
 template <typename Kind>
-RCS_ALWAYS_INLINE void add_one(Kind kind, const Bsdf& bsdf, const LobeView& seen, const DirectionLanes& incoming,
-                               ColorLanes& f)
+RCS_ALWAYS_INLINE void add_together(Kind kind, const Bsdf& bsdf, const LobeView& seen, const DirectionLanes& incoming,
+                                    ColorLanes& f)
 {
     const glm::vec3 normal = bsdf.normal, geometric = bsdf.geometric_normal;
     const Lobe lobe = *seen.lobe;
@@ -28,16 +29,31 @@ RCS_ALWAYS_INLINE void add_one(Kind kind, const Bsdf& bsdf, const LobeView& seen
     }
 }
 
+template <typename Kind>
+void add_singly(Kind kind, const Bsdf& bsdf, const LobeView& view, const DirectionLanes& incoming, ColorLanes& f)
+{
+    if (!kind.is_diffuse && !(glm::dot(bsdf.normal, view.outgoing) > 0.0f)) return;
+    for (std::size_t lane = 0; lane < DirectionLanes::kWidth; ++lane) {
+        const ScatterPair pair(bsdf.normal, bsdf.geometric_normal, view.outgoing, incoming[lane]);
+        if (!pair.valid || pair.transmitted != kind.transmits) continue;
+        Scattering s;
+        kind.add(view, pair, s);
+        f.r[lane] += s.value.r;
+        f.g[lane] += s.value.g;
+        f.b[lane] += s.value.b;
+    }
+}
+
 RCS_MULTIVERSION
 void add_specular(const Bsdf& bsdf, const LobeView& view, const DirectionLanes& incoming, ColorLanes& f)
 {
-    add_one(Specular{}, bsdf, view, incoming, f);
+    add_together(Specular{}, bsdf, view, incoming, f);
 }
 
 RCS_MULTIVERSION
 void add_coat(const Bsdf& bsdf, const LobeView& view, const DirectionLanes& incoming, ColorLanes& f)
 {
-    add_one(Coat{}, bsdf, view, incoming, f);
+    add_together(Coat{}, bsdf, view, incoming, f);
 }
 
 }  // namespace
@@ -54,7 +70,7 @@ ColorLanes SeenLobes::evaluate(const DirectionLanes& incoming) const
             else if constexpr (std::is_same_v<Kind, Coat>)
                 add_coat(*bsdf_, view_[i], incoming, f);
             else
-                add_one(kind, *bsdf_, view_[i], incoming, f);
+                add_singly(kind, *bsdf_, view_[i], incoming, f);
         });
     }
     return f;
