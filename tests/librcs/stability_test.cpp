@@ -100,6 +100,8 @@ TEST(StabilityReproducer, HoldsTheScenePicturesAndTheCommand)
     options.width = 8;
     options.height = 6;
     options.aa = 1;
+    settings_of(options).rays = 16;
+    settings_of(options).noise_target = 1.0f;
     const Scene scene = load_scene("demo:atrium");
     Camera camera = scene.cameras[0];
     camera.lens_shift = {0.25, 0.0};

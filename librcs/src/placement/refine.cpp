@@ -11,6 +11,8 @@ namespace {
 
 // Below this part of the mean irradiance, noise is judged against the part: it is too dark to be seen.
 constexpr float kDark = 0.01f;
+// So many times `rays` a record has where noise is what is allowed, had it been gathered with those.
+constexpr float kAtAllowed = 2.0f;
 // Neighbours that weigh less in all say nothing.
 constexpr float kLeastWeight = 0.1f;
 
@@ -94,11 +96,10 @@ std::vector<int> extra_gathers(std::span<const Record> records, std::span<const 
 {
     std::vector<int> extra(records.size());
     for (std::size_t i = 0; i < records.size(); ++i) {
-        // Squared only now: the target's square could underflow.
         const float excess = noise[i] / (noise_target * noise_allowed(records[i], widest));
         const float gathers = static_cast<float>(records[i].rays) / static_cast<float>(rays);
         const float most = std::max(0.0f, static_cast<float>(most_rays) / static_cast<float>(rays) - gathers);
-        extra[i] = static_cast<int>(std::clamp(std::ceil(excess * excess) - gathers, 0.0f, most));
+        extra[i] = static_cast<int>(std::clamp(std::round(kAtAllowed * excess) - gathers, 0.0f, most));
     }
     return extra;
 }

@@ -30,8 +30,9 @@ std::vector<float> noise_around(int rays, const GBuffer& gbuffer, const View& vi
 /// the power 2/3 of the area it serves; and finer noise is harder to see.
 float noise_allowed(const Record& record, float widest);
 
-/// How many times `rays` more each record should get, so that the noise around it comes down to what is allowed, or as
-/// far as `most_rays` go.
+/// How many times `rays` more each record should get: in proportion to the noise around it over what is allowed, as far
+/// as `most_rays` go. Where noise is just above, it comes down to that; where it is far above, not as far, since the
+/// square of the noise that this would take buys less there than elsewhere.
 /// @param noise  around each of the records: noise_around() for `rays`   @param widest  spacing [px]
 std::vector<int> extra_gathers(std::span<const Record> records, std::span<const float> noise, int rays,
                                float noise_target, float widest, int most_rays);
