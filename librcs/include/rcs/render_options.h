@@ -93,7 +93,8 @@ struct RenderOptions {
     int penumbra_samples = 64;            ///< the same where visibility is mixed; fewer count as area_samples
     int lamp_picks = 0;                   ///< so many emissive triangles, picked by what they would send, stand for all
                                           ///< (DirectSettings); 0: none is left out
-    int lobe_rays = 16;    ///< rays a pixel along lobes too narrow for records, shared between neighbours
+    int lobe_rays = 16;    ///< rays a pixel along lobes too narrow for records, shared between neighbours; up to six
+                           ///< times as many where noise would show by noise_target and no goal is set
     float overlap = 3.5f;  ///< influence radius of the last splat, in spacing radii
     SplatMethod splat = SplatMethod::automatic;     ///< how records reach the image
     GatherMethod gather = GatherMethod::automatic;  ///< what traces the rays of records

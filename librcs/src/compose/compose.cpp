@@ -111,6 +111,16 @@ Image& sums_of(const LayerSum& layer, const GBuffer& g, LayeredImage& sums)
 
 }  // namespace
 
+float recorded_luminance(const GBuffer& gbuffer, const View& view, const Shading& shading, const SplatBuffer& sums,
+                         std::size_t pixel)
+{
+    if (sums.width == 0 || !gbuffer.covered(pixel) || !(sums.weight[pixel] > 0.0f)) return 0.0f;
+    glm::vec3 light = gbuffer.albedo[pixel] * kInversePi * mean_irradiance(sums, pixel);
+    if (shading.has_lobes())
+        light += glossy_radiance(gbuffer, shading, sums, pixel, outgoing_at(gbuffer, view.camera, pixel));
+    return luminance(light);
+}
+
 std::size_t accumulate_pass(const GBuffer& g, const View& view, const Shading& shading, const ShownLight& light,
                             const std::vector<glm::vec3>& weight, const KnownSamples* known, LayeredImage& sums,
                             ThreadPool& pool)

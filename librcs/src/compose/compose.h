@@ -55,6 +55,10 @@ std::size_t accumulate_pass(const GBuffer& gbuffer, const View& view, const Shad
                             const std::vector<glm::vec3>& weight, const KnownSamples* known, LayeredImage& sums,
                             ThreadPool& pool);
 
+/// Luminance that a visible point reflects of what records say, by all its lobes that they light [W m^-2 sr^-1].
+float recorded_luminance(const GBuffer& gbuffer, const View& view, const Shading& shading, const SplatBuffer& sums,
+                         std::size_t pixel);
+
 /// Divides the sums by the number of passes and adds up beauty.
 void finish_passes(int passes, LayeredImage& sums);
 

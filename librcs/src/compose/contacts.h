@@ -49,8 +49,8 @@ struct ContactStats {
 };
 
 struct ContactSettings {
-    float noise = 0.1f;     ///< standard error that a pixel may keep, relative to its light; else it gathers more
-    int most_rays = 96;     ///< about so many of a pixel, >= twice those that it begins with
+    float noise = 0.07f;    ///< standard error that a pixel may keep, relative to its light; else it gathers more
+    int most_rays = 192;    ///< about so many of a pixel, >= twice those that it begins with
     std::uint32_t now = 1;  ///< number of the view, > 0
 };
 

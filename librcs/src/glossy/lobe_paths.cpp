@@ -238,7 +238,7 @@ std::size_t LobePaths::look(std::size_t begin, std::size_t end, RayRing& ring, W
     w.looking.looks.clear();
     const std::size_t before = w.shadow.size();
     for (std::size_t i = begin; i < end; ++i) {
-        if (!g_.covered(i) || !shading_.is_traced(i)) continue;
+        if (!is_traced(i)) continue;
         if (past_ && !past_->looks(i))
             std::fill(ring.looks_of(i).begin(), ring.looks_of(i).end(), LobeRay{});
         else
@@ -253,7 +253,7 @@ void LobePaths::trace(std::size_t begin, std::size_t end, RayRing& ring, Workspa
     w.lights.clear();
     w.paths.clear();
     for (std::size_t i = begin; i < end; ++i)
-        if (g_.covered(i) && shading_.is_traced(i)) begin_paths(i, ring, w);
+        if (is_traced(i)) begin_paths(i, ring, w);
     while (!w.paths.empty()) {
         w.next.clear();
         for (std::size_t i = 0; i < w.paths.size(); i += kWidth)

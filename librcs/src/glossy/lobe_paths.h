@@ -73,6 +73,10 @@ public:
     void trace(std::size_t begin, std::size_t end, RayRing& ring, Workspace& w) const;
 
 private:
+    bool is_traced(std::size_t pixel) const
+    {
+        return g_.covered(pixel) && shading_.is_traced(pixel) && settings_.takes(pixel);
+    }
     void begin_paths(std::size_t pixel, RayRing& ring, Workspace& w) const;
     void trace_packet(const LobePath* paths, int count, Workspace& w) const;
     void shade(const LobePath& path, int lane, const HitSurface& hit, glm::vec3 throughput, Workspace& w) const;

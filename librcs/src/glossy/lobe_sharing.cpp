@@ -326,7 +326,7 @@ void LobeSharing::each_neighbour(std::size_t pixel, float reach, const Visit& vi
     const int y = static_cast<int>(pixel / static_cast<std::size_t>(g_.width));
     const float turn =
         2.0f * std::numbers::pi_v<float> *
-        to_unit_float(static_cast<std::uint32_t>(mix64(lobe_key(seed_, pixel_number(view_, pixel)) + 77)));
+        to_unit_float(static_cast<std::uint32_t>(mix64(lobe_key(settings_.seed, pixel_number(view_, pixel)) + 77)));
     const glm::vec2 along = reach * glm::vec2(std::cos(turn), std::sin(turn)), across(-along.y, along.x);
     for (const glm::vec2 place : spiral()) {
         const glm::vec2 step = glm::round(place.x * along + place.y * across);
@@ -334,7 +334,7 @@ void LobeSharing::each_neighbour(std::size_t pixel, float reach, const Visit& vi
         if (nx < 0 || ny < 0 || nx >= g_.width || ny >= g_.height || (nx == x && ny == y)) continue;
         const std::size_t neighbour =
             static_cast<std::size_t>(ny) * static_cast<std::size_t>(g_.width) + static_cast<std::size_t>(nx);
-        if (may_share(g_, shading_, pixel, neighbour)) visit(neighbour);
+        if (settings_.takes(neighbour) && may_share(g_, shading_, pixel, neighbour)) visit(neighbour);
     }
 }
 

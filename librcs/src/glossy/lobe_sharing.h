@@ -32,9 +32,9 @@ struct LobeLights {
 class LobeSharing {
 public:
     /// @param past  which pixels looked; null: all that look
-    LobeSharing(const GBuffer& g, const View& view, const Shading& shading, std::uint64_t seed,
+    LobeSharing(const GBuffer& g, const View& view, const Shading& shading, const LobeSettings& settings,
                 const PastLobes* past = nullptr)
-        : g_(g), view_(view), shading_(shading), seed_(seed), past_(past)
+        : g_(g), view_(view), shading_(shading), settings_(settings), past_(past)
     {
     }
 
@@ -59,7 +59,7 @@ private:
     const GBuffer& g_;
     const View& view_;
     const Shading& shading_;
-    std::uint64_t seed_;
+    const LobeSettings& settings_;
     const PastLobes* past_;
 };
 

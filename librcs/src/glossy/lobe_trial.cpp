@@ -101,7 +101,7 @@ WorthwhileLooks worthwhile_looks(const RayScene& rays, const HitRadiance& light,
             own.seed = stream_key(options.seed, Stream::glossy, ~sample);
             own.gathered = nullptr;
             const LobePaths paths(rays, light, gbuffer, view, shading, own, ring.has_looks() ? &looks : nullptr);
-            const LobeSharing sharing(gbuffer, view, shading, own.seed);
+            const LobeSharing sharing(gbuffer, view, shading, own);
             paths.trace(pixel, pixel + 1, ring, w);
             sharing.find_neighbours(pixel, ring, neighbours);
             for (const std::size_t i : neighbours) paths.trace(i, i + 1, ring, w);

@@ -22,7 +22,7 @@ public:
           shading_(shading),
           squares_(g.width, g.height, *options.checked),
           settings_{options, options},
-          sharing_(g, view, shading, options.seed),
+          sharing_(g, view, shading, options),
           paths_{LobePaths(rays, light, g, view, shading, settings_[0], looks),
                  LobePaths(rays, light, g, view, shading, settings_[1], looks)}
     {
@@ -36,7 +36,9 @@ public:
             RayRing ring({g_.width, 1, settings_[0].rays_per_pixel, settings_[0].looks_per_pixel, of_lamps});
             for (std::size_t k = begin; k < end; ++k) {
                 const std::uint32_t pixel = squares_.pixel(k);
-                if (pixel == CheckedPixels::kNone || !g_.covered(pixel) || !shading_.is_traced(pixel)) continue;
+                if (pixel == CheckedPixels::kNone || !g_.covered(pixel) || !shading_.is_traced(pixel) ||
+                    !settings_[0].takes(pixel))
+                    continue;
                 again[k].pixel = pixel;
                 for (std::size_t set = 0; set < 2; ++set) {
                     paths_[set].trace(pixel, pixel + 1u, ring, workspaces[static_cast<std::size_t>(thread)]);
@@ -72,12 +74,14 @@ TracedLight dark(std::size_t pixels, bool of_lamps)
 TracedLight trace_lobes(const RayScene& rays, const HitRadiance& light, const GBuffer& gbuffer, const View& view,
                         const Shading& shading, const LobeSettings& options, ThreadPool& pool, GlossyStats& stats)
 {
-    const auto is_traced = [&](std::size_t i) { return gbuffer.covered(i) && shading.is_traced(i); };
+    const auto is_traced = [&](std::size_t i) {
+        return gbuffer.covered(i) && shading.is_traced(i) && options.takes(i);
+    };
     std::optional<LobeLooks> looks;
     if (options.looks_per_pixel > 0) looks.emplace(light, *options.guide, gbuffer, view, shading);
     const PastLobes past(options, gbuffer, view, shading, pool);
     const LobePaths paths(rays, light, gbuffer, view, shading, options, looks ? &*looks : nullptr, &past);
-    const LobeSharing sharing(gbuffer, view, shading, options.seed, &past);
+    const LobeSharing sharing(gbuffer, view, shading, options, &past);
     const bool of_lamps = options.gathered && options.gathered->any() && options.gathered->along_lobes;
     RayRing ring(
         {gbuffer.width, gbuffer.width, options.rays_per_pixel, options.looks_per_pixel, of_lamps, light.has_soft()});

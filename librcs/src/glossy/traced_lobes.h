@@ -53,6 +53,9 @@ struct LobeSettings {
     int looks_per_pixel = 0;                              ///< at those, beside the rays; needs a guide if > 0
     const DirectCells* direct = nullptr;                  ///< what is known of the light where rays end; null: nothing
     const PastTraced* past = nullptr;                     ///< null: each pixel has all of its rays
+    const std::vector<std::uint8_t>* only = nullptr;      ///< per pixel, 0: it is left out; null: none is
+
+    bool takes(std::size_t pixel) const { return !only || (*only)[pixel] != 0; }
 };
 
 /// Indirect light that narrow lobes reflect at every visible point: a few rays a pixel along the lobe (LobePaths),

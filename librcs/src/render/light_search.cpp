@@ -1,26 +1,35 @@
 #include "render/light_search.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <utility>
 
+#include "compose/compose.h"
 #include "compose/contacts.h"
 #include "compose/lamp_checks.h"
+#include "glossy/further_lobes.h"
 #include "glossy/lobe_trial.h"
 #include "records/guided_gathers.h"
 #include "records/lamps_to_gather.h"
 #include "render/upkeep.h"
+#include "util/color.h"
 #include "util/random.h"
 
 namespace rcs {
 namespace {
 
 // Of a pixel at a contact, first of all, and at the most where noise would show; so many times that for less noise.
-constexpr int kContactRays = 16, kMostContactRays = 96;
-constexpr float kFiner = 16.0f;
+constexpr int kContactRays = 16, kMostContactRays = 192;
+constexpr float kFiner = 8.0f;
 // It may be so much noisier than wide plain surfaces.
-constexpr float kContactNoise = 5.0f;
+constexpr float kContactNoise = 3.5f;
+
+// Narrow lobes may be so much noisier, of pixels that have light but for this part of the picture's mean; and have so
+// many more rounds of rays at the most.
+constexpr float kLobeNoise = 3.0f, kDarkLight = 0.01f;
+constexpr int kMostFurther = 5;
 
 /// Of the pass: as little noise as the records are to have.
 ContactSettings contact_settings(const Frame& f)
@@ -156,6 +165,24 @@ LobeSettings lobe_settings(const Frame& f, int round)
     settings.looks_per_pixel = f.guide() ? f.kept_guide.looks_of_lobes.count : 0;
     settings.direct = f.kept_guide.direct.get();
     return settings;
+}
+
+std::vector<std::uint8_t> noisy_lobes(const Frame& f)
+{
+    std::vector<float> light(f.gbuffer.size(), 0.0f);
+    f.session.pool().parallel_for(light.size(), 4096, [&](std::size_t begin, std::size_t end, int) {
+        for (std::size_t i = begin; i < end; ++i)
+            light[i] = recorded_luminance(f.gbuffer, f.view(), f.shading, f.light.indirect, i);
+    });
+    double all = 0.0;
+    for (std::size_t i = 0; i < light.size(); ++i)
+        all += static_cast<double>(light[i] + luminance(f.light.traced.radiance[i]));
+    const float dark = kDarkLight * static_cast<float>(all / static_cast<double>(light.size()));
+    for (float& one : light) one += dark;
+    // Every pass samples by itself.
+    const float of_pass = std::sqrt(static_cast<float>(f.course.passes));
+    return further_rounds(f.gbuffer, f.shading, f.light.traced, light,
+                          {kLobeNoise * f.course.records.noise_target * of_pass, kMostFurther});
 }
 
 void choose_looks(Frame& f)

@@ -22,6 +22,8 @@ void ask_contacts(Frame& frame);
 void ask_lamps(Frame& frame);
 /// Of one round of rays along narrow lobes. @param round  0: the first
 LobeSettings lobe_settings(const Frame& frame, int round);
+/// How many more rounds each pixel is to have: the records' light and one round are known.
+std::vector<std::uint8_t> noisy_lobes(const Frame& frame);
 /// Settles whether narrow lobes look at lit points as well.
 void choose_looks(Frame& frame);
 

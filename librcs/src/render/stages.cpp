@@ -7,6 +7,7 @@
 #include "accuracy/error_estimate.h"
 #include "accuracy/probes.h"
 #include "compose/sampled_light.h"
+#include "glossy/further_lobes.h"
 #include "placement/view_fit.h"
 #include "rcs/error.h"
 #include "rcs/option_table.h"
@@ -100,7 +101,8 @@ ErrorScale probe(Frame& f)
     });
 }
 
-TracedLight trace_round(Frame& f, int round)
+/// @param only  pixels that have it; null: all
+TracedLight trace_round(Frame& f, int round, const std::vector<std::uint8_t>* only = nullptr)
 {
     ++f.stats().counts.lobe_passes;
     return timed(f, "glossy", [&] {
@@ -111,9 +113,24 @@ TracedLight trace_round(Frame& f, int round)
             past.emplace(f.past->traced());
         }
         settings.past = past ? &*past : nullptr;
+        settings.only = only;
+        if (only) settings.checked.reset();  // the first round's were by as many rays as tell of it
         return trace_lobes(f.rays, light_of_hits(f), f.gbuffer, f.view(), f.shading, settings, f.session.pool(),
                            f.stats().traced);
     });
+}
+
+/// Rays along narrow lobes go on where they would show noise.
+void trace_noisy(Frame& f)
+{
+    const bool is_the_same = f.past && !f.past->places;
+    if (f.light.traced.radiance.empty() || has_goal(f.asked) || is_the_same) return;
+    std::vector<std::uint8_t> left = timed(f, "glossy", [&] { return noisy_lobes(f); });
+    for (int round = 1; std::any_of(left.begin(), left.end(), [](std::uint8_t rounds) { return rounds > 0; });
+         ++round) {
+        add_further(f.light.traced, trace_round(f, round, &left), left);
+        for (std::uint8_t& rounds : left) rounds -= rounds > 0 ? 1 : 0;
+    }
 }
 
 DirectLightResult direct_round(Frame& f, int round)
@@ -295,6 +312,7 @@ void splat_records(Frame& f)
 
 void sample_further(Frame& f)
 {
+    trace_noisy(f);
     keep_samples(f);
     Rounds done;
     for (Rounds next = next_round(f, done);; next = next_round(f, done)) {

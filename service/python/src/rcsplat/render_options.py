@@ -69,7 +69,8 @@ class RenderOptions(TypedDict, total=False):
     """So many triangles of lamps, picked by what they would send, stand for all: quick and noisy; 0 leaves
     none out: a whole number in [0, 1024]."""
     lobe_rays: int
-    """Rays a pixel along reflections too sharp for records: a whole number in [1, 1024]."""
+    """Rays a pixel along reflections too sharp for records; up to six times as many where noise would show: a
+    whole number in [1, 1024]."""
     denoise: str
     """Filter direct light and sharp reflections by Open Image Denoise 2, which has to be installed (PyPI:
     pyoidn), where independent samples say that it helps: one of off, oidn."""
