@@ -132,13 +132,27 @@ TEST(FurtherLobes, RoundsCountAlike)
     more.radiance.assign(kPixels, glm::vec3(4.0f));
     std::vector<std::uint8_t> had(kPixels, 1);
     had[7] = 0;
-    add_further(light, more, had);
-    add_further(light, more, had);
+    add_round(light, more, &had);
+    add_round(light, more, &had);
     EXPECT_FLOAT_EQ(light.radiance[3].g, 3.0f) << "one of 1 and two of 4";
     EXPECT_FLOAT_EQ(light.error[3], 0.3f / std::sqrt(3.0f));
     EXPECT_FLOAT_EQ(light.variance[3], 1.0f / 3.0f);
     EXPECT_EQ(light.radiance[7].g, 1.0f);
     EXPECT_EQ(light.error[7], 0.3f);
+}
+
+TEST(FurtherLobes, WhatWasSampledAgainIsAveragedAsThePixelsAre)
+{
+    const MetalWall place(0.3f);
+    TracedLight light = place.even(0.3f), more = place.even(0.3f);
+    light.again = {{.pixel = 3, .radiance = {glm::vec3(1.0f), glm::vec3(2.0f)}}, {}};
+    more.again = {{.pixel = 3, .radiance = {glm::vec3(4.0f), glm::vec3(5.0f)}}, {}};
+    add_round(light, more);
+    add_round(light, more);
+    EXPECT_FLOAT_EQ(light.again[0].radiance[0].g, 3.0f);
+    EXPECT_FLOAT_EQ(light.again[0].radiance[1].g, 4.0f);
+    add_round(light, place.even(0.3f));  // of a round that sampled nothing again it stays as it is
+    EXPECT_FLOAT_EQ(light.again[0].radiance[0].g, 3.0f);
 }
 
 TEST(FurtherLobes, LeaveLessNoiseAndTheSameMean)
@@ -160,7 +174,7 @@ TEST(FurtherLobes, LeaveLessNoiseAndTheSameMean)
         std::vector<std::uint8_t> left =
             further_rounds(place.points, place.shading, light, alone, {.allowed = 0.05f, .most = 6});
         for (std::uint64_t round = 1; round <= 6; ++round) {
-            add_further(light, place.trace({.rays_per_pixel = 4, .seed = 1000 * round + seed, .only = &left}), left);
+            add_round(light, place.trace({.rays_per_pixel = 4, .seed = 1000 * round + seed, .only = &left}), &left);
             for (std::uint8_t& rounds : left) rounds = static_cast<std::uint8_t>(rounds > 0 ? rounds - 1 : 0);
         }
         further += off();

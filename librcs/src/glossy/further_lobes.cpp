@@ -29,6 +29,9 @@ float error_of(const TracedLight& traced, std::size_t i)
     return traced.variance.empty() ? error : error / std::sqrt(traced.variance[i]);
 }
 
+/// Of a round that is added to what is known, by their variances.
+float share_of_next(const TracedLight& known, std::size_t i) { return known.variance[i] / (1.0f + known.variance[i]); }
+
 class Squares {
 public:
     explicit Squares(const GBuffer& g)
@@ -78,21 +81,30 @@ std::vector<std::uint8_t> further_rounds(const GBuffer& g, const Shading& shadin
     return rounds;
 }
 
-void add_further(TracedLight& light, const TracedLight& more, const std::vector<std::uint8_t>& had)
+void add_round(TracedLight& light, const TracedLight& more, const std::vector<std::uint8_t>* had)
 {
     if (light.variance.empty()) light.variance.assign(light.radiance.size(), 1.0f);
+    for (TracedAgain& again : light.again) {
+        if (more.again.empty() || again.pixel == GBuffer::kNone || (had && (*had)[again.pixel] == 0)) continue;
+        const TracedAgain& next = more.again[static_cast<std::size_t>(&again - light.again.data())];
+        const float share = share_of_next(light, again.pixel);
+        for (std::size_t n = 0; n < 2; ++n) {
+            again.radiance[n] = glm::mix(again.radiance[n], next.radiance[n], share);
+            again.of_lamps[n] = glm::mix(again.of_lamps[n], next.of_lamps[n], share);
+        }
+    }
     const auto add = [&](std::size_t i, float share, std::vector<glm::vec3>& sum, std::vector<float>& errors,
                          const std::vector<glm::vec3>& next, const std::vector<float>& next_errors) {
         sum[i] = glm::mix(sum[i], next[i], share);
         errors[i] = std::hypot((1.0f - share) * errors[i], share * next_errors[i]);
     };
     for (std::size_t i = 0; i < light.radiance.size(); ++i) {
-        if (had[i] == 0) continue;
-        const float known = light.variance[i], share = known / (1.0f + known);
+        if (had && (*had)[i] == 0) continue;
+        const float share = share_of_next(light, i);
         add(i, share, light.radiance, light.error, more.radiance, more.error);
         if (!light.of_lamps.empty())
             add(i, share, light.of_lamps, light.of_lamps_error, more.of_lamps, more.of_lamps_error);
-        light.variance[i] = share;
+        light.variance[i] = share;  // over that of one round: 1/2, 1/3, ...
     }
 }
 

@@ -23,7 +23,8 @@ struct FurtherLobes {
 std::vector<std::uint8_t> further_rounds(const GBuffer& gbuffer, const Shading& shading, const TracedLight& traced,
                                          const std::vector<float>& beside, const FurtherLobes& settings);
 
-/// Averages a further round into the light of those pixels that had it.
-void add_further(TracedLight& light, const TracedLight& more, const std::vector<std::uint8_t>& had);
+/// Averages a further round into the light of those pixels that had it, by what is known of them: as many rounds, or
+/// what earlier views knew as well. @param had  per pixel, 0: it had none; null: all had it
+void add_round(TracedLight& light, const TracedLight& more, const std::vector<std::uint8_t>* had = nullptr);
 
 }  // namespace rcs

@@ -351,24 +351,6 @@ Rounds next_round(const Frame& frame, const Rounds& done)
     return by_lobes < by_direct ? lobes : direct;
 }
 
-void add_round(TracedLight& light, const TracedLight& more, int rounds)
-{
-    const float share = 1.0f / static_cast<float>(rounds + 1);
-    for (std::size_t i = 0; i < light.radiance.size(); ++i) {
-        light.radiance[i] = glm::mix(light.radiance[i], more.radiance[i], share);
-        light.error[i] = std::hypot((1.0f - share) * light.error[i], share * more.error[i]);
-    }
-    for (std::size_t k = 0; k < light.again.size(); ++k)
-        for (std::size_t n = 0; n < 2; ++n) {
-            light.again[k].radiance[n] = glm::mix(light.again[k].radiance[n], more.again[k].radiance[n], share);
-            light.again[k].of_lamps[n] = glm::mix(light.again[k].of_lamps[n], more.again[k].of_lamps[n], share);
-        }
-    for (std::size_t i = 0; i < light.of_lamps.size(); ++i) {
-        light.of_lamps[i] = glm::mix(light.of_lamps[i], more.of_lamps[i], share);
-        light.of_lamps_error[i] = std::hypot((1.0f - share) * light.of_lamps_error[i], share * more.of_lamps_error[i]);
-    }
-}
-
 void add_round(DirectLightResult& light, const DirectLightResult& more, int rounds)
 {
     const float share = 1.0f / static_cast<float>(rounds + 1);

@@ -54,7 +54,6 @@ void steer_records_ahead(Frame& frame);
 Rounds next_round(const Frame& frame, const Rounds& done);
 
 /// Averages a further round into the light of `rounds` rounds.
-void add_round(TracedLight& light, const TracedLight& more, int rounds);
 void add_round(DirectLightResult& light, const DirectLightResult& more, int rounds);
 
 }  // namespace rcs

@@ -128,7 +128,7 @@ void trace_noisy(Frame& f)
     std::vector<std::uint8_t> left = timed(f, "glossy", [&] { return noisy_lobes(f); });
     for (int round = 1; std::any_of(left.begin(), left.end(), [](std::uint8_t rounds) { return rounds > 0; });
          ++round) {
-        add_further(f.light.traced, trace_round(f, round, &left), left);
+        add_round(f.light.traced, trace_round(f, round, &left), &left);
         for (std::uint8_t& rounds : left) rounds -= rounds > 0 ? 1 : 0;
     }
 }
@@ -317,7 +317,7 @@ void sample_further(Frame& f)
     Rounds done;
     for (Rounds next = next_round(f, done);; next = next_round(f, done)) {
         if (next.lobes > done.lobes)
-            add_round(f.light.traced, trace_round(f, done.lobes), done.lobes);
+            add_round(f.light.traced, trace_round(f, done.lobes));
         else if (next.direct > done.direct)
             add_round(f.light.direct, direct_round(f, done.direct), done.direct);
         else
