@@ -156,9 +156,10 @@ float HitRadiance::density_of_lamp(const SurfacePoint& origin, const HitPacket& 
 
 namespace {
 
-MaterialValues widened(MaterialValues values, float least_alpha)
+MaterialValues widened(MaterialValues values, bool is_curved, float least_alpha)
 {
-    for (std::uint32_t i = 0; i < values.bsdf.count; ++i) widen_at_hit(values.bsdf.lobe[i], least_alpha);
+    const float least = is_curved ? least_alpha : kFlatPart * least_alpha;
+    for (std::uint32_t i = 0; i < values.bsdf.count; ++i) widen_at_hit(values.bsdf.lobe[i], least);
     return values;
 }
 
@@ -167,13 +168,15 @@ MaterialValues widened(MaterialValues values, float least_alpha)
 MaterialValues HitRadiance::widened_values(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width,
                                            float least_alpha) const
 {
-    return widened(values(packet, lane, hit, cone_width), least_alpha);
+    return widened(values(packet, lane, hit, cone_width),
+                   instance_of(rays_, packet.instance(lane)).is_curved(packet.primitive[lane]), least_alpha);
 }
 
 MaterialValues HitRadiance::widened_values(const Hit& hit, const SurfacePoint& point, glm::vec3 outgoing, float width,
                                            float least_alpha) const
 {
-    return widened(values(hit, point, outgoing, width), least_alpha);
+    return widened(values(hit, point, outgoing, width), instance_of(rays_, hit.instance).is_curved(hit.primitive),
+                   least_alpha);
 }
 
 glm::vec3 HitRadiance::indirect(const SurfacePoint& point, const Bsdf& bsdf, glm::vec3 outgoing,

@@ -31,6 +31,9 @@ inline float least_hit_alpha(int rays)
     constexpr float kFewRays = 128.0f;
     return kLeastHitAlpha * std::clamp(std::sqrt(std::sqrt(kFewRays / static_cast<float>(rays))), 0.5f, 1.0f);
 }
+/// On a flat face, so much of that: there a lamp's image is as wide as the lamp, and many rays find it. A curved one
+/// shrinks it to a dot.
+inline constexpr float kFlatPart = 0.5f;
 /// The same of a lobe with this reflectance at normal incidence: a lobe's peak grows as that over its width squared,
 /// and no peak is to be higher. So a dielectric's lobe stays as it is down to a roughness of 0.25 or less.
 inline float least_alpha_of(glm::vec3 reflectance, float of_perfect)

@@ -42,6 +42,9 @@ struct RayInstance {
     std::vector<glm::vec3> positions;  ///< baked: corners in scene space, and one more element at the end
     glm::mat4x3 scene_from_object{1.0f};
     glm::mat3 normal_from_object{1.0f};  ///< object normals to scene space, not unit
+
+    /// Whether the triangle's normals turn across it.
+    bool is_curved(std::uint32_t triangle) const { return smooth && !triangles[triangle].is_flat(); }
 };
 
 struct [[gnu::visibility("hidden")]] RayScene::Impl {

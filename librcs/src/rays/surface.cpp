@@ -99,7 +99,7 @@ void complete_hit(const RayScene& rays, const HitPacket& packet, int lane, HitSu
     const HitTriangle& t = i.triangles[packet.primitive[lane]];
     const float u = packet.u[lane];
     const float v = packet.v[lane];
-    hit.point.shading_normal = i.smooth && !t.is_flat()
+    hit.point.shading_normal = i.is_curved(packet.primitive[lane])
                                    ? shading_normal(i, t, u, v, hit.point.geometric_normal, hit.point.front)
                                    : hit.point.geometric_normal;
     hit.point.uv = (1.0f - u - v) * t.uv[0] + u * t.uv[1] + v * t.uv[2];
@@ -140,8 +140,7 @@ SurfacePoint surface_at(const RayScene& rays, std::uint32_t instance, std::uint3
     point.geometric_normal = point.front ? face : -face;
     point.shading_normal = point.geometric_normal;
     const HitTriangle& t = i.triangles[primitive];
-    if (i.smooth && !t.is_flat())
-        point.shading_normal = shading_normal(i, t, u, v, point.geometric_normal, point.front);
+    if (i.is_curved(primitive)) point.shading_normal = shading_normal(i, t, u, v, point.geometric_normal, point.front);
     point.uv = w * t.uv[0] + u * t.uv[1] + v * t.uv[2];
     return point;
 }
