@@ -93,7 +93,8 @@ TEST(LampChecks, FindWhatPixelsSeeWhereRecordsDisagree)
         found += light_at(of_lamps, i) / static_cast<double>(truth.size());
         EXPECT_NEAR(light_at(all, i), light_at(of_lamps, i) + 1.0, 1e-4) << "light of others stays";
     }
-    EXPECT_LT(after, 0.25 * before);
+    // Alone, without what pixels around found, they come to .19 of it.
+    EXPECT_LT(after, 0.16 * before);
     EXPECT_NEAR(found, mean, 0.1 * mean);
 }
 

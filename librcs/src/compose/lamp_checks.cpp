@@ -19,10 +19,14 @@ namespace {
 constexpr float kDisagree = 0.5f;
 // Scatter below that part of the picture's mean light of lamps cannot be seen.
 constexpr double kDark = 0.003;
-// Samples of a pixel's own at a time, each up to two shadow rays, and at the most.
-constexpr int kSamples = 32, kMostSamples = 128;
+// Samples of a pixel's own at a time, each up to two shadow rays, and so many times at the most.
+constexpr int kSamples = 32, kMostTimes = 4;
+// Pixels so far to either side tell each other what they found, as far as they differ by no more than so many
+// deviations: each alone is a speck.
+constexpr int kTogether = 1;
+constexpr float kAgree = 1.5f;
 // Of the records' scatter, as variances: that much error of its own is small enough.
-constexpr float kEnough = 0.1f;
+constexpr float kEnough = 0.03f;
 constexpr std::size_t kPixelsAtATime = 64;
 
 /// How far the records' words scatter about their mean beyond their noise, squared, on luminance.
@@ -63,8 +67,19 @@ struct OwnLight {
         const float count = static_cast<float>(rays);
         return std::max(count / inverse, kLeastPart * possible / count);
     }
-    /// Of the mean's luminance, if `expected` is likely to arrive: as of rare arrivals.
-    float variance(float expected) const { return expected * one() / static_cast<float>(samples); }
+    /// Of the mean's luminance: as of rare arrivals, if what is likely to arrive lies halfway to what records say.
+    float variance(float recorded) const
+    {
+        return 0.5f * (luminance(mean()) + recorded) * one() / static_cast<float>(samples);
+    }
+
+    void add(const OwnLight& other)
+    {
+        irradiance += other.irradiance;
+        arrived += other.arrived, squares += other.squares;
+        possible += other.possible, inverse += other.inverse;
+        rays += other.rays, samples += other.samples;
+    }
 };
 
 /// Of a thread.
@@ -106,17 +121,60 @@ private:
     std::uint64_t shot_ = 0;
 };
 
-/// Of what the records say and what the pixel's own rays find, by what is known of both.
-glm::vec3 agreed(const SurfacePoint& point, glm::vec3 recorded, float scatter, RandomStream random, Asker& asker)
-{
-    OwnLight own;
-    float variance = 0.0f;
-    do {
-        asker.ask(point, random, own);
-        variance = own.variance(0.5f * (luminance(own.mean()) + luminance(recorded)));
-    } while (variance > kEnough * scatter && own.samples < kMostSamples);
-    return glm::mix(recorded, own.mean(), scatter / (scatter + variance));
-}
+/// A pixel whose records disagree.
+struct Asked {
+    std::size_t pixel;
+    glm::vec3 recorded;
+    float scatter;             ///< of what records say, a variance
+    OwnLight own{}, of_all{};  ///< of its own rays; those of pixels around as well
+    float own_variance = 0.0f, variance = 0.0f;
+
+    bool is_sure() const { return own.samples > 0 && variance <= kEnough * scatter; }
+};
+
+/// The pixels that ask, and which of them each pixel is.
+class AskedPixels {
+public:
+    AskedPixels(const GBuffer& gbuffer, const SplatBuffer& of_lamps, ThreadPool& pool)
+        : gbuffer_(gbuffer), number_(gbuffer.size(), kNone)
+    {
+        for (const std::size_t i : where_records_disagree(gbuffer, of_lamps, pool)) {
+            number_[i] = static_cast<std::uint32_t>(asked_.size());
+            asked_.push_back({i, mean_of(of_lamps, i), scatter_of(of_lamps, i)});
+        }
+    }
+
+    std::vector<Asked>& all() { return asked_; }
+
+    /// What the pixels around that lie on the same surface and agree with this one found, with its own.
+    OwnLight together(const Asked& one) const
+    {
+        OwnLight sum;
+        const int x = static_cast<int>(one.pixel) % gbuffer_.width, y = static_cast<int>(one.pixel) / gbuffer_.width;
+        for (int v = std::max(0, y - kTogether); v <= std::min(gbuffer_.height - 1, y + kTogether); ++v)
+            for (int u = std::max(0, x - kTogether); u <= std::min(gbuffer_.width - 1, x + kTogether); ++u) {
+                const std::uint32_t number = number_[static_cast<std::size_t>(v * gbuffer_.width + u)];
+                if (number != kNone && tells(asked_[number], one)) sum.add(asked_[number].own);
+            }
+        return sum;
+    }
+
+private:
+    static constexpr std::uint32_t kNone = ~0u;
+
+    bool tells(const Asked& other, const Asked& one) const
+    {
+        constexpr float kSameWay = 0.95f;  // cosine
+        const float apart = luminance(other.own.mean()) - luminance(one.own.mean());
+        return apart * apart <= kAgree * kAgree * (other.own_variance + one.own_variance) &&
+               glm::dot(gbuffer_.normal(one.pixel), gbuffer_.normal(other.pixel)) > kSameWay &&
+               lies_beside(gbuffer_, one.pixel, other.pixel);
+    }
+
+    const GBuffer& gbuffer_;
+    std::vector<std::uint32_t> number_;
+    std::vector<Asked> asked_;
+};
 
 /// Puts `light` in the place of what the records say of lamps. Lobes see as much less as the surface does.
 void correct(std::size_t i, glm::vec3 light, SplatBuffer& of_lamps, SplatBuffer& all)
@@ -142,17 +200,30 @@ void correct(std::size_t i, glm::vec3 light, SplatBuffer& of_lamps, SplatBuffer&
 LampChecks check_lamps(const RayScene& rays, const HitRadiance& radiance, const GBuffer& gbuffer, const View& view,
                        std::uint64_t seed, ThreadPool& pool, SplatBuffer& of_lamps, SplatBuffer& all)
 {
-    const std::vector<std::size_t> asked = where_records_disagree(gbuffer, of_lamps, pool);
+    AskedPixels pixels(gbuffer, of_lamps, pool);
+    std::vector<Asked>& asked = pixels.all();
     std::vector<Asker> askers(static_cast<std::size_t>(pool.size()), Asker(rays, radiance));
-    pool.parallel_for(asked.size(), kPixelsAtATime, [&](std::size_t begin, std::size_t end, int thread) {
-        for (std::size_t k = begin; k < end; ++k) {
-            const std::size_t i = asked[k];
-            const RandomStream random(stream_key(seed, Stream::lamp_checks, pixel_number(view, i)));
-            correct(i,
-                    agreed(visible_point(gbuffer, i), mean_of(of_lamps, i), scatter_of(of_lamps, i), random,
-                           askers[static_cast<std::size_t>(thread)]),
-                    of_lamps, all);
-        }
+    const auto each = [&](const auto& work) {
+        pool.parallel_for(asked.size(), kPixelsAtATime, [&](std::size_t begin, std::size_t end, int thread) {
+            for (std::size_t k = begin; k < end; ++k) work(asked[k], thread);
+        });
+    };
+    for (int time = 0; time < kMostTimes; ++time) {
+        each([&](Asked& one, int thread) {
+            if (one.is_sure()) return;
+            const std::uint64_t key = stream_key(seed, Stream::lamp_checks, pixel_number(view, one.pixel));
+            RandomStream random(mix64(key + static_cast<std::uint64_t>(time)));
+            askers[static_cast<std::size_t>(thread)].ask(visible_point(gbuffer, one.pixel), random, one.own);
+            one.own_variance = one.own.variance(luminance(one.recorded));
+        });
+        each([&](Asked& one, int) {
+            one.of_all = pixels.together(one);
+            one.variance = one.of_all.variance(luminance(one.recorded));
+        });
+    }
+    each([&](Asked& one, int) {
+        correct(one.pixel, glm::mix(one.recorded, one.of_all.mean(), one.scatter / (one.scatter + one.variance)),
+                of_lamps, all);
     });
     LampChecks checks{asked.size(), 0};
     for (const Asker& asker : askers) checks.shadow_rays += asker.shot();
