@@ -28,8 +28,9 @@ struct DirectSettings {
     bool error = false;  ///< pixels sampled twice, a few of them, tell the others' standard errors
     std::optional<std::uint64_t> checked = std::nullopt;  ///< of which pixels are sampled twice more, for all passes to
                                                           ///< check the same ones; none: only for `error`
-    std::uint64_t seed = 1;                               ///< of shadow rays
-    std::optional<EffectSet> effects = std::nullopt;      ///< of a plan; none: what the scene has, wherever it lies
+    bool together = false;   ///< where lamps are drawn, pixels beside each other put together what they found
+    std::uint64_t seed = 1;  ///< of shadow rays
+    std::optional<EffectSet> effects = std::nullopt;  ///< of a plan; none: what the scene has, wherever it lies
     const GatheredLamps* gathered = nullptr;  ///< the diffuse part of their light is left to records; null: none
 };
 

@@ -8,6 +8,7 @@
 
 #include "direct/direct_error.h"
 #include "direct/direct_point.h"
+#include "direct/drawn_light.h"
 #include "direct/first_looks.h"
 #include "direct/spared_pixels.h"
 #include "facts/scene_effects.h"
@@ -159,13 +160,15 @@ DirectLightResult direct_light(const RayScene& rays, const GBuffer& gbuffer, con
     };
     looks.each_twice(pool, look, look_again);
     spared.add_to(result);
-    if (options.error && light.averages()) {
+    const bool puts_together = options.together && light.draws();
+    if ((options.error || puts_together) && light.averages()) {
         const auto sample = [&](std::uint32_t pixel, Stream stream, int thread) {
             return light_at(pixel, mixed_at(result.sight, gbuffer, pixel), stream, nullptr,
                             workspaces[static_cast<std::size_t>(thread)]);
         };
         spread_errors(sample_again(gbuffer, options, pool, sample, result.again), gbuffer, result);
     }
+    if (puts_together) put_together(gbuffer, spared.all(), pool, result);
     for (const DirectLight::Workspace& w : workspaces) shadow_rays += w.rays;
     return result;
 }

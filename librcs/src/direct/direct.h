@@ -40,6 +40,11 @@ struct DirectLightResult {
     std::vector<float> irradiance_error, glossy_error;
     std::vector<DirectAgain> again;  ///< of the squares of CheckedPixels; empty where nobody asked, or all is exact
     std::vector<LampSight> sight;    ///< of the pixels' first look; empty where nobody looks twice
+    /// What each pixel found by itself, before it was put together with what those around found; empty where it is not.
+    struct Apart {
+        std::vector<glm::vec3> irradiance;
+        std::vector<float> error;
+    } apart;
 };
 
 /// What an earlier view of the same scene had of the same lamps.

@@ -106,6 +106,9 @@ public:
     /// @param boxes  around what has moved, as it was and as it is
     Movers movers(std::span<const Bounds> boxes) const { return {boxes, lights_, sky_.has_peaks()}; }
 
+    /// Whether each point draws some of the lamps.
+    bool draws() const { return !lights_.triangles.empty() && (options_.lamp_picks > 0 || candidates_.draws()); }
+
     /// Whether rays stand for more than themselves: only lamps without size need no average.
     bool averages() const { return !lights_.triangles.empty() || sky_.has_peaks(); }
 

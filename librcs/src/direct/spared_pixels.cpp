@@ -130,6 +130,13 @@ std::size_t SparedPixels::handed_on(std::size_t pixel) const
     return past_->places.drawn(pixel, mix64(mix64(pixel_number(view_, pixel)) + past_->number));
 }
 
+std::vector<std::uint8_t> SparedPixels::all() const
+{
+    std::vector<std::uint8_t> spared(how_.size());
+    for (std::size_t i = 0; i < how_.size(); ++i) spared[i] = has(i) ? 1 : 0;
+    return spared;
+}
+
 std::vector<LampSight> SparedPixels::sight() const
 {
     std::vector<LampSight> known(how_.size());

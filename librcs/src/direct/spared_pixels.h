@@ -40,6 +40,8 @@ public:
     }
 
     bool has(std::size_t pixel) const { return how_[pixel] != How::sampled; }
+    /// 1 for each of them, 0 for the other pixels.
+    std::vector<std::uint8_t> all() const;
     /// What they saw of the lamps before; nothing of the others.
     std::vector<LampSight> sight() const;
     /// Gives them their light.

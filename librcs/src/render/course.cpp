@@ -363,7 +363,10 @@ void add_round(DirectLightResult& light, const DirectLightResult& more, int roun
         for (std::size_t i = 0; i < sum.size(); ++i)
             sum[i] = std::hypot((1.0f - share) * sum[i], next.empty() ? 0.0f : share * next[i]);
     };
-    average(light.irradiance, more.irradiance);
+    // As each pixel found it: they put together what all rounds found.
+    const bool is_apart = !light.apart.irradiance.empty(), is_more_apart = !more.apart.irradiance.empty();
+    average(is_apart ? light.apart.irradiance : light.irradiance,
+            is_more_apart ? more.apart.irradiance : more.irradiance);
     average(light.glossy, more.glossy);
     for (std::size_t i = 0; i < light.in_part.size(); ++i)
         light.in_part[i] = static_cast<std::uint8_t>(light.in_part[i] | more.in_part[i]);
@@ -372,7 +375,8 @@ void add_round(DirectLightResult& light, const DirectLightResult& more, int roun
             light.again[k].irradiance[n] = glm::mix(light.again[k].irradiance[n], more.again[k].irradiance[n], share);
             light.again[k].glossy[n] = glm::mix(light.again[k].glossy[n], more.again[k].glossy[n], share);
         }
-    average_errors(light.irradiance_error, more.irradiance_error);
+    average_errors(is_apart ? light.apart.error : light.irradiance_error,
+                   is_more_apart ? more.apart.error : more.irradiance_error);
     average_errors(light.glossy_error, more.glossy_error);
 }
 

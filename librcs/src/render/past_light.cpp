@@ -93,6 +93,7 @@ void keep_samples(Frame& f)
     if (f.settings.has_lamps && averages_direct_light(f.rays, f.direct)) kept.direct = f.light.direct;
     kept.traced = f.light.traced;
     kept.direct.again.clear();
+    kept.direct.apart = {};
     kept.traced.again.clear();
     const bool knows = !kept.direct.irradiance.empty() || !kept.traced.radiance.empty();
     if (!knows || pass > samples.size() || (pass > 0 && (pass + 1) * f.gbuffer.size() > kMostPixels)) return;

@@ -65,6 +65,7 @@ Settings make_settings(const RenderOptions& asked, const EffectPlan& plan, const
     const bool filters = asked.denoise != Denoiser::none;
     s.direct.error = s.needs(Effect::error_estimate) || filters;
     if (filters) s.direct.checked = asked.seed;
+    s.direct.together = !filters;  // filters know noise of each pixel's own
     s.lobes = {.rays_per_pixel = rays_of_round(of_pass(asked.lobe_rays, plan.passes), asked.quality),
                .bounces = plan.bounces,
                .checked = s.direct.checked};

@@ -7,6 +7,7 @@
 #include "accuracy/error_estimate.h"
 #include "accuracy/probes.h"
 #include "compose/sampled_light.h"
+#include "direct/drawn_light.h"
 #include "glossy/further_lobes.h"
 #include "placement/view_fit.h"
 #include "rcs/error.h"
@@ -318,9 +319,10 @@ void sample_further(Frame& f)
     for (Rounds next = next_round(f, done);; next = next_round(f, done)) {
         if (next.lobes > done.lobes)
             add_round(f.light.traced, trace_round(f, done.lobes));
-        else if (next.direct > done.direct)
+        else if (next.direct > done.direct) {
             add_round(f.light.direct, direct_round(f, done.direct), done.direct);
-        else
+            if (!f.light.direct.apart.irradiance.empty()) put_together(f.gbuffer, {}, f.session.pool(), f.light.direct);
+        } else
             break;
         done = next;
     }
