@@ -150,12 +150,10 @@ public:
     OwnLight together(const Asked& one) const
     {
         OwnLight sum;
-        const int x = static_cast<int>(one.pixel) % gbuffer_.width, y = static_cast<int>(one.pixel) / gbuffer_.width;
-        for (int v = std::max(0, y - kTogether); v <= std::min(gbuffer_.height - 1, y + kTogether); ++v)
-            for (int u = std::max(0, x - kTogether); u <= std::min(gbuffer_.width - 1, x + kTogether); ++u) {
-                const std::uint32_t number = number_[static_cast<std::size_t>(v * gbuffer_.width + u)];
-                if (number != kNone && tells(asked_[number], one)) sum.add(asked_[number].own);
-            }
+        for_each_near(gbuffer_, one.pixel, kTogether, [&](std::size_t near) {
+            const std::uint32_t number = number_[near];
+            if (number != kNone && tells(asked_[number], one)) sum.add(asked_[number].own);
+        });
         return sum;
     }
 

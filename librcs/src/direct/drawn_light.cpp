@@ -5,14 +5,16 @@
 #include <cstddef>
 #include <utility>
 
-#include "direct/spared_pixels.h"
 #include "gbuffer/visible_points.h"
 #include "util/color.h"
 
 namespace rcs {
 namespace {
 
-// Of the noise's variance: what pixels around make of it by chance may be more.
+// Pixels to either side that have a part in it.
+constexpr int kReach = 2;
+// Of the noise's variance: what pixels around make of it by chance may be more. With 1, 1.5, 2, 2.5 direct light of 96
+// panels behind slats is off by 6.2, 5.2, 4.9, 4.7 %, and the more is lost of what is no noise.
 constexpr float kMostNoise = 2.0f;
 // Surfaces that are bent by more get other light (cosine).
 constexpr float kSameWay = 0.98f;
@@ -26,7 +28,7 @@ Together together_at(const GBuffer& g, const DirectLightResult::Apart& apart, st
 {
     glm::vec3 sum(0.0f);
     float light = 0.0f, squares = 0.0f, noise = 0.0f, count = 0.0f;
-    SparedPixels::each_near(g, i, [&](std::size_t near) {
+    for_each_near(g, i, kReach, [&](std::size_t near) {
         if (!g.covered(near) || !lies_beside(g, i, near) || !(glm::dot(g.normal(i), g.normal(near)) > kSameWay)) return;
         const float l = luminance(apart.irradiance[near]), error = apart.error[near];
         sum += apart.irradiance[near];

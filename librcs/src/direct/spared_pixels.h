@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -11,6 +10,7 @@
 
 #include "direct/direct.h"
 #include "direct/direct_point.h"
+#include "gbuffer/visible_points.h"
 #include "rcs/camera.h"
 #include "rcs/gbuffer.h"
 #include "rcs/thread_pool.h"
@@ -31,12 +31,7 @@ public:
     template <typename Visit>
     static void each_near(const GBuffer& g, std::size_t pixel, const Visit& visit)
     {
-        const int x = static_cast<int>(pixel) % g.width, y = static_cast<int>(pixel) / g.width;
-        for (int ny = std::max(0, y - kReach); ny <= std::min(g.height - 1, y + kReach); ++ny) {
-            const std::size_t row = static_cast<std::size_t>(ny) * static_cast<std::size_t>(g.width);
-            for (int nx = std::max(0, x - kReach); nx <= std::min(g.width - 1, x + kReach); ++nx)
-                visit(row + static_cast<std::size_t>(nx));
-        }
+        for_each_near(g, pixel, kReach, visit);
     }
 
     bool has(std::size_t pixel) const { return how_[pixel] != How::sampled; }

@@ -23,6 +23,19 @@ inline SurfacePoint visible_point(const GBuffer& g, std::size_t pixel)
     return p;
 }
 
+/// Calls visit(neighbour) for the pixels of the picture so far to either side of one, row by row, itself among them.
+/// @param reach  [px]
+template <typename Visit>
+void for_each_near(const GBuffer& g, std::size_t pixel, int reach, const Visit& visit)
+{
+    const int x = static_cast<int>(pixel) % g.width, y = static_cast<int>(pixel) / g.width;
+    for (int ny = std::max(0, y - reach); ny <= std::min(g.height - 1, y + reach); ++ny) {
+        const std::size_t row = static_cast<std::size_t>(ny) * static_cast<std::size_t>(g.width);
+        for (int nx = std::max(0, x - reach); nx <= std::min(g.width - 1, x + reach); ++nx)
+            visit(row + static_cast<std::size_t>(nx));
+    }
+}
+
 /// Whether a covered pixel close by lies on the same, about even surface: within the plane by the pixel's footprint.
 inline bool lies_beside(const GBuffer& g, std::size_t pixel, std::size_t near)
 {
