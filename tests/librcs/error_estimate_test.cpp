@@ -158,6 +158,21 @@ TEST(EstimateError, OfNothingIsNothing)
     }
 }
 
+TEST(EstimateError, CountsLightThatIsNotFiniteAsWrong)
+{
+    const float infinity = std::numeric_limits<float>::infinity(), nothing = std::numeric_limits<float>::quiet_NaN();
+    std::vector<float> light(1000, 2.0f), error(1000, 0.02f);
+    const double sound = estimate_errors(with_errors(light, error)).indirect.mean_relative;
+    for (std::size_t i = 0; i < 100; ++i) {
+        (i % 2 == 0 ? light : error)[10 * i] = i % 4 < 2 ? infinity : nothing;
+    }
+    const ErrorEstimate e = estimate_errors(with_errors(light, error)).indirect;
+    EXPECT_NEAR(e.mean_relative, 0.9 * sound + 0.1 * 2.0, 0.1 * sound);
+    EXPECT_GT(e.p95_relative, 1.0);
+    light.assign(1000, nothing);
+    EXPECT_EQ(estimate_errors(with_errors(light, error)).indirect.mean_relative, 2.0);
+}
+
 /// The whole estimate against a path-traced reference: within the factor that the documentation promises.
 TEST(EstimateError, OfARenderIsAboutItsError)
 {

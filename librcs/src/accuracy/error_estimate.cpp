@@ -249,6 +249,9 @@ constexpr double kAllNoise = 1.0;
 // Of light that is never negative, and right in the mean, the mean error is at most twice of it.
 constexpr double kMostOfMean = 2.0;
 
+/// What is not finite has no share in sums over others.
+double finite_part(double value) { return std::isfinite(value) ? value : 0.0; }
+
 /// Of a vector: errors are far from where squares overflow.
 double length(double x, double y) { return std::sqrt(x * x + y * y); }
 
@@ -280,8 +283,8 @@ public:
             return WindowSums(layer.width, layer.height, pool, value);
         };
         if (!indirect_.empty())
-            squares_ = sum("indirect_error", [&](std::size_t i) { return indirect_[i] * indirect_[i]; });
-        if (!direct_.empty()) directs_ = sum("direct_error", [&](std::size_t i) { return direct_[i]; });
+            squares_ = sum("indirect_error", [&](std::size_t i) { return finite_part(indirect_[i] * indirect_[i]); });
+        if (!direct_.empty()) directs_ = sum("direct_error", [&](std::size_t i) { return finite_part(direct_[i]); });
     }
 
     double indirect(std::size_t i) const { return indirect_.empty() ? 0.0 : indirect_[i]; }
@@ -337,18 +340,26 @@ ErrorEstimate estimate_error(const LayeredImage& image, const char* name, const 
 {
     const std::vector<double> values = luminances(image, name, pool);
     const std::size_t pixels = values.size();
-    const auto light = sum_up<double>(pixels, pool, [&](double& all, std::size_t i) { all += values[i]; });
-    if (!(light > 0.0)) return {};
+    const auto light = sum_up<double>(pixels, pool, [&](double& all, std::size_t i) { all += finite_part(values[i]); });
+    if (!(light > 0.0)) {
+        const bool is_lost = !std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+        return is_lost ? ErrorEstimate{kMostOfMean, kMostOfMean, kMostOfMean} : ErrorEstimate{};
+    }
     const double dark = kRelativeErrorFloor * light / static_cast<double>(pixels);
     const Image& shown = image.layers.at(name);
     const JudgedLayer layer{
-        shown.width, WindowSums(shown.width, shown.height, pool, [&](std::size_t i) { return values[i] + dark; }),
+        shown.width,
+        WindowSums(shown.width, shown.height, pool, [&](std::size_t i) { return finite_part(values[i]) + dark; }),
         errors, directly};
     const auto judge = [&](JudgedPixels& so_far, std::size_t i) {
         const JudgedLayer::Noise noise = layer.noise_at(i);
         // Direct light that is dark by chance is darker than the truth, which errors are relative to.
         const double truth = length(values[i] + dark, layer.direct(i));
         const double own = kMeanAbsolute * length(errors.indirect(i), layer.direct(i)) / truth;
+        if (!std::isfinite(values[i]) || !std::isfinite(own)) {  // as wrong as can be
+            so_far.sum += kMostOfMean;
+            return so_far.histogram.add(kMostOfMean / kMeanAbsolute);
+        }
         const ErrorScale::Judged judged = scale.judged(own);
         so_far.sum += std::lerp(judged.mean, noise.error, noise.part);
         so_far.histogram.add(std::lerp(judged.typical, noise.error, noise.part) / kMeanAbsolute);

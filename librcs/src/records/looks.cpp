@@ -1,26 +1,17 @@
 #include <cmath>
 
 #include "records/gatherer.h"
+#include "records/look_gradients.h"
 #include "util/color.h"
 #include "util/random.h"
 
 namespace rcs {
 namespace {
 
-/// How the geometry term to a lit point changes in the tangent plane, over that term [1/m].
-/// @param to  the point, from the record. Seen edge on, as far as can be told, it sends nothing that could change
-glm::vec3 gradient_of_look(glm::vec3 normal, glm::vec3 to, glm::vec3 point_normal)
-{
-    const float facing = glm::dot(point_normal, to);
-    if (!(facing < 0.0f)) return glm::vec3(0.0f);
-    const glm::vec3 gradient = 4.0f / glm::dot(to, to) * to - point_normal / facing;
-    return gradient - glm::dot(gradient, normal) * normal;
-}
-
 /// Light that arrives from a direction, and how it changes when the record turns, and moves there where it is.
 void add_light(Record& record, glm::vec3 normal, glm::vec3 direction, glm::vec3 moving, glm::vec3 irradiance)
 {
-    const glm::vec3 turning = glm::cross(normal, direction) / glm::dot(normal, direction);
+    const glm::vec3 turning = turning_of_look(normal, direction);
     record.irradiance += irradiance;
     for (std::size_t color = 0; color < 3; ++color) {
         const float e = irradiance[static_cast<glm::length_t>(color)];
@@ -61,7 +52,7 @@ void Gatherer::finish_looks(const Birth& birth, GatherWorkspace& w, Record& reco
                 w.look_rays.transmittance(i) * guide_->lit().radiance_area(radiance_, c.point, -c.direction);
             const glm::vec3 light = c.part * c.inverse_chance * one;
             add_light(record, birth.normal, c.direction,
-                      gradient_of_look(birth.normal, c.distance * c.direction, guide_->lit().points[c.point].normal),
+                      moving_of_look(birth.normal, c.distance * c.direction, guide_->lit().points[c.point].normal),
                       light);
             // The variance of a sum over points that were drawn is the sum of their squares, of which this is a sample.
             of_points += static_cast<double>(luminance(light)) * static_cast<double>(c.part * luminance(one));

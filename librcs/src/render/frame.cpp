@@ -1,6 +1,7 @@
 #include "render/frame.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <iterator>
 #include <string>
@@ -105,6 +106,11 @@ void warn(const Frame& f)
     if (!missed.empty()) f.hooks.log(LogLevel::warning, missed + ", not the " + percent(target) + " wanted");
     if (const std::uint64_t unserved = f.result.stats.unserved_pixels; unserved > 0)
         f.hooks.log(LogLevel::warning, std::to_string(unserved) + " visible pixels are served by no record");
+    const auto beauty = f.result.image.layers.find("beauty");
+    if (beauty == f.result.image.layers.end()) return;
+    const std::vector<float>& values = beauty->second.pixels;
+    const auto lost = std::count_if(values.begin(), values.end(), [](float value) { return !std::isfinite(value); });
+    if (lost > 0) f.hooks.log(LogLevel::warning, std::to_string(lost) + " values of the picture are not finite");
 }
 
 }  // namespace
