@@ -98,12 +98,17 @@ void add_round(TracedLight& light, const TracedLight& more, const std::vector<st
         sum[i] = glm::mix(sum[i], next[i], share);
         errors[i] = std::hypot((1.0f - share) * errors[i], share * next_errors[i]);
     };
+    // As each pixel found it: they put together what all rounds found.
+    const bool is_apart = !light.apart.radiance.empty();
+    std::vector<glm::vec3>& radiance = is_apart ? light.apart.radiance : light.radiance;
+    std::vector<float>& error = is_apart ? light.apart.error : light.error;
+    std::vector<glm::vec3>& of_lamps = is_apart ? light.apart.of_lamps : light.of_lamps;
+    std::vector<float>& of_lamps_error = is_apart ? light.apart.of_lamps_error : light.of_lamps_error;
     for (std::size_t i = 0; i < light.radiance.size(); ++i) {
         if (had && (*had)[i] == 0) continue;
         const float share = share_of_next(light, i);
-        add(i, share, light.radiance, light.error, more.radiance, more.error);
-        if (!light.of_lamps.empty())
-            add(i, share, light.of_lamps, light.of_lamps_error, more.of_lamps, more.of_lamps_error);
+        add(i, share, radiance, error, more.radiance, more.error);
+        if (!of_lamps.empty()) add(i, share, of_lamps, of_lamps_error, more.of_lamps, more.of_lamps_error);
         light.variance[i] = share;  // over that of one round: 1/2, 1/3, ...
     }
 }

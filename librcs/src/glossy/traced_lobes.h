@@ -34,6 +34,13 @@ struct TracedLight {
     std::vector<float> distance = {};     ///< harmonic mean of the rays' lengths [m]
     std::vector<glm::vec3> reflectance = {};  ///< albedo of the lobes towards the viewer
     std::vector<float> width = {};            ///< of the narrowest of them
+    /// What each pixel found, before it was put together with what those around found; empty where it is not.
+    struct Apart {
+        std::vector<glm::vec3> radiance = {};
+        std::vector<float> error = {};
+        std::vector<glm::vec3> of_lamps = {};
+        std::vector<float> of_lamps_error = {};
+    } apart = {};
 };
 
 /// What an earlier view of the same scene saw along the same lobes.

@@ -92,6 +92,11 @@ void keep_samples(Frame& f)
     KeptSamples kept;
     if (f.settings.has_lamps && averages_direct_light(f.rays, f.direct)) kept.direct = f.light.direct;
     kept.traced = f.light.traced;
+    if (TracedLight::Apart& apart = kept.traced.apart; !apart.radiance.empty()) {
+        kept.traced.radiance = std::move(apart.radiance), kept.traced.error = std::move(apart.error);
+        kept.traced.of_lamps = std::move(apart.of_lamps), kept.traced.of_lamps_error = std::move(apart.of_lamps_error);
+        apart = {};
+    }
     kept.direct.again.clear();
     kept.direct.apart = {};
     kept.traced.again.clear();

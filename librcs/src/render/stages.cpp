@@ -9,6 +9,7 @@
 #include "compose/sampled_light.h"
 #include "direct/drawn_light.h"
 #include "glossy/further_lobes.h"
+#include "glossy/lobes_together.h"
 #include "placement/view_fit.h"
 #include "rcs/error.h"
 #include "rcs/option_table.h"
@@ -121,6 +122,13 @@ TracedLight trace_round(Frame& f, int round, const std::vector<std::uint8_t>* on
     });
 }
 
+/// Pixels whose lobes look about the same way put together what they found, but for filters.
+void put_lobes_together(Frame& f)
+{
+    if (!f.direct.together) return;
+    timed(f, "glossy", [&] { put_together(f.gbuffer, f.shading, f.session.pool(), f.light.traced); });
+}
+
 /// Rays along narrow lobes go on where they would show noise.
 void trace_noisy(Frame& f)
 {
@@ -130,6 +138,7 @@ void trace_noisy(Frame& f)
     for (int round = 1; std::any_of(left.begin(), left.end(), [](std::uint8_t rounds) { return rounds > 0; });
          ++round) {
         add_round(f.light.traced, trace_round(f, round, &left), &left);
+        put_lobes_together(f);
         for (std::uint8_t& rounds : left) rounds -= rounds > 0 ? 1 : 0;
     }
 }
@@ -266,6 +275,7 @@ void trace_lobes(Frame& f)
     if (!f.needs(Effect::traced_lobes)) return;
     if (f.is_first_view() || f.has_moved) choose_looks(f);
     f.light.traced = trace_round(f, 0);
+    put_lobes_together(f);
 }
 
 void place_records(Frame& f)
@@ -317,9 +327,10 @@ void sample_further(Frame& f)
     keep_samples(f);
     Rounds done;
     for (Rounds next = next_round(f, done);; next = next_round(f, done)) {
-        if (next.lobes > done.lobes)
+        if (next.lobes > done.lobes) {
             add_round(f.light.traced, trace_round(f, done.lobes));
-        else if (next.direct > done.direct) {
+            put_lobes_together(f);
+        } else if (next.direct > done.direct) {
             add_round(f.light.direct, direct_round(f, done.direct), done.direct);
             if (!f.light.direct.apart.irradiance.empty()) put_together(f.gbuffer, {}, f.session.pool(), f.light.direct);
         } else
