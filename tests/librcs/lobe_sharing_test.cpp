@@ -95,6 +95,42 @@ TEST(LobeSharing, BringsTheSameLight)
     EXPECT_NEAR(sum / mean(1024, 77), 1.0, 0.01);
 }
 
+/// Metal whose normals lean from its face, below a sky that is the same all over: some of a lobe looks into the metal.
+Scene bent_metal(float turn)
+{
+    Scene scene = test::window_room(1.0f);
+    scene.meshes.clear(), scene.instances.clear(), scene.lights.clear();
+    scene.sky_radiance = glm::vec3(1.0f);
+    Mesh wall = test::quad({-3, -3, -2}, {6, 0, 0}, {0, 6, 0}, test::add_surface(scene, test::metal(0.35f)));
+    wall.normals.assign(wall.positions.size(), glm::vec3(std::sin(turn), 0.0f, std::cos(turn)));
+    test::add_mesh(scene, wall);
+    scene.cameras = {look_at_camera("camera", {-2.0, 0.0, -1.0}, {0.5, 0.0, -2.0}, 0.6)};
+    return scene;
+}
+
+TEST(LobeSharing, LosesWhatLooksBelowTheFace)
+{
+    for (const float turn : {0.0f, 0.1f, 0.2f}) {
+        test::SeenPlace place(bent_metal(turn), kSize);
+        double shared = 0.0, own = 0.0;
+        int count = 0;
+        for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+            GlossyStats stats;
+            const TracedLight traced = trace_lobes(
+                place.rays, HitRadiance(place.rays, nullptr, place.effects, nullptr), place.points, place.view,
+                place.shading, {.rays_per_pixel = 16, .seed = seed, .checked = 3}, place.pool, stats);
+            for (const TracedAgain& again : traced.again) {
+                if (again.pixel == GBuffer::kNone) continue;
+                ++count;
+                shared += light_of(traced, again.pixel);
+                for (const glm::vec3& radiance : again.radiance) own += 0.5 * static_cast<double>(luminance(radiance));
+            }
+        }
+        ASSERT_GT(count, 400);
+        EXPECT_NEAR(shared / own, 1.0, 0.015) << turn;
+    }
+}
+
 TEST(LobeSharing, TheErrorOfSharedLightIsKnown)
 {
     Place place(room_in_metal(0.0f));

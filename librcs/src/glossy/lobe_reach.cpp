@@ -6,6 +6,8 @@
 
 #include "gbuffer/visible_points.h"
 #include "glossy/lobe_rays.h"
+#include "util/color.h"
+#include "util/random.h"
 
 namespace rcs {
 namespace {
@@ -59,6 +61,20 @@ float most_reach(const GBuffer& g, const Shading& shading, std::size_t pixel, fl
 {
     const float turn = turn_per_pixel(g, shading, pixel);
     return std::min(static_cast<float>(RayRing::kMostReach), kMostTurn * alpha / std::max(turn, 1e-6f));
+}
+
+float part_above_face(const SeenLobes& seen, const Bsdf& bsdf, float whole, std::uint64_t key)
+{
+    constexpr int kDirections = 32;
+    constexpr float kEven = 0.9999f;  // cosine
+    if (glm::dot(bsdf.normal, bsdf.geometric_normal) > kEven || !(whole > 0.0f)) return 1.0f;
+    RandomStream random(key);
+    float above = 0.0f;
+    for (int n = 0; n < kDirections; ++n) {
+        const float choice = random.next(), along = (static_cast<float>(n) + random.next()) / kDirections;
+        above += luminance(seen.sample(choice, {along, random.next()}).weight) / kDirections;
+    }
+    return std::min(1.0f, above / whole);
 }
 
 }  // namespace rcs

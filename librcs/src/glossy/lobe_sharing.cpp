@@ -165,12 +165,14 @@ float reach_of_hits(const RayRing& ring)
 /// What a pixel's lobes make of rays and looks, its own and others'.
 class Receiver {
 public:
-    /// @param looked  whether looks will be added, if its lobes look
-    Receiver(const Bsdf& bsdf, glm::vec3 outgoing, glm::vec3 position, const RayRing& ring, bool looked)
+    /// @param looked  whether looks will be added, if its lobes look   @param key  of the pixel's random numbers
+    Receiver(const Bsdf& bsdf, glm::vec3 outgoing, glm::vec3 position, const RayRing& ring, bool looked,
+             std::uint64_t key)
         : bsdf_(bsdf),
           seen_(bsdf, outgoing, bsdf.those(lit_by_rays)),
           position_(position),
           whole_(albedo(bsdf, outgoing, bsdf.those(lit_by_rays))),
+          above_(part_above_face(seen_, bsdf, luminance(whole_), key)),
           to_density_(std::numbers::pi_v<float> / std::max(luminance(whole_), 1e-30f)),
           looks_(looked && ring.has_looks() && LobeLooks::looks(bsdf, bsdf.those(lit_by_rays))),
           ring_(ring)
@@ -206,7 +208,7 @@ public:
             receive_looks();
         else
             receive_rays({});
-        LobeLights lights{light_of(rays_, alone), light_of(of_lamps_, alone), 0.0f, whole_};
+        LobeLights lights{light_of(rays_, alone), light_of(of_lamps_, alone), 0.0f, above_ * whole_};
         if (!looks_) return lights;
         // Each pixel's looks add up to what rays leave to them.
         const auto looks = static_cast<float>(ring_.looks_of(0).size());
@@ -263,12 +265,13 @@ private:
     {
         const auto count = static_cast<float>(ring_.count());
         return alone || looks_through(bsdf_) ? LobeLight{found.sum / count, found.error_of_mean(count)}
-                                             : found.by(whole_);
+                                             : found.by(above_ * whole_);
     }
 
     const Bsdf& bsdf_;
     SeenLobes seen_;
     glm::vec3 position_, whole_;
+    float above_;  // of that, what rays can bring
     float to_density_;
     bool looks_;
     const RayRing& ring_;
@@ -348,7 +351,8 @@ LobeLights LobeSharing::share(std::size_t pixel, const RayRing& ring) const
     each_neighbour(pixel, reach.looks, [&](std::size_t i) {
         if (looked(i)) looking[count++] = i;
     });
-    Receiver receiver(bsdf, outgoing_at(g_, view_.camera, pixel), g_.position(pixel), ring, count > 0);
+    Receiver receiver(bsdf, outgoing_at(g_, view_.camera, pixel), g_.position(pixel), ring, count > 0,
+                      ~lobe_key(settings_.seed, pixel_number(view_, pixel)) + 1);
     std::vector<std::size_t> near;
     const float of_hits = reach_of_hits(ring);
     if (reach.rays < of_hits) each_neighbour(pixel, of_hits, [&](std::size_t i) { near.push_back(i); });
@@ -364,7 +368,8 @@ LobeLights LobeSharing::share(std::size_t pixel, const RayRing& ring) const
 LobeLights LobeSharing::by_own(std::size_t pixel, const RayRing& ring) const
 {
     const Bsdf bsdf = shading_.bsdf(g_, pixel);
-    Receiver receiver(bsdf, outgoing_at(g_, view_.camera, pixel), g_.position(pixel), ring, true);
+    Receiver receiver(bsdf, outgoing_at(g_, view_.camera, pixel), g_.position(pixel), ring, true,
+                      ~lobe_key(settings_.seed, pixel_number(view_, pixel)) + 1);
     receiver.add_rays(pixel);
     receiver.add_looks(pixel);
     return receiver.sum(true);
