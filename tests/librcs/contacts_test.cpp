@@ -2,6 +2,8 @@
 
 #include <cmath>
 #include <numeric>
+#include <random>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -33,9 +35,27 @@ Scene shelf_on_a_wall()
     return scene;
 }
 
+/// Leaves about a pixel wide, every way, before the wall.
+Scene leaves_before_a_wall()
+{
+    Scene scene = shelf_on_a_wall();
+    std::mt19937 random(4);
+    std::uniform_real_distribution<float> part(-1.0f, 1.0f);
+    const auto any = [&] { return glm::normalize(glm::vec3(part(random), part(random), part(random))); };
+    for (int i = 0; i < 600; ++i) {
+        const glm::vec3 at(0.8f * part(random), 1.9f + 0.4f * part(random), -0.8f + 0.3f * part(random)), along = any();
+        const glm::vec3 across = glm::normalize(glm::cross(along, any()));
+        test::add_mesh(scene, test::quad(at, 0.04f * along, 0.04f * across, 0));
+    }
+    scene.materials[0].double_sided = true;
+    return scene;
+}
+
 class Contacts : public testing::Test {
 protected:
-    Scene scene = shelf_on_a_wall();
+    explicit Contacts(Scene s = shelf_on_a_wall()) : scene(std::move(s)) {}
+
+    Scene scene;
     ThreadPool pool{2};
     RayScene rays = build_ray_scene(scene, pool);
     View view = test::view_of(scene.cameras[0], kWidth, kHeight);
@@ -126,6 +146,57 @@ TEST_F(Contacts, LieWithinTwoPixelsOfASurfaceThatRisesAndNowhereElse)
         }
     }
     EXPECT_GT(above_shelf, 30);
+}
+
+class Leaves : public Contacts {
+protected:
+    Leaves() : Contacts(leaves_before_a_wall()) {}
+
+    bool is_leaf(std::size_t i) const
+    {
+        const glm::vec3 p = gbuffer.scene_position(i);
+        return gbuffer.covered(i) && std::abs(p.x) < 0.85f && std::abs(p.y - 1.9f) < 0.45f && p.z > -1.15f &&
+               p.z < -0.4f;
+    }
+};
+
+TEST_F(Leaves, GatherThemselves)
+{
+    std::vector<bool> gathers(gbuffer.size(), false);
+    std::size_t alone = 0;
+    for (const PixelAtContact& p : pixels) {
+        gathers[p.pixel] = true;
+        alone += p.to == glm::ivec2(0);
+    }
+    EXPECT_GT(alone, 150u);
+    std::size_t leaves = 0, of_those = 0;
+    for (std::size_t i = 0; i < gbuffer.size(); ++i) {
+        if (!is_leaf(i)) continue;
+        ++leaves;
+        of_those += gathers[i];
+    }
+    ASSERT_GT(leaves, 400u);
+    EXPECT_GT(of_those, leaves / 2);
+}
+
+/// Where light of leaves is that of those around in the mean, each finds its own, and what is left is told.
+TEST_F(Leaves, FindTheirOwnLight)
+{
+    std::erase_if(pixels, [](const PixelAtContact& p) { return p.to != glm::ivec2(0); });
+    const std::vector<Sounding> truth = gathered(8192, 77);
+    double mean = 0.0;
+    for (const Sounding& s : truth) mean += s.light / static_cast<double>(truth.size());
+    SplatBuffer sums = records(std::vector<float>(gbuffer.size(), static_cast<float>(mean)));
+    ask(sums, pool);
+    double before = 0.0, after = 0.0, mean_after = 0.0;
+    for (std::size_t k = 0; k < pixels.size(); ++k) {
+        const auto light = static_cast<double>(light_at(sums, pixels[k].pixel));
+        before += std::abs(mean - truth[k].light);
+        after += std::abs(light - truth[k].light);
+        mean_after += light / static_cast<double>(pixels.size());
+    }
+    EXPECT_LT(after, 0.6 * before) << "few of 192 rays find the spot";
+    EXPECT_NEAR(mean_after, mean, 0.1 * mean);
 }
 
 /// Records that reach over the shelf say what the open wall gets: by their own gathers pixels come within a third of

@@ -15,14 +15,10 @@
 namespace rcs {
 namespace {
 
-constexpr int kReach = 2;  // [px]
-// Sine of the angle at which the other surface rises, at the least.
-constexpr float kRises = 0.5f;
-// So many footprints a pixel it may be away: what is farther stands in front, and touches nothing.
-constexpr float kTouching = 3.0f;
 // Those around a pixel whose errors say how far to trust its records [px], on surfaces that lie like its own.
 constexpr int kAround = 4;
-constexpr float kAlike = 0.9f;  // cosine
+constexpr float kAlike = 0.9f;      // cosine
+constexpr float kSamePlane = 0.5f;  // sine of the angle that they rise by
 // So many footprints from a pixel a gather is its own where records are right, and where they are off or nobody knows:
 // there light may be steep, and a gap that is narrower than a pixel is dark where its edge is bright.
 constexpr float kSamePlace = 0.5f, kSamePlaceOff = 0.33f;
@@ -38,39 +34,6 @@ constexpr float kSurely = 4.0f, kLikely = 1.0f;
 constexpr float kDarkest = 1e-3f;
 // Relative to the picture's mean light: what is darker need not be known as well.
 constexpr float kDarkLight = 0.02f;
-
-/// Pixels around one in a window of the image.
-template <typename Visit>
-void for_each_around(const GBuffer& g, std::size_t pixel, int reach, const Visit& visit)
-{
-    const int x = static_cast<int>(pixel % static_cast<std::size_t>(g.width));
-    const int y = static_cast<int>(pixel / static_cast<std::size_t>(g.width));
-    for (int row = std::max(0, y - reach); row <= std::min(g.height - 1, y + reach); ++row)
-        for (int column = std::max(0, x - reach); column <= std::min(g.width - 1, x + reach); ++column)
-            visit(static_cast<std::size_t>(row) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(column),
-                  column - x, row - y);
-}
-
-/// [px]
-int away(glm::ivec2 to) { return std::max(std::abs(to.x), std::abs(to.y)); }
-
-/// Where the nearest other surface rises [px]; 0, 0: none does.
-glm::ivec2 rises_beside(const GBuffer& g, std::size_t i)
-{
-    const glm::vec3 p = g.position(i), n = g.geometric_normal[i];
-    const float far = kTouching * g.footprint[i];
-    glm::ivec2 nearest(0);
-    for_each_around(g, i, kReach, [&](std::size_t j, int columns, int rows) {
-        if (!g.covered(j)) return;
-        const glm::vec3 d = g.position(j) - p;
-        const float height = glm::dot(d, n), distance2 = glm::dot(d, d);
-        const float apart2 = static_cast<float>(columns * columns + rows * rows);
-        if (!(height > 0.0f && height * height > kRises * kRises * distance2 && distance2 < far * far * apart2)) return;
-        const glm::ivec2 to(columns, rows);
-        if (nearest == glm::ivec2(0) || away(to) < away(nearest)) nearest = to;
-    });
-    return nearest;
-}
 
 constexpr std::uint32_t kNone = ~0u;
 
@@ -190,9 +153,10 @@ void for_each_alike(const GBuffer& g, std::span<const Contact> contacts, std::sp
         const Contact& c = contacts[numbers[j]];
         const glm::vec3 apart = g.position(j) - g.position(own.pixel);
         const float height = glm::dot(apart, g.geometric_normal[own.pixel]);
-        const bool lie_alike = away(c.to) == away(own.to) && glm::dot(glm::vec2(c.to), glm::vec2(own.to)) >= 0.0f &&
+        const bool lie_alike = pixels_away(c.to) == pixels_away(own.to) &&
+                               glm::dot(glm::vec2(c.to), glm::vec2(own.to)) >= 0.0f &&
                                glm::dot(g.normal(own.pixel), g.normal(j)) > kAlike &&
-                               height * height <= kRises * kRises * glm::dot(apart, apart);
+                               height * height <= kSamePlane * kSamePlane * glm::dot(apart, apart);
         if (lie_alike) visit(numbers[j]);
     });
 }
@@ -226,7 +190,7 @@ struct Agreed {
 };
 
 /// Of each contact what is expected there, and its own gather, by how much those around differ from what was expected
-/// there beyond their noise. A spot brighter than all that around found, and than is expected, is chance.
+/// there beyond their noise. Along a rim, a spot brighter than all that around found, and than is expected, is chance.
 std::vector<Agreed> agree(const GBuffer& g, std::span<const Contact> contacts, ThreadPool& pool)
 {
     const std::vector<std::uint32_t> numbers = numbers_of(g, contacts);
@@ -249,7 +213,7 @@ std::vector<Agreed> agree(const GBuffer& g, std::span<const Contact> contacts, T
             const float belief = off2 > kLikely * least ? 1.0f - least / off2 : 0.0f;
             const float error = std::sqrt(noise2 / count * (belief * belief + (1.0f - belief * belief) / count));
             glm::vec3 light = glm::mix(expected[k], contacts[k].own, belief);
-            if (luminance(light) > most) light *= most / luminance(light);
+            if (contacts[k].to != glm::ivec2(0) && luminance(light) > most) light *= most / luminance(light);
             agreed[k] = {light, error, belief > 0.0f || expected[k] != contacts[k].recorded};
         }
     });
@@ -317,19 +281,6 @@ void put(const Contact& c, const Agreed& agreed, const SplatBuffer& of_lamps, Sp
 }
 
 }  // namespace
-
-std::vector<PixelAtContact> pixels_at_contacts(const GBuffer& gbuffer, ThreadPool& pool)
-{
-    std::vector<glm::ivec2> to(gbuffer.size(), glm::ivec2(0));
-    pool.parallel_for(gbuffer.size(), 4096, [&](std::size_t begin, std::size_t end, int) {
-        for (std::size_t i = begin; i < end; ++i)
-            if (gbuffer.covered(i)) to[i] = rises_beside(gbuffer, i);
-    });
-    std::vector<PixelAtContact> pixels;
-    for (std::size_t i = 0; i < to.size(); ++i)
-        if (to[i] != glm::ivec2(0)) pixels.push_back({static_cast<std::uint32_t>(i), to[i]});
-    return pixels;
-}
 
 std::vector<Record> take_shown(const ContactPixels& at, std::vector<Record>& known)
 {

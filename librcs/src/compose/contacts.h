@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "compose/contact_pixels.h"
 #include "rcs/camera.h"
 #include "rcs/gbuffer.h"
 #include "rcs/splat.h"
@@ -13,15 +14,6 @@
 #include "records/gather.h"
 
 namespace rcs {
-
-/// A pixel at a contact: beside it, on the image, another surface rises from its own.
-struct PixelAtContact {
-    std::uint32_t pixel;
-    glm::ivec2 to;  ///< the other surface [px], 1 or 2 away
-};
-/// Closer to another surface than any record lies to the next. Records beside reach over such pixels, agree, and know
-/// nothing of the light that it takes away there. @return row by row
-std::vector<PixelAtContact> pixels_at_contacts(const GBuffer& gbuffer, ThreadPool& pool);
 
 /// Pixels at contacts, and where they are looked for among what is known.
 struct ContactPixels {

@@ -1,0 +1,65 @@
+#include "compose/contact_pixels.h"
+
+#include "gbuffer/visible_points.h"
+
+namespace rcs {
+namespace {
+
+constexpr int kReach = 2;  // [px]
+// Sine of the angle at which the other surface rises, at the least.
+constexpr float kRises = 0.5f;
+// So many footprints a pixel it may be away: what is farther stands in front, and touches nothing.
+constexpr float kTouching = 3.0f;
+// Of the eight neighbours, so many at the most lie on the surface of a pixel that is alone, bent by no more than this
+// (cosine).
+constexpr int kFew = 3;
+constexpr float kHardlyBent = 0.9f;
+
+/// Where the nearest other surface rises [px]; 0, 0: none does.
+glm::ivec2 rises_beside(const GBuffer& g, std::size_t i)
+{
+    const glm::vec3 p = g.position(i), n = g.geometric_normal[i];
+    const float far = kTouching * g.footprint[i];
+    glm::ivec2 nearest(0);
+    for_each_around(g, i, kReach, [&](std::size_t j, int columns, int rows) {
+        if (!g.covered(j)) return;
+        const glm::vec3 d = g.position(j) - p;
+        const float height = glm::dot(d, n), distance2 = glm::dot(d, d);
+        const float apart2 = static_cast<float>(columns * columns + rows * rows);
+        if (!(height > 0.0f && height * height > kRises * kRises * distance2 && distance2 < far * far * apart2)) return;
+        const glm::ivec2 to(columns, rows);
+        if (nearest == glm::ivec2(0) || pixels_away(to) < pixels_away(nearest)) nearest = to;
+    });
+    return nearest;
+}
+
+bool lies_alone(const GBuffer& g, std::size_t i)
+{
+    int beside = 0;
+    for_each_near(g, i, 1, [&](std::size_t j) {
+        beside += j != i && g.covered(j) && lies_beside(g, i, j) && glm::dot(g.normal(i), g.normal(j)) > kHardlyBent;
+    });
+    return beside <= kFew;
+}
+
+}  // namespace
+
+std::vector<PixelAtContact> pixels_at_contacts(const GBuffer& gbuffer, ThreadPool& pool)
+{
+    enum Kind : std::uint8_t { served, rises, alone };
+    std::vector<glm::ivec2> to(gbuffer.size(), glm::ivec2(0));
+    std::vector<Kind> kind(gbuffer.size(), served);
+    pool.parallel_for(gbuffer.size(), 4096, [&](std::size_t begin, std::size_t end, int) {
+        for (std::size_t i = begin; i < end; ++i) {
+            if (!gbuffer.covered(i)) continue;
+            to[i] = rises_beside(gbuffer, i);
+            kind[i] = to[i] != glm::ivec2(0) ? rises : lies_alone(gbuffer, i) ? alone : served;
+        }
+    });
+    std::vector<PixelAtContact> pixels;
+    for (std::size_t i = 0; i < to.size(); ++i)
+        if (kind[i] != served) pixels.push_back({static_cast<std::uint32_t>(i), to[i]});
+    return pixels;
+}
+
+}  // namespace rcs
