@@ -1,5 +1,7 @@
 #include "compose/contact_pixels.h"
 
+#include <span>
+
 #include "gbuffer/visible_points.h"
 
 namespace rcs {
@@ -33,33 +35,53 @@ glm::ivec2 rises_beside(const GBuffer& g, std::size_t i)
     return nearest;
 }
 
-bool lies_alone(const GBuffer& g, std::size_t i)
+/// @param left_out  1: a pixel whose surface is even, and as those around; empty: none is
+bool lies_alone(const GBuffer& g, std::size_t i, std::span<const std::uint8_t> left_out)
 {
     int beside = 0;
     for_each_near(g, i, 1, [&](std::size_t j) {
-        beside += j != i && g.covered(j) && lies_beside(g, i, j) && glm::dot(g.normal(i), g.normal(j)) > kHardlyBent;
+        const bool is_even = !left_out.empty() && left_out[j] != 0;
+        beside += is_even ||
+                  (j != i && g.covered(j) && lies_beside(g, i, j) && glm::dot(g.normal(i), g.normal(j)) > kHardlyBent);
     });
     return beside <= kFew;
+}
+
+std::vector<PixelAtContact> listed(const std::vector<glm::ivec2>& to, const std::vector<std::uint8_t>& alone)
+{
+    std::vector<PixelAtContact> pixels;
+    for (std::size_t i = 0; i < to.size(); ++i)
+        if (to[i] != glm::ivec2(0) || alone[i] != 0) pixels.push_back({static_cast<std::uint32_t>(i), to[i]});
+    return pixels;
 }
 
 }  // namespace
 
 std::vector<PixelAtContact> pixels_at_contacts(const GBuffer& gbuffer, ThreadPool& pool)
 {
-    enum Kind : std::uint8_t { served, rises, alone };
     std::vector<glm::ivec2> to(gbuffer.size(), glm::ivec2(0));
-    std::vector<Kind> kind(gbuffer.size(), served);
+    std::vector<std::uint8_t> alone(gbuffer.size(), 0);
     pool.parallel_for(gbuffer.size(), 4096, [&](std::size_t begin, std::size_t end, int) {
         for (std::size_t i = begin; i < end; ++i) {
             if (!gbuffer.covered(i)) continue;
             to[i] = rises_beside(gbuffer, i);
-            kind[i] = to[i] != glm::ivec2(0) ? rises : lies_alone(gbuffer, i) ? alone : served;
+            alone[i] = to[i] == glm::ivec2(0) && lies_alone(gbuffer, i, {});
         }
     });
-    std::vector<PixelAtContact> pixels;
-    for (std::size_t i = 0; i < to.size(); ++i)
-        if (kind[i] != served) pixels.push_back({static_cast<std::uint32_t>(i), to[i]});
-    return pixels;
+    return listed(to, alone);
+}
+
+std::vector<PixelAtContact> pixels_at_contacts(const GBuffer& gbuffer, std::span<const PixelAtContact> before,
+                                               std::span<const std::uint8_t> left_out, ThreadPool& pool)
+{
+    std::vector<glm::ivec2> to(gbuffer.size(), glm::ivec2(0));
+    std::vector<std::uint8_t> alone(gbuffer.size(), 0);
+    for (const PixelAtContact& p : before) to[p.pixel] = p.to;
+    pool.parallel_for(gbuffer.size(), 4096, [&](std::size_t begin, std::size_t end, int) {
+        for (std::size_t i = begin; i < end; ++i)
+            alone[i] = to[i] == glm::ivec2(0) && gbuffer.covered(i) && lies_alone(gbuffer, i, left_out);
+    });
+    return listed(to, alone);
 }
 
 }  // namespace rcs

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <span>
 #include <vector>
 
 #include <glm/glm.hpp>
@@ -25,6 +26,10 @@ inline int pixels_away(glm::ivec2 step) { return std::max(std::abs(step.x), std:
 /// nothing of the light that it takes away there. And those that lie alone, with hardly a neighbour on their own
 /// surface: leaves, twigs and folds a pixel wide, where records say what others are lit by. @return row by row
 std::vector<PixelAtContact> pixels_at_contacts(const GBuffer& gbuffer, ThreadPool& pool);
+/// The same of a further pass, which leaves out even pixels that are known.
+/// @param before  of the first pass: where surfaces meet, they do in this one as well   @param left_out  1: it is
+std::vector<PixelAtContact> pixels_at_contacts(const GBuffer& gbuffer, std::span<const PixelAtContact> before,
+                                               std::span<const std::uint8_t> left_out, ThreadPool& pool);
 
 /// Calls visit(pixel, columns, rows) for the pixels in a window of the image around one.
 template <typename Visit>

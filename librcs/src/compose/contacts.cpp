@@ -210,10 +210,11 @@ std::vector<Agreed> agree(const GBuffer& g, std::span<const Contact> contacts, T
                 if (j != k) most = std::max(most, luminance(contacts[j].own));
             });
             const float least = noise2 + count * allowed2(luminance(expected[k]));
-            const float belief = off2 > kLikely * least ? 1.0f - least / off2 : 0.0f;
+            const bool is_alone = contacts[k].to == glm::ivec2(0);
+            const float belief = off2 > (is_alone ? kSurely : kLikely) * least ? 1.0f - least / off2 : 0.0f;
             const float error = std::sqrt(noise2 / count * (belief * belief + (1.0f - belief * belief) / count));
             glm::vec3 light = glm::mix(expected[k], contacts[k].own, belief);
-            if (contacts[k].to != glm::ivec2(0) && luminance(light) > most) light *= most / luminance(light);
+            if (!is_alone && luminance(light) > most) light *= most / luminance(light);
             agreed[k] = {light, error, belief > 0.0f || expected[k] != contacts[k].recorded};
         }
     });

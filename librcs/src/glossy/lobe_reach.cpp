@@ -63,18 +63,26 @@ float most_reach(const GBuffer& g, const Shading& shading, std::size_t pixel, fl
     return std::min(static_cast<float>(RayRing::kMostReach), kMostTurn * alpha / std::max(turn, 1e-6f));
 }
 
-float part_above_face(const SeenLobes& seen, const Bsdf& bsdf, float whole, std::uint64_t key)
+float part_above_face(const Bsdf& bsdf, glm::vec3 outgoing, LobeSet lobes, std::uint64_t key)
 {
     constexpr int kDirections = 32;
     constexpr float kEven = 0.9999f;  // cosine
-    if (glm::dot(bsdf.normal, bsdf.geometric_normal) > kEven || !(whole > 0.0f)) return 1.0f;
+    if (glm::dot(bsdf.normal, bsdf.geometric_normal) > kEven) return 1.0f;
+    Bsdf whole = bsdf;
+    whole.geometric_normal = bsdf.normal;
+    const SeenLobes seen(whole, outgoing, lobes);
     RandomStream random(key);
-    float above = 0.0f;
+    float all = 0.0f, above = 0.0f;
     for (int n = 0; n < kDirections; ++n) {
         const float choice = random.next(), along = (static_cast<float>(n) + random.next()) / kDirections;
-        above += luminance(seen.sample(choice, {along, random.next()}).weight) / kDirections;
+        const BsdfSample sample = seen.sample(choice, {along, random.next()});
+        const float weight = luminance(sample.weight);
+        const bool is_found =
+            glm::dot(bsdf.normal, sample.incoming) * glm::dot(bsdf.geometric_normal, sample.incoming) > 0.0f;
+        all += weight;
+        above += is_found ? weight : 0.0f;
     }
-    return std::min(1.0f, above / whole);
+    return all > 0.0f ? above / all : 1.0f;
 }
 
 }  // namespace rcs

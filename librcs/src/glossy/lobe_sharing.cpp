@@ -172,7 +172,7 @@ public:
           seen_(bsdf, outgoing, bsdf.those(lit_by_rays)),
           position_(position),
           whole_(albedo(bsdf, outgoing, bsdf.those(lit_by_rays))),
-          above_(part_above_face(seen_, bsdf, luminance(whole_), key)),
+          above_(part_above_face(bsdf, outgoing, bsdf.those(lit_by_rays), key)),
           to_density_(std::numbers::pi_v<float> / std::max(luminance(whole_), 1e-30f)),
           looks_(looked && ring.has_looks() && LobeLooks::looks(bsdf, bsdf.those(lit_by_rays))),
           ring_(ring)
