@@ -40,11 +40,24 @@ struct DirectCells {
     /// Of a cell near by, which one by chance, as for cached_irradiance(); null: nobody has looked there.
     const Light* at(glm::vec3 position, glm::vec3 normal, RandomStream& random) const
     {
-        const std::uint32_t number = table.find(leaf_near(grid, position, normal, random));
+        return find(leaf_near(grid, position, normal, random), random);
+    }
+    /// The same in two steps: memory that the second reads is asked for by the first, and its light by the second.
+    std::uint64_t begin(glm::vec3 position, glm::vec3 normal, RandomStream& random) const
+    {
+        const std::uint64_t leaf = leaf_near(grid, position, normal, random);
+        table.prefetch(leaf);
+        return leaf;
+    }
+    const Light* find(std::uint64_t leaf, RandomStream& random) const
+    {
+        const std::uint32_t number = table.find(leaf);
         if (number == CellTable::kNone) return nullptr;
         const float of_half = 0.5f * (random.next() + (half == Half::second ? 1.0f : 0.0f));
         const float at = half == Half::both ? 2.0f * of_half : of_half;
-        return &lights[number][static_cast<std::size_t>(at * static_cast<float>(kLights))];
+        const Light* const light = &lights[number][static_cast<std::size_t>(at * static_cast<float>(kLights))];
+        __builtin_prefetch(light);
+        return light;
     }
 };
 

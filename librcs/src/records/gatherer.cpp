@@ -151,13 +151,12 @@ void Gatherer::note_lamp(const HitPacket& packet, int lane, const HitSurface& hi
 }
 
 /// Adds what is known of the light of lamps and sky at a hit. @return whether that is all of it
-bool Gatherer::add_known(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell, float part,
-                         RandomStream& random, GatherWorkspace& w) const
+bool Gatherer::add_known(const HitPacket& packet, const Met& hit, std::uint32_t cell, GatherWorkspace& w) const
 {
-    if (!direct_ || !direct_->serves(hit.point.position, packet.ray.t_max[lane])) return false;
-    const DirectCells::Light* const light = direct_->at(hit.point.position, hit.point.shading_normal, random);
+    const DirectCells::Light* const light = hit.light;
     if (!light) return false;
     if (light->to_light == glm::vec3(0.0f)) return true;
+    const int lane = hit.lane;
     const glm::vec3 outgoing = -ray_direction(packet.ray, lane);
     const float width = cone_width(cell, w);
     glm::vec3 reflectance;
@@ -169,18 +168,36 @@ bool Gatherer::add_known(const HitPacket& packet, int lane, const HitSurface& hi
         if (bsdf.those(is_diffuse_behind) != 0u) return false;
         reflectance = std::numbers::pi_v<float> * evaluate(bsdf, outgoing, light->to_light);
     }
-    add(w.samples, cell, part * kInversePi * reflectance * light->irradiance);
+    add(w.samples, cell, hit.part * kInversePi * reflectance * light->irradiance);
     return true;
 }
 
-RCS_ALWAYS_INLINE void Gatherer::shade_hit(const HitPacket& packet, const Met& hit, std::uint32_t cell,
-                                           std::uint64_t key, GatherWorkspace& w) const
+/// Completes hits, and finds what is known of their light: what that reads lies anywhere in memory, so that each step
+/// is taken for all of them before the next.
+void Gatherer::find_known(const HitPacket& packet, std::span<Met> hits, std::uint64_t key, const PacketCells& cells,
+                          GatherWorkspace& w) const
+{
+    for (Met& hit : hits) {
+        complete_hit(rays_, packet, hit.lane, hit);
+        if (!has_bounce_) continue;
+        const std::size_t cell = cells.first + static_cast<std::size_t>(hit.lane);
+        // A stream's own counter stays far below 2^32, so no two cells share a number.
+        hit.random = RandomStream(key ^ static_cast<std::uint64_t>(cell) << 32);
+        hit.part = rays_part(packet, hit, w.z[cell], RandomStream(~key ^ static_cast<std::uint64_t>(cell) << 32));
+        hit.is_served = direct_ && hit.part > 0.0f && direct_->serves(hit.point.position, packet.ray.t_max[hit.lane]);
+        if (hit.is_served) hit.leaf = direct_->begin(hit.point.position, hit.point.shading_normal, hit.random);
+    }
+    for (Met& hit : hits)
+        if (hit.is_served) hit.light = direct_->find(hit.leaf, hit.random);
+}
+
+RCS_ALWAYS_INLINE void Gatherer::shade_hit(const HitPacket& packet, Met& hit, std::uint32_t cell,
+                                           GatherWorkspace& w) const
 {
     const int lane = hit.lane;
-    // A stream's own counter stays far below 2^32, so no two cells share a number.
-    RandomStream random(key ^ static_cast<std::uint64_t>(cell) << 32);
-    const float part = rays_part(packet, hit, w.z[cell], RandomStream(~key ^ static_cast<std::uint64_t>(cell) << 32));
-    const bool known = part > 0.0f && add_known(packet, lane, hit, cell, part, random, w);
+    const float part = hit.part;
+    RandomStream& random = hit.random;
+    const bool known = add_known(packet, hit, cell, w);
     if (!radiance_.is_plain(packet.instance(lane))) {
         const MaterialValues surface =
             radiance_.widened_values(packet, lane, hit, cone_width(cell, w), w.least_hit_alpha);
@@ -237,15 +254,15 @@ void Gatherer::shade_cells(const PacketCells& cells, std::uint64_t key, GatherWo
             continue;
         prefetch_hit(rays_, packet, i);
         Met& hit = hits[count++];
-        hit = {begin_hit(rays_, packet, faces, i), i, 0};
+        hit = {begin_hit(rays_, packet, faces, i), i};
         if (guide_) hit.leaf = guide_->begin_bound(hit.point.position, hit.point.geometric_normal);
     }
+    find_known(packet, {hits, static_cast<std::size_t>(count)}, key, cells, w);
     for (int n = 0; n < count; ++n) {
         const int lane = hits[n].lane;
-        complete_hit(rays_, packet, lane, hits[n]);
         const std::uint32_t cell = static_cast<std::uint32_t>(cells.first) + static_cast<std::uint32_t>(lane);
         if (gathered_ && gathered_->has(packet.instance(lane))) note_lamp(packet, lane, hits[n], cell, w);
-        if (has_bounce_) shade_hit(packet, hits[n], cell, key, w);
+        if (has_bounce_) shade_hit(packet, hits[n], cell, w);
     }
 }
 

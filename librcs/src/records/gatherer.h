@@ -167,12 +167,16 @@ private:
     /// A surface that a lane's ray hit.
     struct Met : HitSurface {
         int lane;
-        std::uint64_t leaf;  // of GatherGuide::begin_bound()
+        std::uint64_t leaf = 0;                     // of GatherGuide::begin_bound(), then of DirectCells::begin()
+        RandomStream random{0};                     // of its light
+        float part = 0.0f;                          // of rays_part()
+        bool is_served = false;                     // cells may know its light
+        const DirectCells::Light* light = nullptr;  // what they know; null: nothing
     };
-    void shade_hit(const HitPacket& packet, const Met& hit, std::uint32_t cell, std::uint64_t key,
-                   GatherWorkspace& w) const;
-    bool add_known(const HitPacket& packet, int lane, const HitSurface& hit, std::uint32_t cell, float part,
-                   RandomStream& random, GatherWorkspace& w) const;
+    void find_known(const HitPacket& packet, std::span<Met> hits, std::uint64_t key, const PacketCells& cells,
+                    GatherWorkspace& w) const;
+    void shade_hit(const HitPacket& packet, Met& hit, std::uint32_t cell, GatherWorkspace& w) const;
+    bool add_known(const HitPacket& packet, const Met& hit, std::uint32_t cell, GatherWorkspace& w) const;
     float rays_part(const HitPacket& packet, const Met& hit, float cosine, RandomStream random) const;
     void aim_looks(const Birth& birth, int looks, GatherWorkspace& w) const;
     void finish_looks(const Birth& birth, GatherWorkspace& w, Record& record) const;
