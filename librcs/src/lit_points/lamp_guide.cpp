@@ -15,6 +15,8 @@ constexpr int kLooks = 16, kRounds = 2;
 constexpr std::size_t kPlacesAtATime = 256;
 // Of the chances in a cell, what goes by power alone: from some of its places more is seen than from its mean.
 constexpr double kEvenPart = 0.05;
+// Running sums are looked through by so many at a time: those at the ends of these come first, next to each other.
+constexpr std::size_t kSumsOfStep = 16;
 // Of which nothing was learned.
 constexpr std::uint64_t kNoCell = ~0ull;
 
@@ -45,12 +47,14 @@ LampGuide::LampGuide(const RayScene& rays, const EffectSet& effects, const Gathe
     weigh_cells(places);
 }
 
+std::size_t LampGuide::steps() const { return (guide_.clusters() - 1) / kSumsOfStep; }
+
 /// @param place  that stands for a cell
 void LampGuide::add_chances(const GatherGuide::Place& place, std::vector<float>& sums) const
 {
     const std::size_t clusters = guide_.clusters(), first = sums.size();
-    sums.resize(first + clusters, 0.0f);
-    float* const chance = sums.data() + first;
+    sums.resize(first + steps() + clusters, 0.0f);
+    float* const chance = sums.data() + first + steps();
     guide_.weigh_clusters(place, chance);
     double total = 0.0, power = 0.0;
     for (std::size_t i = 0; i < clusters; ++i) {
@@ -64,6 +68,7 @@ void LampGuide::add_chances(const GatherGuide::Place& place, std::vector<float>&
         if (total > 0.0) sum += (1.0 - even) * static_cast<double>(chance[i]) / total;
         chance[i] = static_cast<float>(sum);
     }
+    for (std::size_t k = 0; k < steps(); ++k) sums[first + k] = chance[kSumsOfStep * (k + 1) - 1];
 }
 
 /// For all cells that places lie in, as the mean of their places sees the clusters.
@@ -103,7 +108,7 @@ const float* LampGuide::chances_at(const SurfacePoint& point) const
     const LookCells cells = guide_.cells(point.position, point.shading_normal);
     for (std::size_t level = 0; level < cells.size(); ++level)
         if (const std::uint32_t number = cells_[level].table.find(cells[level]); number != CellTable::kNone)
-            return cells_[level].sums.data() + number * guide_.clusters();
+            return cells_[level].sums.data() + number * (steps() + guide_.clusters());
     return nullptr;
 }
 
@@ -134,11 +139,14 @@ HitLights::Sample LampGuide::sample(const SurfacePoint& point, RandomStream& ran
 {
     HitLights::Sample result;
     const glm::vec3 normal = point.shading_normal;
-    const float* const sums = chances_at(point);
-    if (!sums) return result;
+    const float* const ends = chances_at(point);
+    if (!ends) return result;
     const std::size_t clusters = guide_.clusters();
+    const float* const sums = ends + steps();
     const float at = random.next() * sums[clusters - 1];
-    const std::size_t cluster = static_cast<std::size_t>(std::upper_bound(sums, sums + clusters - 1, at) - sums);
+    const float* const from = sums + kSumsOfStep * static_cast<std::size_t>(std::upper_bound(ends, sums, at) - ends);
+    const std::size_t cluster =
+        static_cast<std::size_t>(std::upper_bound(from, std::min(from + kSumsOfStep, sums + clusters - 1), at) - sums);
     const float chance = (sums[cluster] - (cluster > 0 ? sums[cluster - 1] : 0.0f)) / sums[clusters - 1];
     const float u = random.next();
     const glm::vec2 uv(u, random.next());

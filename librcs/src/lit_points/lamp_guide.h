@@ -29,8 +29,9 @@ private:
     /// Running sums of the clusters' chances in a cell, of each level.
     struct Chances {
         CellTable table;
-        std::vector<float> sums;  // by cell, one per cluster
+        std::vector<float> sums;  // by cell: some of them, as steps, then one per cluster
     };
+    std::size_t steps() const;
     const float* chances_at(const SurfacePoint& point) const;
     void add_chances(const GatherGuide::Place& place, std::vector<float>& sums) const;
 
