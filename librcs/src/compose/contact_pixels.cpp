@@ -13,7 +13,8 @@ constexpr float kRises = 0.5f;
 // So many footprints a pixel it may be away: what is farther stands in front, and touches nothing.
 constexpr float kTouching = 3.0f;
 // Of the eight neighbours, so many at the most lie on the surface of a pixel that is alone, bent by no more than this
-// (cosine).
+// (cosine). crytek-sponza, 640 x 360, with 1, 3, 5 of them: 11.5, 11.6, 11.3 % (12.1 without) by 4.4, 5.6, 8.7 million
+// rays (3.7).
 constexpr int kFew = 3;
 constexpr float kHardlyBent = 0.9f;
 
@@ -47,41 +48,26 @@ bool lies_alone(const GBuffer& g, std::size_t i, std::span<const std::uint8_t> l
     return beside <= kFew;
 }
 
-std::vector<PixelAtContact> listed(const std::vector<glm::ivec2>& to, const std::vector<std::uint8_t>& alone)
+}  // namespace
+
+std::vector<PixelAtContact> pixels_at_contacts(const GBuffer& gbuffer, ThreadPool& pool, const FirstContacts* first)
 {
+    std::vector<glm::ivec2> to(gbuffer.size(), glm::ivec2(0));
+    std::vector<std::uint8_t> alone(gbuffer.size(), 0);
+    const std::span<const std::uint8_t> left_out = first ? first->left_out : std::span<const std::uint8_t>{};
+    if (first)
+        for (const PixelAtContact& p : first->pixels) to[p.pixel] = p.to;
+    pool.parallel_for(gbuffer.size(), 4096, [&](std::size_t begin, std::size_t end, int) {
+        for (std::size_t i = begin; i < end; ++i) {
+            if (!gbuffer.covered(i)) continue;
+            if (!first) to[i] = rises_beside(gbuffer, i);
+            alone[i] = to[i] == glm::ivec2(0) && lies_alone(gbuffer, i, left_out);
+        }
+    });
     std::vector<PixelAtContact> pixels;
     for (std::size_t i = 0; i < to.size(); ++i)
         if (to[i] != glm::ivec2(0) || alone[i] != 0) pixels.push_back({static_cast<std::uint32_t>(i), to[i]});
     return pixels;
-}
-
-}  // namespace
-
-std::vector<PixelAtContact> pixels_at_contacts(const GBuffer& gbuffer, ThreadPool& pool)
-{
-    std::vector<glm::ivec2> to(gbuffer.size(), glm::ivec2(0));
-    std::vector<std::uint8_t> alone(gbuffer.size(), 0);
-    pool.parallel_for(gbuffer.size(), 4096, [&](std::size_t begin, std::size_t end, int) {
-        for (std::size_t i = begin; i < end; ++i) {
-            if (!gbuffer.covered(i)) continue;
-            to[i] = rises_beside(gbuffer, i);
-            alone[i] = to[i] == glm::ivec2(0) && lies_alone(gbuffer, i, {});
-        }
-    });
-    return listed(to, alone);
-}
-
-std::vector<PixelAtContact> pixels_at_contacts(const GBuffer& gbuffer, std::span<const PixelAtContact> before,
-                                               std::span<const std::uint8_t> left_out, ThreadPool& pool)
-{
-    std::vector<glm::ivec2> to(gbuffer.size(), glm::ivec2(0));
-    std::vector<std::uint8_t> alone(gbuffer.size(), 0);
-    for (const PixelAtContact& p : before) to[p.pixel] = p.to;
-    pool.parallel_for(gbuffer.size(), 4096, [&](std::size_t begin, std::size_t end, int) {
-        for (std::size_t i = begin; i < end; ++i)
-            alone[i] = to[i] == glm::ivec2(0) && gbuffer.covered(i) && lies_alone(gbuffer, i, left_out);
-    });
-    return listed(to, alone);
 }
 
 }  // namespace rcs

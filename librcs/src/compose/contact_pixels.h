@@ -22,14 +22,17 @@ struct PixelAtContact {
 /// Of a step over the image [px].
 inline int pixels_away(glm::ivec2 step) { return std::max(std::abs(step.x), std::abs(step.y)); }
 
+/// What a further pass, which leaves out even pixels that are known, has of the first one.
+struct FirstContacts {
+    std::span<const PixelAtContact> pixels;  ///< where surfaces meet in that, they do in this one as well
+    std::span<const std::uint8_t> left_out;  ///< 1: the pixel is
+};
 /// Pixels closer to another surface than any record lies to the next: records beside reach over them, agree, and know
 /// nothing of the light that it takes away there. And those that lie alone, with hardly a neighbour on their own
 /// surface: leaves, twigs and folds a pixel wide, where records say what others are lit by. @return row by row
-std::vector<PixelAtContact> pixels_at_contacts(const GBuffer& gbuffer, ThreadPool& pool);
-/// The same of a further pass, which leaves out even pixels that are known.
-/// @param before  of the first pass: where surfaces meet, they do in this one as well   @param left_out  1: it is
-std::vector<PixelAtContact> pixels_at_contacts(const GBuffer& gbuffer, std::span<const PixelAtContact> before,
-                                               std::span<const std::uint8_t> left_out, ThreadPool& pool);
+/// @param first  null: no pixel is left out
+std::vector<PixelAtContact> pixels_at_contacts(const GBuffer& gbuffer, ThreadPool& pool,
+                                               const FirstContacts* first = nullptr);
 
 /// Calls visit(pixel, columns, rows) for the pixels in a window of the image around one.
 template <typename Visit>

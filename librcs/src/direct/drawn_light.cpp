@@ -1,12 +1,10 @@
 #include "direct/drawn_light.h"
 
-#include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <utility>
 
 #include "gbuffer/visible_points.h"
-#include "util/color.h"
+#include "util/noisy_window.h"
 
 namespace rcs {
 namespace {
@@ -26,21 +24,15 @@ struct Together {
 
 Together together_at(const GBuffer& g, const DirectLightResult::Apart& apart, std::size_t i)
 {
-    glm::vec3 sum(0.0f);
-    float light = 0.0f, squares = 0.0f, noise = 0.0f, count = 0.0f;
+    NoisyWindow window;
     for_each_near(g, i, kReach, [&](std::size_t near) {
-        if (!g.covered(near) || !lies_beside(g, i, near) || !(glm::dot(g.normal(i), g.normal(near)) > kSameWay)) return;
-        const float l = luminance(apart.irradiance[near]), error = apart.error[near];
-        sum += apart.irradiance[near];
-        light += l, squares += l * l, noise += error * error;
-        count += 1.0f;
+        if (g.covered(near) && lies_beside(g, i, near) && glm::dot(g.normal(i), g.normal(near)) > kSameWay)
+            window.add(apart.irradiance[near], apart.error[near]);
     });
-    if (count < 2.0f) return {apart.irradiance[i], apart.error[i]};
-    const float mean = light / count, variance = squares / count - mean * mean;
-    const float of_noise = kMostNoise * noise / count;
-    const float own = variance > of_noise ? 1.0f - of_noise / variance : 0.0f;
-    return {glm::mix(sum / count, apart.irradiance[i], own),
-            apart.error[i] * std::sqrt(own * own + (1.0f - own * own) / count)};
+    if (window.count() < 2.0f) return {apart.irradiance[i], apart.error[i]};
+    const float own = window.own_part(kMostNoise);
+    return {glm::mix(window.sum() / window.count(), apart.irradiance[i], own),
+            apart.error[i] * part_of_error(own, window.count())};
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "glossy/lobes_together.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -9,18 +8,21 @@
 #include "gbuffer/visible_points.h"
 #include "glossy/lobe_reach.h"
 #include "util/color.h"
+#include "util/noisy_window.h"
 
 namespace rcs {
 namespace {
 
 // Pixels to either side that have a part in it, at most: further ones take little noise more, and of a window's
-// image in a polished floor the edges.
+// image in a polished floor the edges. A loft at 3, 4, 6: indirect light off by 8.8, 8.8, 8.8 %, highlights of lamps by
+// 10.5, 10.9, 11.9 %.
 constexpr int kMostReach = 3;
-// ... in widths of the lobe where its rays end.
+// ... in widths of the lobe where its rays end: at 1, 2, 4 a bathroom's indirect light is off by 6.1, 5.9, 5.3 %, and
+// veach-ajar's by 9.5, 9.6, 9.6.
 constexpr float kWidths = 2.0f;
 // Normals that are turned by more than this part of the lobe's width see other things.
 constexpr float kMostTurned = 0.5f;
-// Of the noise's variance: what pixels around make of it by chance may be more.
+// Of the noise's variance; with 1 living-room is off as much, to .02 %.
 constexpr float kMostNoise = 1.5f;
 // Pixels share rays already, so that so many of them tell no more than one: measured on floors and vats of three
 // rooms, their noise from seed to seed is .9 to 1.05 times what is said.
@@ -49,20 +51,12 @@ struct Together {
 Together together_at(const Found& found, const std::vector<glm::vec3>& reflectance, std::span<const std::size_t> near,
                      std::size_t pixel)
 {
-    glm::vec3 sum(0.0f);
-    float light = 0.0f, squares = 0.0f, noise = 0.0f;
-    for (const std::size_t i : near) {
-        const glm::vec3 one = received(found.radiance[i], reflectance[i]);
-        const float l = luminance(one), error = found.error[i] / luminance(reflectance[i]);
-        sum += one;
-        light += l, squares += l * l, noise += error * error;
-    }
-    const auto count = static_cast<float>(near.size());
-    const float mean = light / count, variance = squares / count - mean * mean;
-    const float of_noise = kMostNoise * noise / count;
-    const float own = variance > of_noise ? 1.0f - of_noise / variance : 0.0f;
-    return {glm::mix(reflectance[pixel] * sum / count, found.radiance[pixel], own),
-            found.error[pixel] * std::sqrt(own * own + (1.0f - own * own) / std::max(1.0f, count / kAlike))};
+    NoisyWindow window;
+    for (const std::size_t i : near)
+        window.add(received(found.radiance[i], reflectance[i]), found.error[i] / luminance(reflectance[i]));
+    const float own = window.own_part(kMostNoise);
+    return {glm::mix(reflectance[pixel] * window.sum() / window.count(), found.radiance[pixel], own),
+            found.error[pixel] * part_of_error(own, window.count() / kAlike)};
 }
 
 /// Pixels whose lobes see about what this one's do, itself among them.

@@ -129,9 +129,9 @@ void gather_contacts(Frame& f)
 {
     timed(f, kContactStage, [&] {
         // Passes that share samples see a part of them.
-        f.contacts = f.shared && f.layer == 0
-                         ? pixels_at_contacts(f.gbuffer, f.shared->contacts, f.shared->known.met, f.session.pool())
-                         : pixels_at_contacts(f.gbuffer, f.session.pool());
+        std::optional<FirstContacts> first;
+        if (f.shared && f.layer == 0) first.emplace(FirstContacts{f.shared->contacts, f.shared->known.met});
+        f.contacts = pixels_at_contacts(f.gbuffer, f.session.pool(), first ? &*first : nullptr);
         renew_contacts(f);
         Session::State& session = f.session.state();
         f.stats().contact_rays += gather_contacts(RecordGatherer(light_at_contacts(f), contact_gathers(f)),
