@@ -38,10 +38,13 @@ inline Shading make_glossy(const GBuffer& gbuffer, std::vector<Record>& records)
                                           (k % kHarmonics == 0 ? 4.0f : 0.0f));
     Shading shading;
     shading.most_lobes = 1;
+    shading.clear_lobes(gbuffer.size());
     for (std::size_t i = 0; i < gbuffer.size(); ++i) {
         const glm::vec3 f0(0.04f + 0.01f * static_cast<float>(i % 90));
         const float alpha = 0.2f + 0.8f * static_cast<float>(i % 13) / 12.0f;
-        shading.lobes.push_back(i % 7 == 0 ? Lobe{} : make_lobe<Specular>(f0, 1.0f, alpha));
+        Bsdf bsdf;
+        if (i % 7 != 0) bsdf.add(make_lobe<Specular>(f0, 1.0f, alpha));
+        shading.set_lobes(i, bsdf);
     }
     return shading;
 }

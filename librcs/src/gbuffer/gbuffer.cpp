@@ -39,7 +39,7 @@ Shading allocate_shading(const RayScene& rays, const EffectSet& effects, std::si
     Shading s;
     if (effects.has(Effect::highlights) || effects.has(Effect::glossy_records) || effects.has(Effect::traced_lobes)) {
         for (const MeshTraits& traits : rays.impl().traits) s.most_lobes = std::max(s.most_lobes, traits.most_lobes);
-        s.lobes.resize(pixels * static_cast<std::size_t>(s.most_lobes));
+        s.clear_lobes(pixels);
     }
     if (effects.has(Effect::peeling)) {
         s.coverage.assign(pixels, 1.0f);

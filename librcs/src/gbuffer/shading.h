@@ -19,6 +19,7 @@ namespace rcs {
 struct Shading {
     int most_lobes = 0;           ///< of a pixel
     std::vector<Lobe> lobes;      ///< per pixel so many, unused ones without kind; empty if no lobe is simulated
+    std::vector<float> traced;    ///< GGX width of the narrowest of these that is lit by rays; < 0: there is none
     std::vector<float> coverage;  ///< part of the pixel that the surface fills; empty if none is looked behind, as is
     std::vector<glm::vec3> through;  ///< the colour that comes straight through the surface
 
@@ -34,6 +35,14 @@ struct Shading {
     {
         Lobe* const first = lobes.data() + pixel * static_cast<std::size_t>(most_lobes);
         std::fill(std::copy(bsdf.begin(), bsdf.end(), first), first + most_lobes, Lobe{});
+        const LobeSet by_rays = bsdf.those(lit_by_rays);
+        traced[pixel] = by_rays != 0u ? narrowest(bsdf, by_rays) : kNotTraced;
+    }
+    /// Of so many pixels, none of which reflects by a lobe.
+    void clear_lobes(std::size_t pixels)
+    {
+        lobes.assign(pixels * static_cast<std::size_t>(most_lobes), Lobe{});
+        traced.assign(pixels, kNotTraced);
     }
     /// @param g  the G-buffer that this belongs to
     Bsdf bsdf(const GBuffer& g, std::size_t pixel) const
@@ -52,11 +61,10 @@ struct Shading {
         return found != here.end() ? &*found : nullptr;
     }
     /// Whether it has lobes that are lit by rays along them.
-    bool is_traced(std::size_t pixel) const
-    {
-        const std::span<const Lobe> here = lobes_of(pixel);
-        return std::any_of(here.begin(), here.end(), lit_by_rays);
-    }
+    bool is_traced(std::size_t pixel) const { return has_lobes() && traced[pixel] >= 0.0f; }
+
+private:
+    static constexpr float kNotTraced = -1.0f;
 };
 
 /// Triangles that need no shading where a pixel sees them: their light is known.

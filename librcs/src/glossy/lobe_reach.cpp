@@ -42,19 +42,11 @@ bool looks_through(const Bsdf& bsdf)
     return (bsdf.those(lit_by_rays) & transmitting_lobes(bsdf) & ~lobes_lit_behind(bsdf)) != 0u;
 }
 
-float narrowest_traced(const Shading& shading, std::size_t pixel)
-{
-    float alpha = 1.0f;
-    for (const Lobe& lobe : shading.lobes_of(pixel))
-        if (lit_by_rays(lobe)) alpha = std::min(alpha, lobe.alpha);
-    return alpha;
-}
-
 bool may_share(const GBuffer& g, const Shading& shading, std::size_t pixel, std::size_t neighbour)
 {
-    if (!g.covered(neighbour) || !shading.is_traced(neighbour)) return false;
-    const float here = narrowest_traced(shading, pixel), there = narrowest_traced(shading, neighbour);
-    return lies_beside(g, pixel, neighbour) && there < 2.0f * here && here < 2.0f * there;
+    const float here = shading.traced[pixel], there = shading.traced[neighbour];
+    return there >= 0.0f && there < 2.0f * here && here < 2.0f * there && g.covered(neighbour) &&
+           lies_beside(g, pixel, neighbour);
 }
 
 float most_reach(const GBuffer& g, const Shading& shading, std::size_t pixel, float alpha)

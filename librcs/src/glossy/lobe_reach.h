@@ -11,9 +11,6 @@ namespace rcs {
 /// Whether traced lobes show what is behind, which neighbours do not.
 bool looks_through(const Bsdf& bsdf);
 
-/// Width of a pixel's narrowest lobe that is traced.
-float narrowest_traced(const Shading& shading, std::size_t pixel);
-
 /// Whether a neighbour lies on the same, about equally glossy surface: only then may it share rays.
 bool may_share(const GBuffer& g, const Shading& shading, std::size_t pixel, std::size_t neighbour);
 

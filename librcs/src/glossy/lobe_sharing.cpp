@@ -311,7 +311,7 @@ LobeSharing::Reach LobeSharing::reach_of(std::size_t pixel, const Bsdf& bsdf, co
     if (looks_through(bsdf)) return {};
     // Beyond the width of the lobe where it hits, a neighbour sees other things; and so it does where its normal turns
     // by more than that: what it is unlikely to find may be the middle of this pixel's lobe, and far too bright.
-    const float alpha = narrowest(bsdf, bsdf.those(lit_by_rays)), per_length = alpha / g_.footprint[pixel];
+    const float alpha = shading_.traced[pixel], per_length = alpha / g_.footprint[pixel];
     const float most = most_reach(g_, shading_, pixel, alpha);
     const auto reach = [&](std::span<const LobeRay> rays) { return std::min(most, per_length * mean_distance(rays)); };
     const float rays = reach(ring.of(pixel));
@@ -361,7 +361,7 @@ LobeLights LobeSharing::share(std::size_t pixel, const RayRing& ring) const
     for (std::size_t k = 0; k < count; ++k) receiver.add_looks(looking[k]);
     LobeLights lights = receiver.sum(false);
     lights.distance = mean_distance(ring.of(pixel));
-    lights.width = narrowest_traced(shading_, pixel);
+    lights.width = shading_.traced[pixel];
     return lights;
 }
 

@@ -66,7 +66,7 @@ void find_alike(const GBuffer& g, const Shading& shading, const TracedLight& lig
     near.clear();
     const auto reflects = [&](std::size_t i) { return luminance(light.reflectance[i]) > 0.0f; };
     if (!g.covered(pixel) || !shading.is_traced(pixel) || !reflects(pixel)) return;
-    const float width = narrowest_traced(shading, pixel);
+    const float width = shading.traced[pixel];
     const float reach = kWidths * width * light.distance[pixel] / g.footprint[pixel];
     if (!(reach >= 1.0f)) return;
     for_each_near(g, pixel, static_cast<int>(std::min(reach, static_cast<float>(kMostReach))), [&](std::size_t i) {

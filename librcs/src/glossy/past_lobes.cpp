@@ -49,8 +49,6 @@ glm::dvec3 behind(glm::dvec3 point, double distance)
     return point * (1.0 + std::min(distance, kFar * away) / away);
 }
 
-float width_of(const Bsdf& bsdf) { return narrowest(bsdf, bsdf.those(lit_by_rays)); }
-
 }  // namespace
 
 PastLobes::PastLobes(const LobeSettings& options, const GBuffer& g, const View& view, const Shading& shading,
@@ -133,33 +131,33 @@ PastPlace PastLobes::image_of(std::size_t i) const
 {
     for (const View* view : {&view_, &past_->places.points().view})
         if (view->camera.projection == Projection::orthographic) return {};
-    const glm::dvec3 image = image_at(i, past_->light.distance[past_->places.nearest(i)]);
-    const PastPlace place = past_->places.project(image);
+    const glm::dvec3 at = image_at(i, past_->light.distance[past_->places.nearest(i)]);
+    const PastPlace place = past_->places.project(at);
     if (!place.is_seen()) return {};
+    const Bsdf bsdf = shading_.bsdf(g_, i);
+    const Image image{glm::vec3(at), albedo(bsdf, outgoing_at(g_, view_.camera, i), bsdf.those(lit_by_rays))};
     const std::array<std::size_t, 4> around = past_->places.around(place);
-    const bool shown = std::all_of(around.begin(), around.end(),
-                                   [&](std::size_t before) { return shows_image(i, glm::vec3(image), before); });
+    const bool shown =
+        std::all_of(around.begin(), around.end(), [&](std::size_t before) { return shows_image(i, image, before); });
     return shown ? place : PastPlace{};
 }
 
 /// By how much a lobe blurs what it shows so far behind the point, seen from so far before it [px].
 double PastLobes::blur_of(std::size_t i, double distance) const
 {
-    const auto width = static_cast<double>(width_of(shading_.bsdf(g_, i)));
+    const auto width = static_cast<double>(shading_.traced[i]);
     const auto away = static_cast<double>(glm::length(g_.position(i)));
     return width * distance / (distance + away) / pixel_;
 }
 
 /// Whether a pixel of the earlier view lies in the plane of this one's point, has such a lobe, and met along it what
 /// the image is of.
-bool PastLobes::shows_image(std::size_t i, glm::vec3 image, std::size_t before) const
+bool PastLobes::shows_image(std::size_t i, const Image& image, std::size_t before) const
 {
     const PastPoints& past = past_->places.points();
     const glm::dvec3 to_now = past.camera_position - g_.camera_position;
     const glm::vec3 normal = g_.normal(i), there = past.position[before];
-    const Bsdf bsdf = shading_.bsdf(g_, i);
-    const float width = width_of(bsdf);
-    const glm::vec3 reflectance = albedo(bsdf, outgoing_at(g_, view_.camera, i), bsdf.those(lit_by_rays));
+    const float width = shading_.traced[i];
     // A mirror that turns turns what it shows by twice that.
     const double turned = 2.0 * static_cast<double>(glm::length(past.normal[before] - normal));
     if (past.instance[before] != g_.instance[i] ||
@@ -167,10 +165,10 @@ bool PastLobes::shows_image(std::size_t i, glm::vec3 image, std::size_t before) 
         std::abs(glm::dot(glm::dvec3(there) + to_now - glm::dvec3(g_.position(i)), glm::dvec3(normal))) >
             static_cast<double>(kOffPlane * g_.footprint[i]) ||
         std::abs(past_->light.width[before] - width) > kSameWidth * width ||
-        !are_alike(past_->light.reflectance[before], reflectance))
+        !are_alike(past_->light.reflectance[before], image.reflectance))
         return false;
     // Where this view sees what showed there, were it as far behind the plane as it was met, or as the image is.
-    const auto distance = static_cast<double>(glm::length(image - there));
+    const auto distance = static_cast<double>(glm::length(image.at - there));
     const auto shown_at = [&](double away) { return projection_.position(behind(glm::dvec3(there), away) + to_now); };
     const std::optional<glm::dvec2> as_met = shown_at(static_cast<double>(past_->light.distance[before])),
                                     as_image = shown_at(distance);

@@ -48,7 +48,11 @@ private:
     float part_of_lobes(const PastPlace& place) const;
     glm::dvec3 image_at(std::size_t pixel, float distance) const;
     PastPlace image_of(std::size_t pixel) const;
-    bool shows_image(std::size_t pixel, glm::vec3 image, std::size_t before) const;
+    struct Image {
+        glm::vec3 at;           ///< relative to the earlier camera
+        glm::vec3 reflectance;  ///< of the lobes that show it
+    };
+    bool shows_image(std::size_t pixel, const Image& image, std::size_t before) const;
     bool still_shows(std::size_t pixel, float distance) const;
     double blur_of(std::size_t pixel, double distance) const;
 

@@ -178,7 +178,7 @@ void Planner::plan_light()
                lobe.possible() && !facts_.lamps ? "no lamp shines" : words(lobe, "surface with a specular lobe"));
     measured(highlights, lobe);
     highlights.cost = "the BSDF of each pixel, and rays along lobes narrower than lamps";
-    highlights.bytes = pixels_ * (static_cast<double>(sizeof(Lobe)) * facts_.most_lobes + 12.0);
+    highlights.bytes = pixels_ * (static_cast<double>(sizeof(Lobe)) * facts_.most_lobes + 16.0);
 }
 
 void Planner::plan_bounces(bool called_for)

@@ -19,7 +19,8 @@ private:
 
 inline void note_bytes(const Shading& shading, EffectCounts& counts)
 {
-    const std::uint64_t bytes = shading.lobes.size() * sizeof(Lobe) + shading.coverage.size() * sizeof(float) +
+    const std::uint64_t bytes = shading.lobes.size() * sizeof(Lobe) +
+                                (shading.traced.size() + shading.coverage.size()) * sizeof(float) +
                                 shading.through.size() * sizeof(glm::vec3);
     counts.shading_bytes = bytes > counts.shading_bytes ? bytes : counts.shading_bytes;
 }

@@ -135,12 +135,12 @@ void trace_noisy(Frame& f)
     const bool is_the_same = f.past && !f.past->places;
     if (f.light.traced.radiance.empty() || has_goal(f.asked) || is_the_same) return;
     std::vector<std::uint8_t> left = timed(f, "glossy", [&] { return noisy_lobes(f); });
-    for (int round = 1; std::any_of(left.begin(), left.end(), [](std::uint8_t rounds) { return rounds > 0; });
-         ++round) {
+    const int rounds = left.empty() ? 0 : *std::max_element(left.begin(), left.end());
+    for (int round = 1; round <= rounds; ++round) {
         add_round(f.light.traced, trace_round(f, round, &left), &left);
-        put_lobes_together(f);
-        for (std::uint8_t& rounds : left) rounds -= rounds > 0 ? 1 : 0;
+        for (std::uint8_t& of_pixel : left) of_pixel -= of_pixel > 0 ? 1 : 0;
     }
+    if (rounds > 0) put_lobes_together(f);
 }
 
 DirectLightResult direct_round(Frame& f, int round)
