@@ -166,7 +166,8 @@ std::string removed(const BatchReport& report)
 
 std::string cost(const BatchReport& report)
 {
-    const auto frames = static_cast<double>(report.frames.size());
+    const std::string ahead =
+        report.ahead_seconds > 0.0 ? ", what they share " + duration_text(report.ahead_seconds) : "";
     const std::string processor = duration_text(report.cpu_seconds) + " of processor time";
     const std::string machine = "From " + report.began + " to " + report.ended + ": " + duration_text(report.seconds) +
                                 ", " + processor + " with " + std::to_string(report.threads) + " threads, at most " +
@@ -179,10 +180,9 @@ std::string cost(const BatchReport& report)
     return (!report.server.empty() ? server
             : report.threads > 0   ? machine
                                    : tasks) +
-           " A frame took " + duration_text(mean_of(report, &FrameFigures::seconds)) + " on average. Next night: all " +
-           std::to_string(report.frames.size()) + " frames anew would take about " +
-           duration_text(frames * mean_of(report, &FrameFigures::seconds)) +
-           (report.threads > 0 ? "." : " of one machine's time.");
+           " A frame took " + duration_text(mean_of(report, &FrameFigures::seconds)) + " on average" + ahead +
+           ". Next night: all " + std::to_string(report.frames.size()) + " frames anew would take about " +
+           duration_text(forecast_seconds(report)) + (report.threads > 0 ? "." : " of one machine's time.");
 }
 
 std::string movie(const BatchReport& report)
@@ -269,6 +269,11 @@ double cpu_of_rendered(const BatchReport& report)
     return sum;
 }
 
+double forecast_seconds(const BatchReport& report)
+{
+    return static_cast<double>(report.frames.size()) * mean_of(report, &FrameFigures::seconds) + report.ahead_seconds;
+}
+
 void add_up(BatchReport& report)
 {
     report.threads = 0;
@@ -318,6 +323,7 @@ Json to_json(const BatchReport& report)
             {"ended", report.ended},
             {"seconds", report.seconds},
             {"cpu_seconds", report.cpu_seconds},
+            {"ahead_seconds", report.ahead_seconds},
             {"peak_memory_bytes", report.peak_memory},
             {"movie", report.has_movie ? Json(kMovieFile) : Json(nullptr)},
             {"removed", report.removed},
@@ -327,7 +333,7 @@ Json to_json(const BatchReport& report)
               {"kept", report.count(FrameEnd::kept)},
               {"failed", report.count(FrameEnd::failed)},
               {"left", report.count(FrameEnd::left)}}},
-            {"forecast_seconds", static_cast<double>(report.frames.size()) * mean_of(report, &FrameFigures::seconds)},
+            {"forecast_seconds", forecast_seconds(report)},
             {"frames", frames}};
 }
 

@@ -42,6 +42,7 @@ struct BatchReport {
     int threads = 0;            ///< 0: of several machines
     std::string began, ended;   ///< local time
     double seconds = 0.0, cpu_seconds = 0.0;
+    double ahead_seconds = 0.0;     ///< of these, for records that frames share, placed before them
     std::uint64_t peak_memory = 0;  ///< [bytes]; 0: not known
     bool independent = false;
     bool has_movie = false;            ///< kMovieFile lies beside it
@@ -54,6 +55,9 @@ struct BatchReport {
 
 /// Takes what the whole cost from its frames, which several machines have made.
 void add_up(BatchReport& report);
+
+/// What all frames would take anew, with what they share [s].
+double forecast_seconds(const BatchReport& report);
 
 /// What frames of this run have taken, wherever they were made [s].
 double cpu_of_rendered(const BatchReport& report);

@@ -262,13 +262,13 @@ void Batch::write_report()
         add_up(report_);
     } else {
         report_.seconds = seconds_since(began_);
+        report_.ahead_seconds = maker_.ahead_seconds();
         report_.cpu_seconds = server_ ? cpu_of_rendered(report_) : cpu_seconds() - cpu_began_;
         report_.peak_memory = peak_memory();
     }
-    const fs::path folder(report_folder_);
-    write_text_file((folder / "report.json").string(),
+    write_text_file((fs::path(report_folder_) / "report.json").string(),
                     to_json(report_).dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
-    write_text_file((folder / "report.html").string(), to_html(report_));
+    write_text_file((fs::path(report_folder_) / "report.html").string(), to_html(report_));
 }
 
 /// Of the first output that others can show, as far as its frames are there. A movie is a help: without it all is well.

@@ -163,18 +163,26 @@ TEST(BatchCommand, FramesOfAWalkThroughAStillSceneShareRecordsThatAreThereFromTh
     EXPECT_EQ(batch.code, 0) << batch.err;
     EXPECT_NE(batch.err.find("records placed beforehand, in 2 of the views of frames 1 to 3"), std::string::npos)
         << batch.err;
-    const json frames = json::parse(bytes_of(folder / "report.json")).at("frames");
+    const json report = json::parse(bytes_of(folder / "report.json"));
+    const json frames = report.at("frames");
+    double of_frames = 0.0;
     for (const json& frame : frames) {
         const json figures = frame.at("figures");
+        of_frames += figures.at("seconds").get<double>();
         EXPECT_GT(figures.at("records_reused"), 10 * figures.at("records_made").get<int>());
         EXPECT_EQ(figures.at("exposure"), frames[0].at("figures").at("exposure")) << "or the film would flicker";
     }
+    const auto ahead = report.at("ahead_seconds").get<double>();
+    EXPECT_GT(ahead, 0.0);
+    EXPECT_LT(ahead + of_frames, report.at("seconds")) << "which has both, and to start";
+    EXPECT_NEAR(report.at("forecast_seconds"), ahead + of_frames, 1e-6) << "all frames anew take that again";
     // One that two processes died at comes last, and no other frame goes near it.
     write_bytes(folder / ".rcsplat/f.0001.png.json.running", "2\n");
     const Outcome wary = rcsplat(words);
     EXPECT_EQ(wary.code, 0) << wary.err;
     EXPECT_EQ(wary.err.find("placed beforehand"), std::string::npos) << wary.err;
-    const json again = json::parse(bytes_of(folder / "report.json")).at("frames");
+    const json wary_report = json::parse(bytes_of(folder / "report.json")), again = wary_report.at("frames");
+    EXPECT_EQ(wary_report.at("ahead_seconds"), 0.0);
     EXPECT_EQ(again[1].at("figures").at("records_reused"), 0);
     EXPECT_GT(again[0].at("figures").at("records_reused"), 0);
     // The second found the exposure of all; with the first there before it, it is done all the same.
