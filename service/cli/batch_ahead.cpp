@@ -1,6 +1,7 @@
 #include "cli/batch_ahead.h"
 
 #include <algorithm>
+#include <chrono>
 #include <span>
 #include <string>
 #include <utility>
@@ -57,10 +58,15 @@ AheadStats FramesAhead::look(Session& session, int number, const RenderOptions& 
             return std::nullopt;  // that frame will fail
         }
     };
+    using Clock = std::chrono::steady_clock;
+    const Clock::time_point began = Clock::now();
+    const auto count = [&] { seconds_ += std::chrono::duration<double>(Clock::now() - began).count(); };
     AheadStats found;
     try {
         found = walk_ahead(session, frames.size(), camera, options, hooks);
+        if (found.views > 0) count();
     } catch (const Error& e) {
+        count();
         if (e.code() == ErrorCode::cancelled) throw;
         session.forget_light();  // it may be half up to date
         if (hooks.log) hooks.log(LogLevel::info, std::string("no records are placed beforehand: ") + e.what());

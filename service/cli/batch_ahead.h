@@ -30,6 +30,8 @@ public:
     AheadStats look(Session& session, int number, const RenderOptions& options,
                     const std::function<Camera(int)>& camera_of, const std::function<bool(int)>& killed,
                     const RenderHooks& hooks);
+    /// What looks have taken so far, those too that did not come to their end.
+    double seconds() const { return seconds_; }
     /// The next frame is looked at again, with those after it alone.
     void look_again()
     {
@@ -42,6 +44,7 @@ private:
     std::size_t at_a_time_;
     std::optional<int> known_;  // first frame of the part looked at
     bool is_again_ = false;
+    double seconds_ = 0.0;
 };
 
 }  // namespace rcs::service

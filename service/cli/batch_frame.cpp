@@ -278,8 +278,7 @@ void FrameMaker::begin_records(int number)
 /// What serves all frames around this one is not its time, nor limited by what that may be.
 AheadStats FrameMaker::look_ahead(int number, const Quality& quality)
 {
-    const Clock::time_point began = Clock::now();
-    const auto since = began - frame_began_;
+    const auto since = Clock::now() - frame_began_;
     const double cpu = cpu_seconds();
     frame_began_ = Clock::time_point::max();
     const auto camera_of = [&](int n) { return scene_.camera(session_, time_of(n), {}); };
@@ -291,7 +290,6 @@ AheadStats FrameMaker::look_ahead(int number, const Quality& quality)
     options.quality = quality;
     const AheadStats ahead =
         ahead_.look(session_, number, options, camera_of, killed, {.log = log(), .progress = progress()});
-    if (ahead.views > 0) ahead_seconds_ += std::chrono::duration<double>(Clock::now() - began).count();
     frame_began_ = Clock::now() - since;
     cpu_began_ += cpu_seconds() - cpu;
     return ahead;

@@ -82,8 +82,8 @@ public:
     /// Places it, or brings it further. @return what that came to; none: it took more than so many seconds, and was
     /// called off @throws rcs::Error
     std::optional<AheadStats> place_ahead(int number, const Quality& quality, double seconds);
-    /// What that has taken so far, for all frames [s].
-    double ahead_seconds() const { return ahead_seconds_; }
+    /// What that has taken so far, for all frames, called off or not [s].
+    double ahead_seconds() const { return ahead_.seconds(); }
     /// Writes the report if SIGUSR1 has asked for it.
     void answer_request() const
     {
@@ -111,8 +111,7 @@ private:
     std::deque<std::string> said_;       // ... by all levels, and its stages
     std::string stage_;
     std::chrono::steady_clock::time_point frame_began_;
-    double cpu_began_ = 0.0;      // of the frame [s]
-    double ahead_seconds_ = 0.0;  // of all that was placed ahead
+    double cpu_began_ = 0.0;  // of the frame [s]
     bool too_slow_ = false;
     std::optional<std::chrono::steady_clock::time_point> latest_;  // of what is placed ahead
 
