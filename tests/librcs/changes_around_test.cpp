@@ -102,13 +102,13 @@ TEST(ChangesAround, IsWhatSumsOverAllPairsSay)
             const double w = weight_of(l.records[j], l.records[k], 4.0f);
             mean += w * glm::dvec3(change.irradiance);
             givers += w;
-            theirs += w * error * error;
+            theirs += w * w * error * error;
         }
         if (found[k].large) {
             ++large;
         } else {
             for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[k].mean[c], mean[c] / givers, 1e-5);
-            EXPECT_NEAR(found[k].noise, std::sqrt(theirs / givers), 1e-5);
+            EXPECT_NEAR(found[k].noise, std::sqrt(theirs) / givers, 1e-5);
         }
         if (nearest < 0.2) continue;
         EXPECT_NEAR(found[k].change, std::sqrt(squares / nearest) / 1.01, 1e-3) << k;

@@ -2,27 +2,32 @@
 
 #include <gtest/gtest.h>
 
+#include <numeric>
 #include <optional>
 #include <set>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "rcs/render.h"
+#include "records/gather.h"
 #include "session/session_state.h"
 #include "support/scenes.h"
 #include "support/session.h"
+#include "util/color.h"
 
 namespace rcs {
 namespace {
 
-/// The furnished room, its block a twelfth as large, so that many records see nothing of it, and moved along the floor.
+/// The furnished room, its block an eighteenth as large, so that many records see nothing of it, and moved along the
+/// floor.
 Scene moved_by(double distance)
 {
     Scene scene = test::furnished_room();
     scene.instances[1].world_from_object =
-        glm::scale(glm::translate(glm::dmat4(1.0), glm::dvec3(distance, 0.0, 0.0)), glm::dvec3(0.08));
+        glm::scale(glm::translate(glm::dmat4(1.0), glm::dvec3(distance, 0.0, 0.0)), glm::dvec3(0.055));
     return scene;
 }
 
@@ -61,6 +66,41 @@ Newcomers newcomers(bool forgets)
     result.noise /= static_cast<double>(result.count);
     result.rays /= static_cast<double>(result.count);
     return result;
+}
+
+TEST(Upkeep, RecordsAreGatheredAgainByOtherRaysThanThoseThatWereLearnedFrom)
+{
+    RenderOptions options;
+    options.width = options.height = 48;
+    options.aa = 1;
+    ThreadPool pool{2};
+    Session session{test::shared_gl(), pool, {.keep_records = true, .watch_records = true}};
+    session.show(test::furnished_room());
+    render(session, session.scene().cameras[0], options);
+    Scene lit = test::furnished_room();
+    lit.lights.push_back(test::point_light({-1.5, 2.0, 1.0}, {3.0f, 1.0f, 0.5f}));
+    session.show(lit);
+    const RenderStats stats = render(session, session.scene().cameras[0], options).stats;
+    const std::uint32_t now = session.state().scene_number;
+    std::vector<Record> found;
+    for (const Record& r : session.records())
+        if (r.watch.gathered == now && r.watch.touched == now) found.push_back(r);
+    ASSERT_GT(found.size(), 50u) << "a lamp changes light everywhere";
+    EXPECT_EQ(found.size(), stats.records.renewed);
+    std::vector<Record> as_at_first = found;
+    std::vector<std::uint32_t> all(found.size());
+    std::iota(all.begin(), all.end(), 0u);
+    RecordStats uncounted;
+    RecordGatherer({session.rays()}, {.rays = settings_of(options).rays}).renew(as_at_first, all, pool, uncounted);
+    double sum = 0.0, off = 0.0;
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        const auto first = static_cast<double>(luminance(as_at_first[i].irradiance));
+        const double difference = static_cast<double>(luminance(found[i].irradiance)) - first;
+        EXPECT_NE(difference, 0.0) << "not those of when it was first gathered";
+        sum += first;
+        off += difference;
+    }
+    EXPECT_NEAR(off / sum, 0.0, 0.01);
 }
 
 TEST(Upkeep, RecordsThatAreNewWhereLightChangesMayBeNoisier)

@@ -110,8 +110,7 @@ TEST(ViewFit, FollowsInLittleStepsWhereTheCameraMoves)
         fit_to_view(seen.gbuffer, seen.view, true, records);
         return records;
     };
-    for (const auto& [times, left] :
-         {std::pair(1.4f, 1.4f), {1 / 1.4f, 1 / 1.4f}, {1.6f, 1.5f}, {1 / 9.0f, 1 / 1.5f}}) {
+    for (const auto& [times, left] : {std::pair(1.2f, 1.2f), {1 / 1.2f, 1 / 1.2f}, {1.3f, 1.25f}, {1 / 9.0f, 0.8f}}) {
         const std::vector<Record> records = fitted(times);
         for (std::size_t k = 0; k < records.size(); ++k)
             EXPECT_NEAR(records[k].footprint / seen.records[k].footprint, left, 1e-5f) << times << ", record " << k;

@@ -95,7 +95,7 @@ struct Givers {
     {
         change += w * glm::dvec3(given.irradiance);
         weight += w;
-        variance += w * static_cast<double>(given.noise) * static_cast<double>(given.noise);
+        variance += w * w * static_cast<double>(given.noise) * static_cast<double>(given.noise);
         if (radiance.empty()) return;
         const std::size_t known = std::min(radiance.size(), seen.radiance.size());
         for (std::size_t i = 0; i < known; ++i) radiance[i] += static_cast<float>(w) * seen.radiance[i];
@@ -105,7 +105,7 @@ struct Givers {
 void take_on(Givers&& of, ChangeAround& there)
 {
     there.mean = glm::vec3(of.change / of.weight);
-    there.noise = static_cast<float>(std::sqrt(of.variance / of.weight));
+    there.noise = static_cast<float>(std::sqrt(of.variance) / of.weight);
     for (float& coefficient : of.radiance) coefficient /= static_cast<float>(of.weight);
     there.radiance = std::move(of.radiance);
 }

@@ -15,7 +15,7 @@ struct ChangeAround {
     float change = 0.0f;   ///< root mean square of what the nearest others saw, over the light there
     float error = 0.0f;    ///< standard error of what one of those saw, over the light there
     glm::vec3 mean{0.0f};  ///< of what all around saw, this record among them, but where others say large [W m^-2]
-    float noise = 0.0f;    ///< standard error of what one of those saw, on luminance [W m^-2]
+    float noise = 0.0f;    ///< standard error of that mean, on luminance [W m^-2]
     std::vector<float> radiance{};  ///< the mean of that by direction, where the record holds it: Record::radiance
 
     bool any() const { return large || change > 0.0f || mean != glm::vec3(0.0f); }

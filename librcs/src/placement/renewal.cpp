@@ -29,7 +29,7 @@ constexpr float kNoisier = 1.75f;
 // ... nor by more than this and so much for every other at which light does not change. Where it changes at all of
 // them the picture would be as much noisier, and noise is not all that those that follow are off by: less, then, than
 // what is gathered for one picture (docs/method.md, Where the scene changes).
-constexpr float kNoisierAlone = 0.8f, kNoisierByOthers = 0.45f;
+constexpr float kNoisierAlone = 0.8f, kNoisierByOthers = 0.3f;
 // Where light changes by more than this part of what it is then, no view has shown it. demo:atrium's batch with .1: as
 // many rays within 1 %, and its errors.
 constexpr float kShown = 0.2f;
@@ -119,7 +119,8 @@ bool is_over(const Record& r, std::uint32_t seen, std::uint32_t now)
     return (now + turn) / life != (seen + turn) / life;
 }
 
-/// Of records whose change is too noisy: other rays than they had, so that both can be averaged.
+/// Other rays than records had. Where light had come from along those has been learned: it is looked at, and what they
+/// say of the rest is too dark ever since (docs/method.md, Where the scene changes).
 class FreshGathers {
 public:
     explicit FreshGathers(const Renewal& n) : gatherer_(n.scene, with_own_rays(n)) {}
@@ -137,12 +138,18 @@ public:
         r.noise = std::sqrt(now2);
         return std::max(1, static_cast<int>(std::lround((needed - worth) / static_cast<float>(gatherer_.rays()))));
     }
-    /// @param more  gathers for each record
+    /// Averages them into records whose change is too noisy. @param more  gathers for each record
     void add(const Renewal& n, std::span<const int> more, std::vector<Record>& records, ThreadPool& pool,
              RecordStats& stats) const
     {
         const std::vector<std::uint32_t> unused(records.size());  // all know where they were born
         gatherer_.gather_more(n.gbuffer, unused, more, records, pool, stats, [](float) {});
+    }
+    /// Gathers records again where they are. @param which, rays  as RecordGatherer::renew() takes them
+    void renew(std::vector<Record>& records, std::span<const std::uint32_t> which, std::span<const int> rays,
+               ThreadPool& pool, RecordStats& stats) const
+    {
+        gatherer_.renew(records, which, rays, pool, stats);
     }
 
 private:
@@ -237,7 +244,7 @@ float renew_records(const Renewal& n, ThreadPool& pool, std::vector<Record>& rec
         }
     }
     fresh.add(n, more, records, pool, stats);
-    RecordGatherer(n.scene, n.settings).renew(records, again, rays, pool, stats);
+    fresh.renew(records, again, rays, pool, stats);
     trust_gradients(records, n.settings);
     for (const std::uint32_t k : again) {
         RecordWatch& watch = records[k].watch;

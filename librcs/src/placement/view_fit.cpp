@@ -20,7 +20,7 @@ constexpr float kNear = 2.0f;
 // a little, and follows by little steps as it goes on, so that what it shows does not flicker (measured:
 // docs/method.md, Views to come). In pictures of another size, and from a file, it has to fit, but for what samples of
 // a pixel differ by: without that, a picture from its own records' file finds more holes.
-constexpr float kSame = 1.5f, kSameInOtherPicture = 1.1f;
+constexpr float kSame = 1.25f, kSameInOtherPicture = 1.1f;
 // Footprints of a surface that faces the viewer; of one that does not they are larger, here by as much at the most.
 constexpr double kOblique = 2.0;
 
