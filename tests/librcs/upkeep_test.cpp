@@ -31,6 +31,19 @@ Scene moved_by(double distance)
     return scene;
 }
 
+/// A session whose records follow what changes.
+struct Watched {
+    ThreadPool pool{2};
+    Session session{test::shared_gl(), pool, {.keep_records = true, .watch_records = true}};
+    RenderOptions options;
+
+    Watched()
+    {
+        options.width = options.height = 48;
+        options.aa = 1;
+    }
+};
+
 /// Of records that a view to the side adds to those of two others, between which the block moves.
 struct Newcomers {
     std::size_t count = 0;
@@ -40,12 +53,11 @@ struct Newcomers {
 /// @param forgets  before it that light has changed
 Newcomers newcomers(bool forgets)
 {
-    RenderOptions options;
+    Watched watched;
+    Session& session = watched.session;
+    RenderOptions& options = watched.options;
     options.width = options.height = 64;
-    options.aa = 1;
     options.quality = QualitySettings{.noise_target = 0.01f};  // most records are refined
-    ThreadPool pool{2};
-    Session session{test::shared_gl(), pool, {.keep_records = true, .watch_records = true}};
     for (const double block : {0.0, 0.05}) {
         session.show(moved_by(block));
         render(session, session.scene().cameras[0], options);
@@ -70,11 +82,9 @@ Newcomers newcomers(bool forgets)
 
 TEST(Upkeep, RecordsAreGatheredAgainByOtherRaysThanThoseThatWereLearnedFrom)
 {
-    RenderOptions options;
-    options.width = options.height = 48;
-    options.aa = 1;
-    ThreadPool pool{2};
-    Session session{test::shared_gl(), pool, {.keep_records = true, .watch_records = true}};
+    Watched watched;
+    Session& session = watched.session;
+    RenderOptions& options = watched.options;
     session.show(test::furnished_room());
     render(session, session.scene().cameras[0], options);
     Scene lit = test::furnished_room();
@@ -91,7 +101,8 @@ TEST(Upkeep, RecordsAreGatheredAgainByOtherRaysThanThoseThatWereLearnedFrom)
     std::vector<std::uint32_t> all(found.size());
     std::iota(all.begin(), all.end(), 0u);
     RecordStats uncounted;
-    RecordGatherer({session.rays()}, {.rays = settings_of(options).rays}).renew(as_at_first, all, pool, uncounted);
+    RecordGatherer({session.rays()}, {.rays = settings_of(options).rays})
+        .renew(as_at_first, all, watched.pool, uncounted);
     double sum = 0.0, off = 0.0;
     for (std::size_t i = 0; i < found.size(); ++i) {
         const auto first = static_cast<double>(luminance(as_at_first[i].irradiance));
@@ -115,11 +126,9 @@ TEST(Upkeep, RecordsThatAreNewWhereLightChangesMayBeNoisier)
 
 TEST(Upkeep, NewRecordsAreAsGoodAsEverWhereNoneFollowAChange)
 {
-    RenderOptions options;
-    options.width = options.height = 48;
-    options.aa = 1;
-    ThreadPool pool{2};
-    Session session{test::shared_gl(), pool, {.keep_records = true, .watch_records = true}};
+    Watched watched;
+    Session& session = watched.session;
+    RenderOptions& options = watched.options;
     const auto slack_after = [&](const Scene& scene) {
         session.show(scene);
         render(session, scene.cameras[0], options);
