@@ -36,6 +36,31 @@ float lower_by(std::span<const ClampTree::Point> points, float beyond, ClampedPl
     return *std::max_element(least, least + kLanes);
 }
 
+/// Leaves out points that lower nothing by as much as another of their group, next to each other in the order, does:
+/// R_j + |x - x_j| is nowhere less than R_k + |x - x_k| if R_j is no less than R_k + |x_j - x_k|.
+void leave_out_needless(std::vector<ClampTree::Point>& points)
+{
+    constexpr std::size_t kGroup = 8 * kLanes;
+    // Left out are those that another undercuts by more than sums are rounded by.
+    constexpr float kUndercut = 0.9999f;
+    std::vector<float> least(points.size());
+    ClampedPlaces places;
+    for (std::size_t first = 0; first < points.size(); first += kLanes) {
+        const std::size_t group = first / kGroup * kGroup, count = std::min(kLanes, points.size() - first);
+        for (std::size_t l = 0; l < kLanes; ++l) {
+            const ClampTree::Point& own = points[first + std::min(l, count - 1)];
+            for (int axis = 0; axis < 3; ++axis) places.position[axis][l] = own.position[axis];
+            places.least[l] = own.distance;
+        }
+        lower_by(std::span(points).subspan(group, std::min(kGroup, points.size() - group)), 1.0f, places);
+        std::copy_n(places.least, count, &least[first]);
+    }
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < points.size(); ++i)
+        if (!(least[i] < kUndercut * points[i].distance)) points[kept++] = points[i];
+    points.resize(kept);
+}
+
 /// Squared distance between two boxes.
 float distance2(glm::vec3 low, glm::vec3 high, const ClampedPlaces& places)
 {
@@ -47,6 +72,7 @@ float distance2(glm::vec3 low, glm::vec3 high, const ClampedPlaces& places)
 
 ClampTree::ClampTree(std::vector<Point> points, float beyond) : points_(std::move(points)), beyond_(beyond)
 {
+    if (beyond_ == 1.0f) leave_out_needless(points_);
     if (!points_.empty()) build(0, points_.size());
 }
 
