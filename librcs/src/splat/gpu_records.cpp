@@ -1,10 +1,13 @@
 #include "splat/gpu_records.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 
 #include "radiance/harmonics.h"
 #include "util/color.h"
+#include "util/multiversion.h"
 
 namespace rcs {
 namespace {
@@ -15,27 +18,38 @@ namespace {
 // weight.
 constexpr double kPositionRounding = 8 * 0x1p-24;
 
+/// The irradiance of uniform radiance that has an irradiance of 1, by the order of harmonics: the clamped cosine about
+/// the normal has zonal coefficients (Ramamoorthi and Hanrahan 2001); over its irradiance pi.
+constexpr float kCosine[kBands] = {1.0f, 2.0f / 3.0f, 0.25f, 0.0f, -1.0f / 24.0f, 0.0f};
+
 /// Over the irradiance: extrapolated irradiance times these is extrapolated radiance.
-gpu::GpuRadiance relative_radiance(const Record& record)
+/// @param records  1 to kHarmonicLanes   @param out  one for each
+RCS_MULTIVERSION
+void relative_radiance(std::span<const Record* const> records, gpu::GpuRadiance* out)
 {
-    gpu::GpuRadiance out{};
-    for (std::size_t i = 0; i < record.radiance.size(); ++i) {
-        const float e = record.irradiance[static_cast<int>(i / kHarmonics)];
-        out.coefficients[i / 4][static_cast<int>(i % 4)] = e > 0.0f ? record.radiance[i] / e : 0.0f;
-    }
-    // The clamped cosine about the normal has zonal coefficients (Ramamoorthi and Hanrahan 2001); over its irradiance
-    // pi.
-    constexpr float kCosine[kBands] = {1.0f, 2.0f / 3.0f, 0.25f, 0.0f, -1.0f / 24.0f, 0.0f};
     float x[kHarmonicLanes], y[kHarmonicLanes], z[kHarmonicLanes];
-    std::fill(x, x + kHarmonicLanes, record.normal.x);
-    std::fill(y, y + kHarmonicLanes, record.normal.y);
-    std::fill(z, z + kHarmonicLanes, record.normal.z);
+    for (std::size_t l = 0; l < kHarmonicLanes; ++l) {
+        const glm::vec3 n = records[std::min(l, records.size() - 1)]->normal;
+        x[l] = n.x, y[l] = n.y, z[l] = n.z;
+    }
     HarmonicLanes about_normal;
     evaluate_harmonics(detail::harmonic_factors(), x, y, z, about_normal);
-    for (int l = 0; l < kBands; ++l)
-        for (int m = l * l; m < (l + 1) * (l + 1); ++m)
-            out.coefficients[(3 * kHarmonics + m) / 4][m % 4] = kCosine[l] * about_normal[m][0];
-    return out;
+    for (std::size_t k = 0; k < records.size(); ++k) {
+        constexpr auto kCount = static_cast<std::size_t>(kHarmonics);
+        const Record& r = *records[k];
+        std::array<float, 4 * kCount> all{};
+        for (std::size_t c = 0; c < 3; ++c) {
+            const float e = r.irradiance[static_cast<int>(c)];
+            if (!(e > 0.0f) || r.radiance.empty()) continue;
+            const float* radiance = r.radiance.data() + c * kCount;
+            RCS_WHOLE_LOOP
+            for (std::size_t i = 0; i < kCount; ++i) all[c * kCount + i] = radiance[i] / e;
+        }
+        for (std::size_t l = 0; l < kBands; ++l)
+            for (std::size_t i = l * l; i < (l + 1) * (l + 1); ++i)
+                all[3 * kCount + i] = kCosine[l] * about_normal[i][k];
+        out[k] = std::bit_cast<gpu::GpuRadiance>(all);
+    }
 }
 
 /// @return whether the record reaches the image
@@ -72,12 +86,19 @@ float influence_radius(const Record& record, float overlap)
 void append_gpu_records(std::span<const Record> records, glm::dvec3 camera_position, const View& view,
                         const SplatSettings& options, bool with_radiance, float luminance_unit, GpuRecords& gpu_records)
 {
+    std::vector<const Record*> that_reach;
     for (const Record& record : records) {
         gpu::GpuRecord out{};
         if (!set(record, camera_position, view, options, 1.0f / luminance_unit, out)) continue;
         gpu_records.records.push_back(out);
-        if (with_radiance) gpu_records.radiance.push_back(relative_radiance(record));
+        if (with_radiance) that_reach.push_back(&record);
     }
+    const std::size_t known = gpu_records.radiance.size();
+    gpu_records.radiance.resize(known + that_reach.size());
+    for (std::size_t first = 0; first < that_reach.size(); first += kHarmonicLanes)
+        relative_radiance(
+            std::span(that_reach).subspan(first, std::min<std::size_t>(kHarmonicLanes, that_reach.size() - first)),
+            &gpu_records.radiance[known + first]);
 }
 
 gpu::GpuRecord make_gpu_record(const Record& record, glm::dvec3 camera_position, const View& view,
