@@ -229,6 +229,21 @@ TEST(KeptSamples, WhereNothingWasTracedAreNotBlack)
     EXPECT_NEAR(mean_of(last, "indirect"), mean_of(single, "indirect"), 0.015 * mean_of(single, "indirect"));
 }
 
+/// Stripes some pixels wide, every other one rougher than lobes that rays are traced along: at their edges the rest of
+/// four pixels knows what shows.
+TEST(KeptSamples, AtEdgesAreThoseOfAlikeLobes)
+{
+    Scene scene = mirror_room(1.0f);
+    scene.materials.back().metallic_roughness_texture = test::add_halves(scene, {0, 0.5f, 1, 1}, {0, 0.8f, 1, 1});
+    scene.meshes.back().uvs = {{0, 0}, {0, 9}, {9, 9}, {9, 0}};
+    Walk walk;
+    RenderResult last = walk.show(scene, 0, small());
+    const std::uint64_t along_lobes = last.stats.traced.rays;
+    for (int view = 1; view <= 8; ++view) last = walk.show(scene, view, small());
+    EXPECT_LT(5 * last.stats.traced.rays, 2 * along_lobes);
+    expect_as_good_as_alone(last, scene, 8, "indirect", 0.015, 1.25);
+}
+
 /// A view that is given up after a pass leaves samples, but the next one draws others.
 TEST(KeptSamples, ViewsThatAreGivenUpDrawOthersThanTheNext)
 {

@@ -19,11 +19,14 @@ constexpr int most_fewer(int rays) { return rays >= 8 ? 4 : rays >= 4 ? 2 : 1; }
 constexpr float kChange = 0.3f;
 // What shows in a plane: points are off it by so many footprints at the most, lobes as wide but for so much...
 constexpr float kOffPlane = 0.5f, kSameWidth = 0.1f;
-// What lobes reflect, apart from how much of it: that is known of a lobe so many times as bright or dark, no more; and
-// from four whose widths differ by so much.
+// What lobes reflect, apart from how much of it: that is known of a lobe so many times as bright or dark, no more, and
+// whose widths differ by so much.
 constexpr float kMostBrighter = 2.0f, kMostWider = 2.0f;
 // ... and it shows where it is looked for but for so much [px], and so much of what the lobe blurs it by.
 constexpr double kSamePixel = 0.5, kOfBlur = 0.1;
+// Of four pixels, those that have other lobes are left out: what is left of the mean is so much at the least.
+constexpr float kLeastAlike = 0.5f;
+constexpr std::uint8_t kAll = 15;
 // Farther off than so many times the point: as good as infinitely far.
 constexpr double kFar = 1e4;
 
@@ -75,45 +78,92 @@ PastLobes::Known PastLobes::find(std::size_t i) const
 {
     const PastPlace& place = past_->places[i];
     if (!place.is_seen() || looks_through(shading_.bsdf(g_, i))) return {};
-    if (is_known_at(place)) {
-        const int views = past_->places.views(i, kChange * part_of_lobes(place));
-        if (views > 1) return {place, static_cast<std::uint8_t>(std::min(most_fewer_, views))};
+    if (const std::uint8_t alike = alike_at(i, place); alike != 0 && is_known(those(alike, place), place)) {
+        const int views = past_->places.views(i, kChange * part_of_lobes(those(alike, place), place));
+        if (views > 1) return {place, alike, static_cast<std::uint8_t>(std::min(most_fewer_, views))};
     }
     const PastPlace image = image_of(i);
-    if (!image.is_seen() || !is_known_at(image)) return {};
-    return {image, static_cast<std::uint8_t>(most_fewer_), true};
+    if (!image.is_seen()) return {};
+    const std::uint8_t alike = alike_at(i, image);
+    if (alike == 0 || !is_known(those(alike, image), image)) return {};
+    return {image, alike, static_cast<std::uint8_t>(most_fewer_), true};
 }
 
-/// Whether the four pixels there know what lies between them.
-bool PastLobes::is_known_at(const PastPlace& place) const
+template <typename Value>
+auto PastLobes::mean(const Alike& alike, const Value& value)
+{
+    auto sum = alike.part[0] * value(alike.pixel[0]);
+    for (std::size_t k = 1; k < 4; ++k) sum += alike.part[k] * value(alike.pixel[k]);
+    return sum;
+}
+
+PastLobes::Alike PastLobes::those(std::uint8_t which, const PastPlace& p) const
+{
+    Alike alike{past_->places.around(p),
+                {(1.0f - p.y) * (1.0f - p.x), (1.0f - p.y) * p.x, p.y * (1.0f - p.x), p.y * p.x}};
+    float sum = 0.0f;
+    for (std::size_t k = 0; k < 4; ++k) {
+        if ((which >> k & 1u) == 0u) alike.part[k] = 0.0f;
+        sum += alike.part[k];
+    }
+    for (float& part : alike.part) part /= sum;
+    return alike;
+}
+
+std::uint8_t PastLobes::alike_at(std::size_t i, const PastPlace& place) const
+{
+    const Bsdf bsdf = shading_.bsdf(g_, i);
+    const glm::vec3 reflectance = albedo(bsdf, outgoing_at(g_, view_.camera, i), bsdf.those(lit_by_rays));
+    const float width = shading_.traced[i];
+    const Alike all = those(kAll, place);
+    float sum = 0.0f;
+    std::uint8_t alike = 0;
+    for (std::size_t k = 0; k < 4; ++k) {
+        const glm::vec3 other = past_->light.reflectance[all.pixel[k]];
+        const float its_width = past_->light.width[all.pixel[k]];
+        // Where nothing was traced lobes reflect nothing.
+        if (!(luminance(other) > 0.0f && are_alike(other, reflectance) && its_width <= kMostWider * width &&
+              width <= kMostWider * its_width))
+            continue;
+        alike |= static_cast<std::uint8_t>(1u << k);
+        sum += all.part[k];
+    }
+    return sum >= kLeastAlike ? alike : std::uint8_t{0};
+}
+
+/// Whether they know what lies between them.
+bool PastLobes::is_known(const Alike& alike, const PastPlace& place) const
 {
     std::array<glm::vec3, 4> light{};
-    float variance = 0.0f;
-    const glm::vec3 reflectance = past_->places.mean(past_->light.reflectance, place);
-    const float width = past_->places.mean(past_->light.width, place);
-    const std::array<std::size_t, 4> around = past_->places.around(place);
+    float variance = 0.0f, count = 0.0f;
+    const glm::vec3 reflectance = mean(alike, [&](std::size_t j) { return past_->light.reflectance[j]; });
+    glm::vec3 first(0.0f);
     for (std::size_t k = 0; k < 4; ++k) {
-        const std::size_t j = around[k];
+        if (!(alike.part[k] > 0.0f)) continue;
+        const std::size_t j = alike.pixel[k];
         const glm::vec3 there = past_->light.reflectance[j];
-        if (!(luminance(there) > 0.0f)) return false;  // nothing was traced there
-        if (!are_alike(there, reflectance) ||
-            !(past_->light.width[j] <= kMostWider * width && width <= kMostWider * past_->light.width[j]))
-            return false;
         const float brighter = luminance(reflectance) / luminance(there);
         light[k] = recoloured(past_->light.radiance[j], reflectance, there);
-        variance += 0.25f * brighter * brighter * past_->light.error[j] * past_->light.error[j];
-        if (past_->light.of_lamps.empty()) continue;
-        light[k] += recoloured(past_->light.of_lamps[j], reflectance, there);
-        variance += 0.25f * brighter * brighter * past_->light.of_lamps_error[j] * past_->light.of_lamps_error[j];
+        variance += brighter * brighter * past_->light.error[j] * past_->light.error[j];
+        if (!past_->light.of_lamps.empty()) {
+            light[k] += recoloured(past_->light.of_lamps[j], reflectance, there);
+            variance += brighter * brighter * past_->light.of_lamps_error[j] * past_->light.of_lamps_error[j];
+        }
+        if (count == 0.0f) first = light[k];
+        count += 1.0f;
     }
-    return is_even(light, std::sqrt(variance), past_->places.mean(past_->all, place));
+    for (std::size_t k = 0; k < 4; ++k)
+        if (!(alike.part[k] > 0.0f)) light[k] = first;
+    return is_even(light, std::sqrt(variance / count), past_->places.mean(past_->all, place));
 }
 
 /// Of all that is sampled.
-float PastLobes::part_of_lobes(const PastPlace& place) const
+float PastLobes::part_of_lobes(const Alike& alike, const PastPlace& place) const
 {
-    float light = luminance(past_->places.mean(past_->light.radiance, place));
-    if (!past_->light.of_lamps.empty()) light += luminance(past_->places.mean(past_->light.of_lamps, place));
+    const bool of_lamps = !past_->light.of_lamps.empty();
+    const float light = mean(alike, [&](std::size_t j) {
+        return luminance(past_->light.radiance[j]) + (of_lamps ? luminance(past_->light.of_lamps[j]) : 0.0f);
+    });
     const float all = past_->places.mean(past_->all, place);
     return all > 0.0f ? light / all : 0.0f;
 }
@@ -189,10 +239,9 @@ bool PastLobes::still_shows(std::size_t i, float distance) const
 }
 
 /// What was known at the four, had their lobes been as bright.
-glm::vec3 PastLobes::mean_as(glm::vec3 reflectance, const std::vector<glm::vec3>& light, const PastPlace& place) const
+glm::vec3 PastLobes::mean_as(glm::vec3 reflectance, const std::vector<glm::vec3>& light, const Alike& alike) const
 {
-    return past_->places.mean(
-        [&](std::size_t j) { return recoloured(light[j], reflectance, past_->light.reflectance[j]); }, place);
+    return mean(alike, [&](std::size_t j) { return recoloured(light[j], reflectance, past_->light.reflectance[j]); });
 }
 
 void PastLobes::add_to(TracedLight& light) const
@@ -207,14 +256,15 @@ void PastLobes::add_to(TracedLight& light) const
             light.variance[i] = now;
             continue;
         }
-        const PastPlace& place = known_[i].place;
-        const float known = past_->light.variance.empty() ? 1.0f : past_->places.mean(past_->light.variance, place);
+        const Alike alike = those(known_[i].alike, known_[i].place);
+        const float known =
+            past_->light.variance.empty() ? 1.0f : mean(alike, [&](std::size_t j) { return past_->light.variance[j]; });
         const PastMix mix = mix_of(known, now, 1.0f / static_cast<float>(known_[i].fewer));
         const float error = std::sqrt(mix.variance / now);
         const auto add = [&](const std::vector<glm::vec3>& before, std::vector<glm::vec3>& radiance,
                              std::vector<float>& errors) {
             if (radiance.empty()) return;
-            radiance[i] = glm::mix(mean_as(light.reflectance[i], before, place), radiance[i], mix.weight);
+            radiance[i] = glm::mix(mean_as(light.reflectance[i], before, alike), radiance[i], mix.weight);
             errors[i] *= error;
         };
         add(past_->light.radiance, light.radiance, light.error);

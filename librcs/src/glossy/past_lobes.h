@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -38,14 +39,24 @@ public:
 private:
     struct Known {
         PastPlace place = {};
+        std::uint8_t alike = 0;  ///< of the four pixels around it, bit by bit, those with lobes like this one's
         std::uint8_t fewer = 1;  ///< times: 1, 2 or 4
         bool is_image = false;
     };
+    /// Of four pixels some, and their parts of the mean.
+    struct Alike {
+        std::array<std::size_t, 4> pixel{};
+        std::array<float, 4> part{};  ///< 0: it is none of them
+    };
 
     Known find(std::size_t pixel) const;
-    bool is_known_at(const PastPlace& place) const;
-    glm::vec3 mean_as(glm::vec3 reflectance, const std::vector<glm::vec3>& light, const PastPlace& place) const;
-    float part_of_lobes(const PastPlace& place) const;
+    Alike those(std::uint8_t which, const PastPlace& place) const;
+    std::uint8_t alike_at(std::size_t pixel, const PastPlace& place) const;
+    bool is_known(const Alike& alike, const PastPlace& place) const;
+    template <typename Value>
+    static auto mean(const Alike& alike, const Value& value);
+    glm::vec3 mean_as(glm::vec3 reflectance, const std::vector<glm::vec3>& light, const Alike& alike) const;
+    float part_of_lobes(const Alike& alike, const PastPlace& place) const;
     glm::dvec3 image_at(std::size_t pixel, float distance) const;
     PastPlace image_of(std::size_t pixel) const;
     struct Image {
