@@ -24,7 +24,8 @@ constexpr float kOffPlane = 0.5f, kSameWidth = 0.1f;
 constexpr float kMostBrighter = 2.0f, kMostWider = 2.0f;
 // ... and it shows where it is looked for but for so much [px], and so much of what the lobe blurs it by.
 constexpr double kSamePixel = 0.5, kOfBlur = 0.1;
-// Of four pixels, those that have other lobes are left out: what is left of the mean is so much at the least.
+// Of four pixels, those that have other lobes are left out: what is left of the mean is so much at the least. A slow
+// walk in veach-ajar: .157 million rays a frame if all four have to be alike, .139 with anything from .01 to .7.
 constexpr float kLeastAlike = 0.5f;
 constexpr std::uint8_t kAll = 15;
 // Farther off than so many times the point: as good as infinitely far.
