@@ -18,8 +18,10 @@
 namespace rcs {
 namespace {
 
-// Smoothed residuals hold so much of the noise of those that they are made of.
-constexpr double kNoiseLeft = 0.25;
+// Smoothed residuals say how light bends as far as they are larger than this part of the noise that a splat leaves: of
+// white noise they hold a sixth, and .5 has the least error, but leaves more of the bend (docs/method.md, Light between
+// records).
+constexpr double kOfNoise = 0.15;
 
 constexpr std::size_t kLanes = RecordBlock::kLanes;
 using Lanes = RecordBlock::Lanes;
@@ -29,7 +31,8 @@ struct BlockLight {
     Lanes irradiance[3], translation[3][3], rotation[3][3];  // by colour
     std::array<glm::dvec3, kLanes> residual;                 // what the record holds and the splat does not say
     std::array<double, kLanes> variance;                     // of the record's luminance, by its own word
-    std::array<double, kLanes> noise;                        // that of the residual's
+    std::array<double, kLanes> splat_variance;               // ... of what the splat says there
+    std::array<glm::dvec3, kLanes> bend;                     // residuals around, smoothed
 };
 
 void put(BlockLight& light, std::size_t lane, const Record& r)
@@ -103,33 +106,44 @@ void set_residual(const Said& said, std::span<const std::uint32_t> near, const W
             variance += w * w * said.light[b].variance[l];
         }
     });
-    // The record itself has weight 1 among them.
-    const double own = light.variance[lane] * (1.0 - 2.0 / weights);
     for (int c = 0; c < 3; ++c)
         light.residual[lane][c] = static_cast<double>(light.irradiance[c][lane]) - sum[c] / weights;
-    light.noise[lane] = std::max(0.0, own + variance / (weights * weights));
+    light.splat_variance[lane] = variance / (weights * weights);
 }
 
-/// The residuals around, smoothed, as far as they are more than noise.
-glm::vec3 correction(const Said& said, std::span<const std::uint32_t> near, const WeighedAt& here)
+/// Shows `add` all records around that weigh something: what they say, the lane and the weight.
+template <typename Add>
+void for_each_lane(const Said& said, std::span<const std::uint32_t> near, const WeighedAt& here, const Add& add)
+{
+    said.blocks.for_each_around(near, here, [&](std::uint32_t b, const Lanes& weight) {
+        for (std::size_t l = 0; l < said.blocks.list()[b].count; ++l)
+            if (weight[l] > 0.0f) add(said.light[b], l, static_cast<double>(weight[l]));
+    });
+}
+
+/// The residuals around, smoothed.
+glm::dvec3 bend(const Said& said, std::span<const std::uint32_t> near, const WeighedAt& here)
 {
     glm::dvec3 light(0.0);
-    double weights = 0.0, squares = 0.0, noise = 0.0;
-    said.blocks.for_each_around(near, here, [&](std::uint32_t b, const Lanes& weight) {
-        const BlockLight& other = said.light[b];
-        for (std::size_t l = 0; l < said.blocks.list()[b].count; ++l) {
-            if (!(weight[l] > 0.0f)) continue;
-            const auto w = static_cast<double>(weight[l]);
-            const glm::dvec3& r = other.residual[l];
-            const double y = 0.2126 * r.r + 0.7152 * r.g + 0.0722 * r.b;
-            light += w * r;
-            weights += w;
-            squares += w * y * y;
-            noise += w * other.noise[l];
-        }
+    double weights = 0.0;
+    for_each_lane(said, near, here, [&](const BlockLight& other, std::size_t l, double w) {
+        light += w * other.residual[l];
+        weights += w;
     });
-    if (!(squares > 0.0 && std::isfinite(squares))) return glm::vec3(0.0f);
-    return glm::vec3(std::max(0.0, 1.0 - kNoiseLeft * noise / squares) / weights * light);
+    return light / weights;
+}
+
+/// How much of the bends around is more than noise.
+double share_of_bends(const Said& said, std::span<const std::uint32_t> near, const WeighedAt& here)
+{
+    double squares = 0.0, noise = 0.0;
+    for_each_lane(said, near, here, [&](const BlockLight& other, std::size_t l, double w) {
+        const auto y = static_cast<double>(luminance(glm::vec3(other.bend[l])));
+        squares += w * y * y;
+        noise += w * other.splat_variance[l];
+    });
+    if (!(squares > 0.0 && std::isfinite(squares))) return 0.0;
+    return std::max(0.0, 1.0 - kOfNoise * noise / squares);
 }
 
 }  // namespace
@@ -143,8 +157,13 @@ void set_corrections(std::vector<Record>& records, const SplatSettings& options,
         set_residual(said, near, here, said.light[b], lane);
     });
     said.blocks.for_each(tolerance, pool, [&](std::size_t b, std::size_t lane, auto near, const WeighedAt& here) {
+        said.light[b].bend[lane] = bend(said, near, here);
+    });
+    said.blocks.for_each(tolerance, pool, [&](std::size_t b, std::size_t lane, auto near, const WeighedAt& here) {
         Record& r = records[said.blocks.list()[b].number[lane]];
-        r.correction = glm::max(correction(said, near, here), -r.irradiance);
+        const double share = share_of_bends(said, near, here);
+        if (!(share > 0.0)) return;
+        r.correction = glm::max(glm::vec3(share * said.light[b].bend[lane]), -r.irradiance);
     });
 }
 
