@@ -1,6 +1,7 @@
 #include "gbuffer/past_view.h"
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -43,7 +44,7 @@ TEST(PastPlaces, LieWhereThePointsWere)
     const TwoViews views(seen_from(0.0), seen_from(0.05));
     EXPECT_GT(views.seen(), kSize * kSize * 8 / 10);
     for (std::size_t i = 0; i < views.now.points.size(); ++i) {
-        if (!views.places[i].is_seen()) continue;
+        if (!views.places[i].is_seen() || !views.places[i].is_whole) continue;
         const glm::dvec3 at = views.points.camera_position + glm::dvec3(views.places.mean(views.points.position, i));
         EXPECT_LE(glm::length(at - glm::dvec3(views.now.points.scene_position(i))),
                   0.26 * static_cast<double>(views.now.points.footprint[i]));
@@ -94,6 +95,30 @@ TEST(PastPlaces, AreNotWhereSomethingElseWasSeen)
     EXPECT_LT(away.seen(), views.seen() / 2) << "outside of the picture";
 }
 
+TEST(PastPlaces, BesideEdgesThoseThatSawTheSurfaceStandForTheOthers)
+{
+    const TwoViews views(seen_from(0.0), seen_from(0.05));
+    int in_part = 0;
+    for (std::size_t i = 0; i < views.now.points.size(); ++i) {
+        if (!views.places[i].is_seen()) continue;
+        EXPECT_EQ(views.places.views(i, 0.0f), views.places[i].is_whole ? 16 : 4);
+        if (views.places[i].is_whole) continue;
+        ++in_part;
+        const GBuffer& g = views.now.points;
+        const auto apart = [&](std::size_t pixel) {
+            return glm::vec3(views.points.camera_position - g.camera_position) + views.points.position[pixel] -
+                   g.position(i);
+        };
+        for (const std::size_t pixel : views.places.around(i)) {
+            EXPECT_EQ(views.before.points.instance[pixel], g.instance[i]);
+            EXPECT_LE(glm::length(apart(pixel)), 2.01f * g.footprint[i]) << i;
+            EXPECT_LE(std::abs(glm::dot(apart(pixel), g.geometric_normal[i])), 0.26f * g.footprint[i]) << i;
+        }
+    }
+    EXPECT_GT(in_part, 60);
+    EXPECT_LT(in_part, views.seen() / 4);
+}
+
 TEST(PastPlaces, LobesLagWhereTheyAreNarrowAndMatter)
 {
     const auto floor_of = [](float roughness, double right) {
@@ -107,7 +132,7 @@ TEST(PastPlaces, LobesLagWhereTheyAreNarrowAndMatter)
         for (std::size_t i = 0; i < views.now.points.size(); ++i) {
             if (!views.places[i].is_seen()) continue;
             int before = views.places.views(i, 0.0f);
-            EXPECT_EQ(before, 16) << "what is reflected evenly stays";
+            EXPECT_EQ(before, views.places[i].is_whole ? 16 : 4) << "what is reflected evenly stays";
             for (const float part : {0.001f, 0.01f, 0.1f, 1.0f}) {
                 const int next = views.places.views(i, part);
                 EXPECT_LE(next, before);

@@ -67,6 +67,19 @@ TEST(SparedPixels, TakeTurnsInBeingSampled)
     EXPECT_GT(in_turn, 96 * 96 / 2);
 }
 
+TEST(SparedPixels, BesideEdgesAreSampled)
+{
+    Spared spared;
+    SparedPixels pixels = spared.at(5);
+    int beside = 0;
+    for (std::size_t i = 0; i < spared.now.points.size(); ++i) {
+        if (!spared.places[i].is_seen() || spared.places[i].is_whole) continue;
+        ++beside;
+        EXPECT_FALSE(pixels.has(i)) << i;
+    }
+    EXPECT_GT(beside, 60);
+}
+
 TEST(SparedPixels, HaveTheLightThatTheirSamplesWouldBring)
 {
     Spared spared;

@@ -137,5 +137,48 @@ TEST(ViewFit, LeavesWhatIsOutOfSightUnlessItIsMuchCoarser)
     EXPECT_GT(records[0].footprint, 0.0f) << "in the eye itself";
 }
 
+TEST(ViewFit, TakesOutWhatIsNearNothingThatIsSeenAndPutsItBack)
+{
+    const Scene scene = test::furnished_room();
+    Seen seen = see(scene, test::view_of(scene.cameras[0], 60, 40));
+    for (std::size_t k = 0; k < seen.records.size(); ++k) {
+        seen.records[k].spacing_radius = seen.records[k].footprint;
+        seen.records[k].rays = static_cast<int>(k);
+    }
+    // Something shows through in a corner of the picture alone.
+    constexpr int kColumns = 9, kRows = 7;
+    const auto column = [](std::size_t i) { return static_cast<int>(i % 60); };
+    const auto row = [](std::size_t i) { return static_cast<int>(i / 60); };
+    std::vector<int> pixels;
+    for (std::size_t i = 0; i < seen.gbuffer.size(); ++i) {
+        if (seen.gbuffer.covered(i) && i % 5 == 0) pixels.push_back(static_cast<int>(i));
+        if (column(i) >= kColumns || row(i) >= kRows) seen.gbuffer.instance[i] = GBuffer::kNone;
+    }
+    ASSERT_EQ(pixels.size(), seen.records.size());
+
+    ThreadPool pool(2);
+    std::vector<Record> records = seen.records;
+    TakenOut taken = take_elsewhere(seen.gbuffer, seen.view, pool, records);
+    EXPECT_EQ(records.size() + taken.records.size(), seen.records.size());
+    EXPECT_GT(taken.records.size(), seen.records.size() / 2);
+    for (const Record& r : taken.records) {
+        const auto i = static_cast<std::size_t>(pixels[static_cast<std::size_t>(r.rays)]);
+        EXPECT_TRUE(column(i) >= kColumns + 4 || row(i) >= kRows + 4) << "it reaches what is seen, " << i;
+    }
+    for (const Record& r : records) {
+        // Their reach, on oblique surfaces, and the square that a pixel lies in.
+        const auto i = static_cast<std::size_t>(pixels[static_cast<std::size_t>(r.rays)]);
+        EXPECT_TRUE(column(i) < kColumns + 24 && row(i) < kRows + 24) << "it reaches nothing, " << i;
+    }
+
+    Record late;
+    late.rays = -1;
+    records.push_back(late);
+    put_between(std::move(taken), records);
+    ASSERT_EQ(records.size(), seen.records.size() + 1);
+    for (std::size_t k = 0; k + 1 < records.size(); ++k) EXPECT_EQ(records[k].rays, static_cast<int>(k));
+    EXPECT_EQ(records.back().rays, -1);
+}
+
 }  // namespace
 }  // namespace rcs

@@ -44,9 +44,10 @@ public:
     KnownPlaces(const ContactPixels& at, std::span<const Record> known, bool stale = false)
         : gbuffer_(at.gbuffer), known_(known), first_(at.gbuffer.size(), kNone), next_(known.size(), kNone)
     {
+        const ImageProjection projection(at.view);
         for (std::size_t k = known.size(); k-- > 0;) {
             if (!stale && known[k].watch.state != at.scene) continue;
-            const auto pixel = pixel_at(at.view, glm::dvec3(known[k].position) - gbuffer_.camera_position);
+            const auto pixel = pixel_at(at.view, projection, glm::dvec3(known[k].position) - gbuffer_.camera_position);
             if (!pixel) continue;
             next_[k] = std::exchange(first_[*pixel], static_cast<std::uint32_t>(k));
         }

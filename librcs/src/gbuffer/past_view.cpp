@@ -1,6 +1,8 @@
 #include "gbuffer/past_view.h"
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
 #include <optional>
 
 #include "util/color.h"
@@ -17,6 +19,10 @@ constexpr float kMostCoarser = 2.0f;
 constexpr float kLag = 0.01f;
 // ... and be that of so many views.
 constexpr int kMostViews = 16;
+// ... or of so many where some of the four saw other surfaces: light that stays beside an edge moves along with it.
+constexpr int kMostViewsInPart = 4;
+// One by itself may be that much farther off, and turned by more: what lies between them is not averaged.
+constexpr float kApart = 2.0f, kTurned = 2.0f * kSameNormal;
 // Range of light over what there is to see, and over its error: four of the same light differ by 2.06 errors in the
 // mean, hardly ever by twice that. (Were that seldom, what is bright by chance would be left out.)
 constexpr float kEven = 0.2f, kAsNoise = 4.0f;
@@ -59,6 +65,32 @@ bool PastPlaces::fits(const GBuffer& g, std::size_t i, glm::vec3 point) const
            glm::length(mean(past_.normal, i) - g.normal(i)) <= kSameNormal;
 }
 
+/// Whether the nearest of the four saw the surface around the point. Those that did then stand for the others.
+bool PastPlaces::fits_in_part(const GBuffer& g, std::size_t i, glm::vec3 point, PastPlace& place) const
+{
+    const bool perspective = past_.view.camera.projection == Projection::perspective;
+    const float coarser = perspective ? coarser_ * glm::length(point) / glm::length(g.position(i)) : coarser_;
+    if (!(coarser * coarser <= kMostCoarser)) return false;
+    const std::array<std::size_t, 4> at = around(place);
+    std::array<bool, 4> saw{};
+    for (std::size_t k = 0; k < 4; ++k) {
+        const glm::vec3 apart = past_.position[at[k]] - point;
+        saw[k] = past_.instance[at[k]] == g.instance[i] &&
+                 std::abs(glm::dot(apart, g.geometric_normal[i])) <= kSamePlace * g.footprint[i] &&
+                 glm::length(apart) <= kApart * g.footprint[i] &&
+                 glm::length(past_.normal[at[k]] - g.normal(i)) <= kTurned;
+    }
+    const std::size_t nearest = (place.x > 0.5f ? 1u : 0u) + (place.y > 0.5f ? 2u : 0u);
+    // Had all of them, they would have been found to fit: they lie too far apart.
+    if (!saw[nearest] || std::all_of(saw.begin(), saw.end(), std::identity())) return false;
+    place.is_whole = false;
+    for (std::size_t k = 0; k < 4; ++k) {
+        const std::size_t beside = k ^ 1u, below = k ^ 2u;
+        place.taken[k] = static_cast<std::uint8_t>(saw[k] ? k : saw[beside] ? beside : saw[below] ? below : nearest);
+    }
+    return true;
+}
+
 PastPlace PastPlaces::project(glm::dvec3 point) const
 {
     const View& view = past_.view;
@@ -73,7 +105,11 @@ PastPlace PastPlaces::project(glm::dvec3 point) const
 
 PastPlaces::PastPlaces(const PastPoints& past, const GBuffer& g, const View& view, const Shading& shading,
                        ThreadPool& pool)
-    : past_(past), projection_(past.view), places_(g.size()), width_(static_cast<std::size_t>(past.view.width))
+    : past_(past),
+      projection_(past.view),
+      places_(g.size()),
+      width_(static_cast<std::size_t>(past.view.width)),
+      coarser_(static_cast<float>(image_plane(past.view).pixel / image_plane(view).pixel))
 {
     const glm::dvec3 to_past = g.camera_position - past.camera_position;
     const auto find = [&](std::size_t i) {
@@ -81,7 +117,7 @@ PastPlaces::PastPlaces(const PastPoints& past, const GBuffer& g, const View& vie
         PastPlace& place = places_[i];
         place = project(point);
         if (!place.is_seen()) return;
-        if (!fits(g, i, glm::vec3(point))) {
+        if (!fits(g, i, glm::vec3(point)) && !fits_in_part(g, i, glm::vec3(point), place)) {
             place.first = GBuffer::kNone;
             return;
         }
@@ -97,7 +133,7 @@ PastPlaces::PastPlaces(const PastPoints& past, const GBuffer& g, const View& vie
 
 int PastPlaces::views(std::size_t pixel, float part_of_lobes) const
 {
-    int views = kMostViews;
+    int views = places_[pixel].is_whole ? kMostViews : kMostViewsInPart;
     while (views > 1 && static_cast<float>(views) * places_[pixel].turn * part_of_lobes > kLag) views /= 2;
     return views;
 }

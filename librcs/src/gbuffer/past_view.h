@@ -32,6 +32,8 @@ struct PastPlace {
     std::uint32_t first = GBuffer::kNone;  ///< the one at the top left; kNone: it was not seen
     float x = 0.0f, y = 0.0f;              ///< from there, in [0, 1) [px]
     float turn = 0.0f;  ///< of the viewer about the point since then, over the width of the surface's narrowest lobe
+    std::array<std::uint8_t, 4> taken = {0, 1, 2, 3};  ///< of the four, row by row, which stands for each
+    bool is_whole = true;                              ///< none stands for another: each saw the surface
 
     bool is_seen() const { return first != GBuffer::kNone; }
 };
@@ -48,10 +50,12 @@ public:
     /// Where a point shows in the earlier view, whatever was seen there. @param point  relative to that view's camera
     PastPlace project(glm::dvec3 point) const;
 
-    /// The four pixels around the point; it has to be seen.
+    /// The four pixels around the point, where it was seen in part those that saw it in place of the others; it has to
+    /// be seen.
     std::array<std::size_t, 4> around(const PastPlace& p) const
     {
-        return {p.first, p.first + 1, p.first + width_, p.first + width_ + 1};
+        const std::array<std::size_t, 4> all = {p.first, p.first + 1, p.first + width_, p.first + width_ + 1};
+        return {all[p.taken[0]], all[p.taken[1]], all[p.taken[2]], all[p.taken[3]]};
     }
     std::array<std::size_t, 4> around(std::size_t pixel) const { return around(places_[pixel]); }
     template <typename T>
@@ -73,8 +77,8 @@ public:
         return (1.0f - p.y) * ((1.0f - p.x) * value(at[0]) + p.x * value(at[1])) +
                p.y * ((1.0f - p.x) * value(at[2]) + p.x * value(at[3]));
     }
-    /// Views over which light stays about the same of which so large a part comes by lobes: 1, 2, 4, 8 or 16. What is
-    /// reflected evenly stays in any case.
+    /// Views over which light stays about the same of which so large a part comes by lobes: 1, 2, 4, 8 or 16; no more
+    /// than 4 where the point was seen in part. What is reflected evenly stays in any case.
     int views(std::size_t pixel, float part_of_lobes) const;
     /// One of the four, drawn in proportion to its part of the mean: what is handed on so from view to view stays where
     /// it was on the surface, in the mean. @param bits  random, two numbers of 32 bits
@@ -93,11 +97,13 @@ public:
 
 private:
     bool fits(const GBuffer& g, std::size_t pixel, glm::vec3 point) const;
+    bool fits_in_part(const GBuffer& g, std::size_t pixel, glm::vec3 point, PastPlace& place) const;
 
     const PastPoints& past_;
     ImageProjection projection_;  // of the earlier view
     std::vector<PastPlace> places_;
     std::size_t width_;  // of the earlier view [px]
+    float coarser_;      // its pixels over this one's, at the same distance
 };
 
 /// Whether light changes so little from one of four pixels to the next that the mean of them is the light in between,

@@ -8,6 +8,7 @@
 
 #include "rcs/camera.h"
 #include "rcs/render_options.h"
+#include "scene/camera_rays.h"
 #include "scene/lens.h"
 
 namespace rcs {
@@ -64,9 +65,10 @@ inline void crop_views(const RenderOptions& options, std::vector<View>& views)
 }
 
 /// The pixel whose sample lies next to a point, given relative to the camera; none outside of the picture.
-inline std::optional<std::size_t> pixel_at(const View& view, glm::dvec3 relative)
+/// @param projection  of the view
+inline std::optional<std::size_t> pixel_at(const View& view, const ImageProjection& projection, glm::dvec3 relative)
 {
-    const std::optional<glm::dvec2> position = image_position(view, relative);
+    const std::optional<glm::dvec2> position = projection.position(relative);
     if (!position) return std::nullopt;
     const glm::dvec2 at = glm::round(*position - view.pixel_offset);
     if (!(at.x >= 0.0 && at.y >= 0.0 && at.x < view.width && at.y < view.height)) return std::nullopt;

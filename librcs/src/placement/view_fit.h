@@ -6,6 +6,7 @@
 
 #include "rcs/gbuffer.h"
 #include "rcs/records.h"
+#include "rcs/thread_pool.h"
 
 namespace rcs {
 
@@ -14,6 +15,17 @@ double reach_in_pixels(const View& view, const Record& record, double length);
 
 /// Takes away the records that lie outside of the picture and do not reach into it. The others stay in their order.
 std::vector<Record> take_unseen(const View& view, std::vector<Record>& records);
+
+/// Records that were taken from between others.
+struct TakenOut {
+    std::vector<Record> records;
+    std::vector<std::uint8_t> is_left;  ///< of those that there were, 1 for each that was left
+};
+/// Takes away the records that neither reach any covered pixel nor lie beside such as do: of what little shows through
+/// other surfaces most records tell nothing.
+TakenOut take_elsewhere(const GBuffer& gbuffer, const View& view, ThreadPool& pool, std::vector<Record>& records);
+/// Puts them where they were; what has come since stays behind them.
+void put_between(TakenOut taken, std::vector<Record>& records);
 
 /// Gives records that another view has made the footprints that pixels of this one have there: how close records lie
 /// follows from them. Records out of sight keep theirs unless a pixel at their distance is much smaller. Nothing

@@ -213,6 +213,7 @@ void give_back(Frame& f)
 {
     Session::State& session = f.session.state();
     if (session.moves || !session.records.empty()) return;
+    bring_back(f);
     for (std::vector<Record>* part : {&f.aside, &f.without_radiance})
         f.records.insert(f.records.end(), std::make_move_iterator(part->begin()), std::make_move_iterator(part->end()));
     session.put_back(std::move(f.records), f.asked, f.views.front());

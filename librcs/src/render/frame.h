@@ -18,6 +18,7 @@
 #include "lit_points/gather_guide.h"
 #include "lit_points/lamp_guide.h"
 #include "placement/error_driven.h"
+#include "placement/view_fit.h"
 #include "rcs/render.h"
 #include "render/course.h"
 #include "render/effect_counts.h"
@@ -63,8 +64,9 @@ struct Frame {
     // What passes share.
     std::vector<Record> records = {};
     std::vector<Record> without_radiance =
-        {};                          ///< of records handed over: no use to glossy surfaces, but to other views
-    std::vector<Record> aside = {};  ///< records that nothing in view is near, as they were
+        {};                                ///< of records handed over: no use to glossy surfaces, but to other views
+    std::vector<Record> aside = {};        ///< records that nothing in view is near, as they were
+    std::vector<TakenOut> elsewhere = {};  ///< records near nothing that shows through, one layer after the other
     const LightCache* light_cache = nullptr;
     GatheredLamps gathered = {};
     std::unique_ptr<LampGuide> lamp_guide = {};  ///< of those, if there are any
@@ -146,6 +148,8 @@ void sample_further(Frame& frame);
 void add_to_picture(Frame& frame);
 /// Takes the place of the surfaces in view by what shows through them. @return false: nothing does
 bool look_behind(Frame& frame);
+/// Records that were left out meanwhile are back among the others.
+void bring_back(Frame& frame);
 /// Tells after_pass of the picture so far.
 void show_picture(Frame& frame);
 /// Tells after_step of the picture that the first view's records make.

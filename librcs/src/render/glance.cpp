@@ -103,6 +103,7 @@ void put_back(Frame& f, std::optional<KeptGuide> guide)
     Session::State& session = f.session.state();
     if (f.kept_guide.knows()) guide = std::move(f.kept_guide);
     session.guide = std::move(guide);
+    bring_back(f);
     f.records.insert(f.records.end(), std::make_move_iterator(f.without_radiance.begin()),
                      std::make_move_iterator(f.without_radiance.end()));
     session.put_back(std::move(f.records), f.asked, f.views.front());

@@ -35,9 +35,11 @@ void correct_records(Frame& f)
 {
     // What a few new ones among them change is less than what there is: .02 % of demo:atrium's light at four passes.
     constexpr std::size_t kFew = 16;
-    const bool few_are_new =
-        f.records.size() >= f.corrected && f.records.size() - f.corrected <= f.records.size() / kFew;
+    std::size_t all = f.records.size();
+    for (const TakenOut& elsewhere : f.elsewhere) all += elsewhere.records.size();
+    const bool few_are_new = all >= f.corrected && all - f.corrected <= all / kFew;
     if (f.corrected > 0 && few_are_new) return;
+    bring_back(f);
     timed(f, "splat", [&] { set_corrections(f.records, splat_settings(f), f.session.pool()); });
     f.corrected = f.records.size();
 }

@@ -23,31 +23,10 @@
 namespace rcs {
 namespace {
 
-// Behind so many transparent surfaces nothing more is looked for.
-constexpr int kMostLayers = 16;
-// ... nor where less than this part of the light comes through: half a code of an 8-bit picture.
-constexpr float kLeastWeight = 1.0f / 512.0f;
-
 // Images through points of a lens that are so far apart seem to be one blur [px]...
 constexpr double kApart = 3.0;
 // ... where so much of the picture is no more blurred than that.
 constexpr double kSharper = 0.99;
-
-/// Takes the weights on through the surfaces just shaded. @return whether anything behind them matters
-bool weigh_behind(const Shading& shading, std::vector<glm::vec3>& weight)
-{
-    if (shading.through.empty()) return false;
-    if (weight.empty()) weight.assign(shading.through.size(), glm::vec3(1.0f));
-    bool any = false;
-    for (std::size_t i = 0; i < weight.size(); ++i) {
-        weight[i] *= shading.through[i];
-        if (std::max({weight[i].r, weight[i].g, weight[i].b}) < kLeastWeight)
-            weight[i] = glm::vec3(0.0f);
-        else
-            any = true;
-    }
-    return any;
-}
 
 /// What is at hand for the first view: records of other views.
 void prepare_records(Frame& f)
@@ -351,17 +330,6 @@ void add_to_picture(Frame& f)
         else if (f.is_first_view() && f.settings.shares_samples && !f.moments)
             f.shared = find_smooth(f.gbuffer, f.light.direct, f.contacts, sums, f.session.pool());
     });
-}
-
-bool look_behind(Frame& f)
-{
-    if (!weigh_behind(f.shading, f.weight) || ++f.layer == kMostLayers) return false;
-    f.light = {};
-    timed(f, "gbuffer", [&] {
-        peel_gbuffer(f.rays, f.view(), f.settings.texture_scale, f.session.pool(), f.weight, f.gbuffer, f.shading);
-    });
-    ++f.stats().counts.peeled_layers;
-    return true;
 }
 
 void show_picture(Frame& f)
