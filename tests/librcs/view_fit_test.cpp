@@ -1,6 +1,7 @@
 #include "placement/view_fit.h"
 
 #include <cstdint>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -178,6 +179,11 @@ TEST(ViewFit, TakesOutWhatIsNearNothingThatIsSeenAndPutsItBack)
     ASSERT_EQ(records.size(), seen.records.size() + 1);
     for (std::size_t k = 0; k + 1 < records.size(); ++k) EXPECT_EQ(records[k].rays, static_cast<int>(k));
     EXPECT_EQ(records.back().rays, -1);
+
+    Record odd = seen.records.back();
+    odd.spacing_radius = std::numeric_limits<float>::quiet_NaN();
+    records.assign(1, odd);
+    EXPECT_TRUE(take_elsewhere(seen.gbuffer, seen.view, pool, records).records.empty()) << "nobody knows its reach";
 }
 
 }  // namespace

@@ -80,6 +80,7 @@ public:
     }
     bool any(glm::dvec2 low, glm::dvec2 high) const
     {
+        if (!(low.x <= high.x && low.y <= high.y)) return true;  // they are not numbers
         const glm::dvec2 end(columns_, rows_);
         const glm::ivec2 first(glm::clamp(glm::floor(low / double{kSide}), glm::dvec2(0.0), end));
         const glm::ivec2 last(glm::clamp(glm::floor(high / double{kSide}) + 1.0, glm::dvec2(0.0), end));
