@@ -31,14 +31,7 @@ Scene behind_panes()
     return scene;
 }
 
-RenderOptions small_picture()
-{
-    RenderOptions options;
-    options.width = 96;
-    options.height = 64;
-    options.aa = 1;
-    return options;
-}
+const RenderOptions kSmall = test::options_of_size(96, 64, 1);
 
 std::vector<glm::vec3> places_of(std::span<const Record> records)
 {
@@ -53,11 +46,11 @@ TEST(LookBehind, LeavesTheSessionItsRecords)
     ThreadPool pool(2);
     Session session(test::shared_gl(), pool, {.keep_records = true});
     session.show(scene);
-    const RenderResult first = render(session, scene.cameras[0], small_picture());
+    const RenderResult first = render(session, scene.cameras[0], kSmall);
     EXPECT_EQ(first.stats.counts.peeled_layers, 3u);
     const std::vector<glm::vec3> places = places_of(session.records());
     EXPECT_EQ(places.size(), first.stats.records.records);
-    const RenderResult again = render(session, scene.cameras[0], small_picture());
+    const RenderResult again = render(session, scene.cameras[0], kSmall);
     EXPECT_LE(again.stats.records.records, places.size() / 100);
     const std::vector<glm::vec3> then = places_of(session.records());
     ASSERT_GE(then.size(), places.size());
@@ -75,13 +68,13 @@ TEST(LookBehind, APictureThatIsCalledOffBehindLosesNone)
         layers += stage == "gbuffer" && done == 0.0f ? 1 : 0;
         return layers < 3;  // behind the first panes, where what lies beside them has been set aside
     }};
-    EXPECT_THROW(render(session, scene.cameras[0], small_picture(), hooks), Error);
+    EXPECT_THROW(render(session, scene.cameras[0], kSmall, hooks), Error);
     const std::size_t known = session.records().size();
     Session other(test::shared_gl(), pool, {.keep_records = true});
     other.show(scene);
-    const RenderResult whole = render(other, scene.cameras[0], small_picture());
+    const RenderResult whole = render(other, scene.cameras[0], kSmall);
     EXPECT_GE(known, whole.stats.records.records * 3 / 4) << "of all that there is to be known";
-    const RenderResult then = render(session, scene.cameras[0], small_picture());
+    const RenderResult then = render(session, scene.cameras[0], kSmall);
     EXPECT_LE(then.stats.records.records, whole.stats.records.records / 4);
 }
 
