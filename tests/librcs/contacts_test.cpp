@@ -122,6 +122,35 @@ protected:
     static float light_at(const SplatBuffer& sums, std::uint32_t i) { return sums.weighted_g[i] / sums.weight[i]; }
 };
 
+/// Where the nearest other surface rises, pixel by pixel.
+glm::ivec2 rises_beside(const GBuffer& g, std::size_t i)
+{
+    constexpr float kTouching = 3.0f, kRises = 0.5f;
+    glm::ivec2 nearest(0);
+    for_each_around(g, i, 2, [&](std::size_t j, int columns, int rows) {
+        const glm::vec3 d = g.position(j) - g.position(i);
+        const float height = glm::dot(d, g.geometric_normal[i]), far = kTouching * g.footprint[i];
+        const bool rises = g.covered(j) && height > 0.0f && height * height > kRises * kRises * glm::dot(d, d) &&
+                           glm::dot(d, d) < far * far * static_cast<float>(columns * columns + rows * rows);
+        const glm::ivec2 to(columns, rows);
+        if (rises && (nearest == glm::ivec2(0) || pixels_away(to) < pixels_away(nearest))) nearest = to;
+    });
+    return nearest;
+}
+
+TEST_F(Contacts, AreThePixelsBesideWhichAnotherSurfaceRises)
+{
+    for (std::size_t i = 0; i < gbuffer.size() / 5; ++i) gbuffer.instance[3 * i] = GBuffer::kNone;
+    std::size_t met = 0;
+    std::vector<glm::ivec2> found(gbuffer.size(), glm::ivec2(0));
+    for (const PixelAtContact& p : pixels_at_contacts(gbuffer, pool)) found[p.pixel] = p.to;
+    for (std::size_t i = 0; i < gbuffer.size(); ++i) {
+        ASSERT_EQ(found[i], gbuffer.covered(i) ? rises_beside(gbuffer, i) : glm::ivec2(0)) << i;
+        met += found[i] != glm::ivec2(0) ? 1 : 0;
+    }
+    EXPECT_GT(met, gbuffer.size() / 100);
+}
+
 TEST_F(Contacts, LieWithinTwoPixelsOfASurfaceThatRisesAndNowhereElse)
 {
     std::vector<int> away(gbuffer.size(), 0);

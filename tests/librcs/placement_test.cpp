@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <limits>
 #include <string>
@@ -8,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "accuracy/error_estimate.h"
+#include "placement/holes.h"
 #include "placement/placement.h"
 #include "rcs/error.h"
 #include "rcs/gbuffer.h"
@@ -93,6 +96,30 @@ TEST_F(PlaceRecords, NeedsFewRecordsAndMoreOfThemForLessError)
     EXPECT_LE(last, gbuffer.size());
 }
 
+TEST_F(PlaceRecords, LooksForHolesInEveryPixelOnce)
+{
+    // Of windows of a picture, too, that begin anywhere.
+    const std::vector<float> served(gbuffer.size(), 0.0f);
+    const auto covered = static_cast<std::size_t>(std::count_if(gbuffer.instance.begin(), gbuffer.instance.end(),
+                                                                [](std::uint32_t i) { return i != GBuffer::kNone; }));
+    for (const glm::ivec2 corner : {glm::ivec2(0), glm::ivec2(32, 64), glm::ivec2(33, 64), glm::ivec2(34, 67)}) {
+        for (const int stride : {2, 1}) {
+            std::vector<std::uint32_t> all = find_holes(gbuffer, corner, served, {stride, -1, false}, 1, pool), parts;
+            for (int phase = 0; phase < 4; ++phase) {
+                const auto some = find_holes(gbuffer, corner, served, {stride, phase, false}, 1, pool);
+                EXPECT_GT(some.size(), all.size() / 5);
+                parts.insert(parts.end(), some.begin(), some.end());
+            }
+            std::sort(all.begin(), all.end());
+            std::sort(parts.begin(), parts.end());
+            EXPECT_EQ(parts, all);
+            if (stride == 1) {
+                EXPECT_EQ(all.size(), covered);
+            }
+        }
+    }
+}
+
 TEST_F(PlaceRecords, MakesEachRecordAtAVisiblePointAndCountsIt)
 {
     RecordSettings options;
@@ -110,8 +137,8 @@ TEST_F(PlaceRecords, MakesEachRecordAtAVisiblePointAndCountsIt)
         ASSERT_TRUE(found);
         ASSERT_GT(r.spacing_radius, 0.0f);
         ASSERT_LE(r.spacing_radius, options.error_tolerance * options.max_reach * r.footprint * 1.0001f);
-        ASSERT_GE(r.spacing_radius,
-                  options.error_tolerance * options.steepest * options.min_reach * r.footprint * 0.9999f);
+        const float least = std::min(options.steepest * options.min_reach, kLeastReach);
+        ASSERT_GE(r.spacing_radius, options.error_tolerance * least * r.footprint * 0.9999f);
         ASSERT_GE(std::min({r.irradiance.r, r.irradiance.g, r.irradiance.b}), 0.0f);
     }
 }

@@ -63,9 +63,13 @@ TEST_F(Splat, SomePixelsHaveTheBitsOfTheWholeImage)
     pixels.insert(pixels.end(), TiledSurfaces::kTilePixels + 9, 500u);
     const PixelSums some = splat_at_pixels(records, gbuffer, pixels, view, options, pool);
     const PixelSums few = splat_at_pixels(records, gbuffer, std::span(pixels).first(40), view, options, pool);
+    EXPECT_EQ(some.luminance_unit, all.luminance_unit);
     std::size_t lit = 0;
     for (std::size_t i = 0; i < pixels.size(); ++i) {
         const std::uint32_t p = pixels[i];
+        ASSERT_EQ(some.squares[i], all.squares[p]) << p;
+        ASSERT_EQ(some.variance[i], all.variance[p]) << p;
+        ASSERT_EQ(some.variance_of_sum[i], all.variance_of_sum[p]) << p;
         ASSERT_EQ(some.weight[i], all.weight[p]) << p;
         ASSERT_EQ(some.weighted[i], glm::vec3(all.weighted_r[p], all.weighted_g[p], all.weighted_b[p])) << p;
         if (i < 40) {
@@ -74,6 +78,11 @@ TEST_F(Splat, SomePixelsHaveTheBitsOfTheWholeImage)
         lit += all.weight[p] > 0.0f ? 1 : 0;
     }
     EXPECT_GT(lit, pixels.size() / 4);
+    SplatSettings plain = options;
+    plain.error_sums = false;
+    const PixelSums light = splat_at_pixels(records, gbuffer, pixels, view, plain, pool);
+    EXPECT_EQ(light.weighted, some.weighted);
+    EXPECT_TRUE(light.squares.empty());
 }
 
 TEST_F(Splat, ThreadsDoNotChangeABit)

@@ -10,15 +10,12 @@
 
 #include <glm/glm.hpp>
 
+#include "accuracy/disagreement.h"
 #include "rcs/metrics.h"
 #include "util/color.h"
 
 namespace rcs {
 namespace {
-
-// Measured against path-traced references of the shared and built-in scenes (docs/accuracy.md): the spread of the
-// extrapolations is somewhat more than the error of their mean.
-constexpr float kErrorOfSpread = 0.5f;
 
 constexpr std::size_t kPixels = 4096;  // at a time
 
@@ -85,25 +82,6 @@ private:
     std::vector<double> table_;
 };
 
-/// Moments of what the records say at one pixel, in units of SplatBuffer::luminance_unit.
-struct Disagreement {
-    float mean = 0.0f;
-    float variance = 0.0f;  // of the mean, from noise
-    float excess = 0.0f;    // of the records' spread over what noise explains; may be negative by chance
-};
-
-Disagreement disagreement(const SplatBuffer& sums, std::size_t i)
-{
-    const float weight = sums.weight[i];
-    if (!(weight > 0.0f)) return {};
-    Disagreement d;
-    d.mean = luminance({sums.weighted_r[i], sums.weighted_g[i], sums.weighted_b[i]}) / (weight * sums.luminance_unit);
-    d.variance = sums.variance_of_sum[i] / (weight * weight);
-    const float spread = sums.squares[i] / weight - d.mean * d.mean;
-    d.excess = spread - (sums.variance[i] / weight - d.variance);
-    return d;
-}
-
 constexpr std::size_t kBins = 512;
 constexpr double kLeastBin = 1e-6, kBinsPerOctave = 16.0;
 
@@ -166,14 +144,10 @@ ErrorMap error_map(const SplatBuffer& sums, const SplatStats& stats, float overl
     const std::size_t pixels = sums.weight.size();
     std::vector<Disagreement> all(pixels);
     pool.parallel_for(pixels, kPixels, [&](std::size_t begin, std::size_t end, int) {
-        for (std::size_t i = begin; i < end; ++i) all[i] = disagreement(sums, i);
+        for (std::size_t i = begin; i < end; ++i)
+            all[i] = disagreement(sums, i, {sums.weighted_r[i], sums.weighted_g[i], sums.weighted_b[i]});
     });
-    // Relative variances: a dark pixel says as much as a light one of how well the expansion works there.
-    const auto relative = [&](std::size_t i) {
-        const Disagreement& d = all[i];
-        return d.mean > 0.0f ? std::clamp(d.excess / (d.mean * d.mean), -1.0f, 1.0f) : 0.0f;
-    };
-    const WindowSums excess(sums.width, sums.height, pool, relative);
+    const WindowSums excess(sums.width, sums.height, pool, [&](std::size_t i) { return all[i].relative_excess(); });
     const WindowSums lit(sums.width, sums.height, pool,
                          [&](std::size_t i) { return all[i].mean > 0.0f ? 1.0f : 0.0f; });
     // A splat is about two radii wide, `overlap` times the distance between records each.
@@ -186,9 +160,8 @@ ErrorMap error_map(const SplatBuffer& sums, const SplatStats& stats, float overl
             if (!(all[i].mean > 0.0f)) continue;
             const int x = static_cast<int>(i % static_cast<std::size_t>(sums.width));
             const int y = static_cast<int>(i / static_cast<std::size_t>(sums.width));
-            const double around = std::max(0.0, excess.around(x, y, reach) / lit.around(x, y, reach));
-            errors.noise[i] = std::sqrt(all[i].variance) / all[i].mean;
-            errors.spread[i] = kErrorOfSpread * static_cast<float>(std::sqrt(around));
+            errors.noise[i] = all[i].noise();
+            errors.spread[i] = error_of_spread(excess.around(x, y, reach) / lit.around(x, y, reach));
         }
     });
     return errors;

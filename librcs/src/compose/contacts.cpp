@@ -144,37 +144,62 @@ std::vector<std::uint32_t> numbers_of(const GBuffer& gbuffer, std::span<const Co
     return numbers;
 }
 
-/// Calls visit(number) for the contacts around one, itself too, that lie as it does.
-template <typename Visit>
-void for_each_alike(const GBuffer& g, std::span<const Contact> contacts, std::span<const std::uint32_t> numbers,
-                    const Contact& own, const Visit& visit)
+/// Whether another contact, of a pixel close by, lies as one does.
+bool lie_alike(const GBuffer& g, const Contact& own, const Contact& other)
 {
-    for_each_around(g, own.pixel, kAround, [&](std::size_t j, int, int) {
-        if (numbers[j] == kNone) return;
-        const Contact& c = contacts[numbers[j]];
-        const glm::vec3 apart = g.position(j) - g.position(own.pixel);
-        const float height = glm::dot(apart, g.geometric_normal[own.pixel]);
-        const bool lie_alike = pixels_away(c.to) == pixels_away(own.to) &&
-                               glm::dot(glm::vec2(c.to), glm::vec2(own.to)) >= 0.0f &&
-                               glm::dot(g.normal(own.pixel), g.normal(j)) > kAlike &&
-                               height * height <= kSamePlane * kSamePlane * glm::dot(apart, apart);
-        if (lie_alike) visit(numbers[j]);
-    });
+    if (pixels_away(other.to) != pixels_away(own.to) || glm::dot(glm::vec2(other.to), glm::vec2(own.to)) < 0.0f)
+        return false;
+    const glm::vec3 apart = g.position(other.pixel) - g.position(own.pixel);
+    const float height = glm::dot(apart, g.geometric_normal[own.pixel]);
+    return glm::dot(g.normal(own.pixel), g.normal(other.pixel)) > kAlike &&
+           height * height <= kSamePlane * kSamePlane * glm::dot(apart, apart);
 }
 
+/// The contacts around each, itself too, that lie as it does.
+class AlikeContacts {
+public:
+    AlikeContacts(const GBuffer& g, std::span<const Contact> contacts, ThreadPool& pool)
+        : begin_(contacts.size()), parts_((contacts.size() + kPart - 1) / kPart)
+    {
+        const std::vector<std::uint32_t> numbers = numbers_of(g, contacts);
+        pool.parallel_for(parts_.size(), 1, [&](std::size_t first, std::size_t last, int) {
+            for (std::size_t k = first * kPart; k < std::min(contacts.size(), last * kPart); ++k) {
+                std::vector<std::uint32_t>& found = parts_[k / kPart];
+                begin_[k] = static_cast<std::uint32_t>(found.size());
+                for_each_around(g, contacts[k].pixel, kAround, [&](std::size_t j, int, int) {
+                    if (numbers[j] != kNone && lie_alike(g, contacts[k], contacts[numbers[j]]))
+                        found.push_back(numbers[j]);
+                });
+            }
+        });
+    }
+
+    std::span<const std::uint32_t> of(std::size_t k) const
+    {
+        const std::span<const std::uint32_t> part = parts_[k / kPart];
+        const bool is_last = (k + 1) % kPart == 0 || k + 1 == begin_.size();
+        return part.subspan(begin_[k], (is_last ? part.size() : begin_[k + 1]) - begin_[k]);
+    }
+
+private:
+    static constexpr std::size_t kPart = 256;  // contacts that share a list
+
+    std::vector<std::uint32_t> begin_;  // per contact, in the list of its part
+    std::vector<std::vector<std::uint32_t>> parts_;
+};
+
 /// What the records say, times by how much those around are off: the noise of one gather is spread along the contact.
-glm::vec3 expected_light(const GBuffer& g, std::span<const Contact> contacts, std::span<const std::uint32_t> numbers,
-                         const Contact& own)
+glm::vec3 expected_light(std::span<const Contact> contacts, std::span<const std::uint32_t> alike, const Contact& own)
 {
     glm::vec3 recorded(0.0f), found(0.0f);
     float as_recorded = 0.0f, as_found = 0.0f;  // variances
-    for_each_alike(g, contacts, numbers, own, [&](std::uint32_t k) {
+    for (const std::uint32_t k : alike) {
         const Contact& c = contacts[k];
         recorded += c.recorded;
         found += c.own;
         as_recorded += c.variance(luminance(c.recorded));
         as_found += c.variance(luminance(c.own));
-    });
+    }
     const float off = luminance(found) - luminance(recorded), off2 = off * off;
     const bool are_off = off2 > kSurely * (as_recorded + allowed2(luminance(recorded)));
     const float sure = are_off ? std::max(0.0f, 1.0f - (as_found + allowed2(luminance(found))) / off2) : 0.0f;
@@ -192,24 +217,23 @@ struct Agreed {
 
 /// Of each contact what is expected there, and its own gather, by how much those around differ from what was expected
 /// there beyond their noise. Along a rim, a spot brighter than all that around found, and than is expected, is chance.
-std::vector<Agreed> agree(const GBuffer& g, std::span<const Contact> contacts, ThreadPool& pool)
+std::vector<Agreed> agree(std::span<const Contact> contacts, const AlikeContacts& alike, ThreadPool& pool)
 {
-    const std::vector<std::uint32_t> numbers = numbers_of(g, contacts);
     std::vector<glm::vec3> expected(contacts.size());
     pool.parallel_for(contacts.size(), 64, [&](std::size_t begin, std::size_t end, int) {
-        for (std::size_t k = begin; k < end; ++k) expected[k] = expected_light(g, contacts, numbers, contacts[k]);
+        for (std::size_t k = begin; k < end; ++k) expected[k] = expected_light(contacts, alike.of(k), contacts[k]);
     });
     std::vector<Agreed> agreed(contacts.size());
     pool.parallel_for(contacts.size(), 64, [&](std::size_t begin, std::size_t end, int) {
         for (std::size_t k = begin; k < end; ++k) {
             float off2 = 0.0f, noise2 = 0.0f, count = 0.0f, most = luminance(expected[k]);
-            for_each_alike(g, contacts, numbers, contacts[k], [&](std::uint32_t j) {
+            for (const std::uint32_t j : alike.of(k)) {
                 const float off = luminance(contacts[j].own) - luminance(expected[j]);
                 off2 += off * off;
                 noise2 += contacts[j].variance(luminance(expected[j]));
                 count += 1.0f;
                 if (j != k) most = std::max(most, luminance(contacts[j].own));
-            });
+            }
             const float least = noise2 + count * allowed2(luminance(expected[k]));
             const bool is_alone = contacts[k].to == glm::ivec2(0);
             const float belief = off2 > (is_alone ? kSurely : kLikely) * least ? 1.0f - least / off2 : 0.0f;
@@ -323,10 +347,11 @@ ContactStats ask_contacts(const RecordGatherer* gatherer, const ContactPixels& a
                           const std::function<void(float)>& report)
 {
     std::vector<Contact> contacts = find_contacts(at, known, of_lamps, all);
+    const AlikeContacts alike(at.gbuffer, contacts, pool);
     ContactStats stats{contacts.size(), 0};
     const auto hear_all = [&] {
         hear(known, contacts);
-        return agree(at.gbuffer, contacts, pool);
+        return agree(contacts, alike, pool);
     };
     const float dark = kDarkLight * static_cast<float>(mean_light(all, pool));
     std::vector<Agreed> agreed = hear_all();

@@ -58,9 +58,11 @@ std::vector<SurfaceSample> hits_of(const RayScene& rays, const HitRadiance& radi
     return all;
 }
 
-void note_seen(const PlaceLight& light, const GBuffer& g, std::uint64_t seed, ThreadPool& pool, Importance& importance)
+/// @param rays  of visible points
+void note_seen(const PlaceLight& light, const GBuffer& g, std::size_t rays, std::uint64_t seed, ThreadPool& pool,
+               Importance& importance)
 {
-    const std::vector<SurfaceSample> points = visible_points(g, count_for(g, kSurveyRays) / RayPacket::kWidth, seed);
+    const std::vector<SurfaceSample> points = visible_points(g, rays / RayPacket::kWidth, seed);
     std::vector<SurfaceSample> seen = hits_of(light.rays, light.radiance, points, seed + 1, pool);
     const auto note = [&] {
         for (const SurfaceSample& p : seen) importance.note_seen(p.position, p.geometric_normal);
@@ -106,17 +108,20 @@ void look_up_importance(LightSurvey& survey, ThreadPool& pool)
 }
 
 /// The largest density at each piece's probes.
-std::vector<float> most_of(const LightSurvey& survey, const PointDensity& density)
+std::vector<float> most_of(const LightSurvey& survey, const PointDensity& density, ThreadPool& pool)
 {
     std::vector<float> result(survey.pieces.size());
-    for (std::size_t i = 0; i < result.size(); ++i)
-        for (const Importance::Value& value : survey.at_probes[i]) result[i] = std::max(result[i], density.at(value));
+    pool.parallel_for(result.size(), kPiecesAtATime, [&](std::size_t begin, std::size_t end, int) {
+        for (std::size_t i = begin; i < end; ++i)
+            for (const Importance::Value& value : survey.at_probes[i])
+                result[i] = std::max(result[i], density.at(value));
+    });
     return result;
 }
 
-double integral(const LightSurvey& survey, const PointDensity& density)
+double integral(const LightSurvey& survey, const PointDensity& density, ThreadPool& pool)
 {
-    const std::vector<float> most = most_of(survey, density);
+    const std::vector<float> most = most_of(survey, density, pool);
     double sum = 0.0;
     for (std::size_t i = 0; i < most.size(); ++i)
         sum += static_cast<double>(most[i]) * static_cast<double>(survey.pieces[i].area);
@@ -154,7 +159,7 @@ std::vector<PlaceToLight> draw_places(const LightSurvey& survey, const PointDens
                                       ThreadPool& pool)
 {
     const std::span<const SurfacePiece> pieces = survey.pieces;
-    const std::vector<float> most = most_of(survey, density);
+    const std::vector<float> most = most_of(survey, density, pool);
     std::vector<std::uint32_t> candidates;  // pieces
     double next = static_cast<double>(RandomStream(seed).next()), sum = 0.0;
     for (std::size_t i = 0; i < pieces.size(); ++i) {
@@ -178,24 +183,24 @@ std::vector<PlaceToLight> draw_places(const LightSurvey& survey, const PointDens
 }
 
 LightSurvey survey_light(const PlaceLight& light, const GBuffer& gbuffer, const View& view, std::uint64_t seed,
-                         ThreadPool& pool)
+                         ThreadPool& pool, double part)
 {
     LightSurvey s{light,
                   stream_key(seed, Stream::lit_points, 0),
                   Importance(make_cell_grid(bounds_of(light.rays.scene()), view)),
                   {},
                   {}};
-    note_seen(light, gbuffer, s.seed, pool, s.importance);
-    s.pieces = surface_pieces(light.rays, light.lamps, s.importance, s.seed + 2, pool);
+    note_seen(light, gbuffer, count_for(gbuffer, part * kSurveyRays), s.seed, pool, s.importance);
+    s.pieces = surface_pieces({light.rays, light.lamps, s.importance, part}, s.seed + 2, pool);
     for (const SurfacePiece& piece : s.pieces) s.area += static_cast<double>(piece.area);
     look_up_importance(s, pool);
-    s.seen = integral(s, {0.0f, 1.0f, 0.0f});
+    s.seen = integral(s, {0.0f, 1.0f, 0.0f}, pool);
     if (!(s.seen > 0.0)) return s;
-    const std::vector<PlaceToLight> pilots =
-        draw_places(s, mix(s, 1.0 - kByAreaPart, static_cast<double>(count_for(gbuffer, kPilots))), s.seed + 3, pool);
+    const std::vector<PlaceToLight> pilots = draw_places(
+        s, mix(s, 1.0 - kByAreaPart, static_cast<double>(count_for(gbuffer, part * kPilots))), s.seed + 3, pool);
     note_light(pilots, light_places(light, pilots, s.seed + 5, pool), s.importance);
     look_up_importance(s, pool);
-    s.bright = integral(s, {1.0f, 0.0f, 0.0f});
+    s.bright = integral(s, {1.0f, 0.0f, 0.0f}, pool);
     return s;
 }
 

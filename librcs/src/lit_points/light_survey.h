@@ -38,8 +38,9 @@ struct LightSurvey {
     double area = 0.0, seen = 0.0, bright = 0.0;  ///< of all pieces: sum, and integrals of what is wanted there
 };
 /// Looks around from visible points, and for what is bright of what they see.
+/// @param part  (0, 1], of the work of a careful one: rays, pilots and pieces of surfaces
 LightSurvey survey_light(const PlaceLight& light, const GBuffer& gbuffer, const View& view, std::uint64_t seed,
-                         ThreadPool& pool);
+                         ThreadPool& pool, double part = 1.0);
 
 /// Visible points, and more of what they see: places whose light matters.
 std::vector<SurfaceSample> places_in_view(const RayScene& rays, const HitRadiance& radiance, const GBuffer& gbuffer,

@@ -32,7 +32,7 @@ Corner middle(const Corner& a, const Corner& b)
 }
 
 /// Cuts the longest edge until the piece is small.
-void cut(const Importance& importance, const std::array<Corner, 3>& c, int halvings, SurfacePiece piece,
+void cut(const SurfaceCut& of, const std::array<Corner, 3>& c, int halvings, SurfacePiece piece,
          std::vector<SurfacePiece>& out)
 {
     const glm::vec3 centre = (c[0].position + c[1].position + c[2].position) / 3.0f;
@@ -43,15 +43,15 @@ void cut(const Importance& importance, const std::array<Corner, 3>& c, int halvi
         length2[i] = glm::dot(edge, edge);
         if (length2[i] > length2[longest]) longest = i;
     }
-    const CellGrid& grid = importance.grid();
-    float most = kCellsLong * grid.edge(grid.level(centre));
-    if (length2[longest] > most * most && !(importance.at(centre, piece.normal).seen > 0.0f)) most *= kUnseenLonger;
+    const CellGrid& grid = of.importance.grid();
+    float most = kCellsLong / static_cast<float>(std::sqrt(of.part)) * grid.edge(grid.level(centre));
+    if (length2[longest] > most * most && !(of.importance.at(centre, piece.normal).seen > 0.0f)) most *= kUnseenLonger;
     if (length2[longest] > most * most && halvings < kMostHalvings) {
         piece.area *= 0.5f;
         const Corner &a = c[longest], &b = c[(longest + 1) % 3], &opposite = c[(longest + 2) % 3];
         const Corner m = middle(a, b);
-        cut(importance, {a, m, opposite}, halvings + 1, piece, out);
-        cut(importance, {m, b, opposite}, halvings + 1, piece, out);
+        cut(of, {a, m, opposite}, halvings + 1, piece, out);
+        cut(of, {m, b, opposite}, halvings + 1, piece, out);
         return;
     }
     for (std::size_t i = 0; i < 3; ++i) {
@@ -67,9 +67,10 @@ struct Range {
     bool front_only;
 };
 
-void add_triangle(const RayScene& rays, const Importance& importance, const Range& range, std::uint32_t primitive,
-                  float weight, std::vector<SurfacePiece>& out)
+void add_triangle(const SurfaceCut& of, const Range& range, std::uint32_t primitive, float weight,
+                  std::vector<SurfacePiece>& out)
 {
+    const RayScene& rays = of.rays;
     const std::uint32_t instance = range.instance;
     const RayInstance& i = instance_of(rays, instance);
     const std::array<glm::vec3, 3> c = triangle_corners(rays, instance, primitive);
@@ -84,8 +85,7 @@ void add_triangle(const RayScene& rays, const Importance& importance, const Rang
     for (const float side : {1.0f, -1.0f}) {  // rays see both, whatever the camera does
         if (side < 0.0f && range.front_only) continue;
         piece.normal = side * face;
-        cut(importance, {Corner{{0.0f, 0.0f}, c[0]}, Corner{{1.0f, 0.0f}, c[1]}, Corner{{0.0f, 1.0f}, c[2]}}, 0, piece,
-            out);
+        cut(of, {Corner{{0.0f, 0.0f}, c[0]}, Corner{{1.0f, 0.0f}, c[1]}, Corner{{0.0f, 1.0f}, c[2]}}, 0, piece, out);
     }
 }
 
@@ -100,9 +100,10 @@ bool can_be_lit(const RayScene& rays, std::uint32_t instance)
     return traits.is(kReflects) && !traits.is(kSeeThrough) && !m.unlit && m.diffuse_transmission <= 0.0f;
 }
 
-std::vector<SurfacePiece> surface_pieces(const RayScene& rays, const GatheredLamps* lamps, const Importance& importance,
-                                         std::uint64_t seed, ThreadPool& pool)
+std::vector<SurfacePiece> surface_pieces(const SurfaceCut& of, std::uint64_t seed, ThreadPool& pool)
 {
+    const RayScene& rays = of.rays;
+    const GatheredLamps* const lamps = of.lamps;
     std::vector<Range> ranges;
     double triangles = 0.0;
     for (std::uint32_t i = 0; i < rays.impl().instances.size(); ++i) {
@@ -121,10 +122,13 @@ std::vector<SurfacePiece> surface_pieces(const RayScene& rays, const GatheredLam
             RandomStream random(stream_key(seed, Stream::lit_points, r));
             for (std::uint32_t t = 0; t < ranges[r].count; ++t)
                 if (share == 1.0f || random.next() < share)
-                    add_triangle(rays, importance, ranges[r], ranges[r].first + t, 1.0f / share, parts[r]);
+                    add_triangle(of, ranges[r], ranges[r].first + t, 1.0f / share, parts[r]);
         }
     });
     std::vector<SurfacePiece> pieces;
+    std::size_t all = 0;
+    for (const auto& part : parts) all += part.size();
+    pieces.reserve(all);
     for (const auto& part : parts) pieces.insert(pieces.end(), part.begin(), part.end());
     return pieces;
 }

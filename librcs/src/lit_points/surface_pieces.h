@@ -28,11 +28,16 @@ struct SurfacePiece {
 /// Whether light from an instance's surfaces may be gathered at points on them: not from what lets light through.
 bool can_be_lit(const RayScene& rays, std::uint32_t instance);
 
+/// Which surfaces are cut, and how finely.
+struct SurfaceCut {
+    const RayScene& rays;
+    const GatheredLamps* lamps;    ///< may be null: then it is what reflects
+    const Importance& importance;  ///< pieces are about as large as its cells
+    double part = 1.0;             ///< (0, 1], of the pieces that it takes for that
+};
 /// All sides of surfaces that can be lit and reflect; or else those of lamps that emit. Where there are more than a
 /// million triangles, some stand for the others, at random.
-/// @param lamps  may be null: then it is what reflects
-std::vector<SurfacePiece> surface_pieces(const RayScene& rays, const GatheredLamps* lamps, const Importance& importance,
-                                         std::uint64_t seed, ThreadPool& pool);
+std::vector<SurfacePiece> surface_pieces(const SurfaceCut& of, std::uint64_t seed, ThreadPool& pool);
 
 /// A point on a piece, uniformly. @param u  in [0, 1)^2
 struct PointOnPiece {

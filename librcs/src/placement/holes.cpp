@@ -23,6 +23,7 @@ namespace {
 /// The pixel that a wave takes in one cell of its grid; at or beyond the image's edge it may be none of it.
 glm::ivec2 pixel_of_cell(int cx, int cy, int stride, std::uint64_t seed)
 {
+    if (stride == 1) return {cx, cy};
     const std::uint64_t cell = static_cast<std::uint64_t>(cy) << 32 | static_cast<std::uint64_t>(cx);
     const std::uint64_t key = stream_key(seed + static_cast<std::uint64_t>(stride), Stream::placement, cell);
     const std::uint64_t side = static_cast<std::uint64_t>(stride);
@@ -39,9 +40,10 @@ std::vector<std::uint32_t> find_holes(const GBuffer& g, glm::ivec2 corner, const
     std::vector<std::vector<std::uint32_t>> rows(static_cast<std::size_t>((g.height + wave.stride - 1) / wave.stride));
     pool.parallel_for(rows.size(), 16, [&](std::size_t begin, std::size_t end, int) {
         for (int cy = static_cast<int>(begin); cy < static_cast<int>(end); ++cy) {
-            for (int cx = 0; cx < columns; ++cx) {
+            if (wave.phase >= 0 && ((first.y + cy) & 1) != wave.phase >> 1) continue;
+            const int step = wave.phase >= 0 ? 2 : 1;
+            for (int cx = wave.phase >= 0 ? (first.x ^ wave.phase) & 1 : 0; cx < columns; cx += step) {
                 const glm::ivec2 cell = first + glm::ivec2(cx, cy);
-                if (wave.phase >= 0 && ((cell.x & 1) | (cell.y & 1) << 1) != wave.phase) continue;
                 const glm::ivec2 p = pixel_of_cell(cell.x, cell.y, wave.stride, seed) - first * wave.stride;
                 if (p.x >= g.width || p.y >= g.height) continue;
                 const std::size_t i =

@@ -5,18 +5,17 @@
 #include <string>
 #include <vector>
 
-#include "accuracy/error_estimate.h"
+#include "accuracy/disagreement.h"
 #include "gbuffer/views.h"
 #include "placement/holes.h"
 #include "placement/placement.h"
 #include "placement/refine.h"
-#include "placement/served_pixels.h"
 #include "placement/spacing.h"
 #include "placement/view_fit.h"
 #include "rcs/error.h"
 #include "rcs/records.h"
 #include "records/gather.h"
-#include "splat/tiles.h"
+#include "splat/at_pixels.h"
 #include "util/random.h"
 
 namespace rcs {
@@ -71,6 +70,7 @@ Placement::Placement(const LitScene& scene, const GBuffer& gbuffer, const View& 
       report_(std::move(report)),
       gatherer_(scene, options),
       surfaces_(make_tiled_surfaces(gbuffer, pool)),
+      served_(surfaces_, view, options.error_tolerance, pool),
       closeness_(gbuffer.size(), 1.0f)
 {
     validate(options);
@@ -81,7 +81,6 @@ void Placement::take_over() { pixels_ = bring_seen_last(gbuffer_, view_, options
 void Placement::fill()
 {
     SpacingLimiter spacing(options_);
-    ServedPixels served(surfaces_, view_, options_.error_tolerance, pool_);
     const std::vector<Wave> list = waves();
     const Wave every_pixel{1, -1, true};
     std::vector<bool> has_own(gbuffer_.size(), false);
@@ -92,14 +91,12 @@ void Placement::fill()
         report_(static_cast<float>(std::min(w, list.size())) / static_cast<float>(list.size()));
         if (w == 0 || (stale && wave.refresh)) {
             spacing.limit(records_, 0, pool_);
-            if (w == 0)
-                served.add(records_);
-            else
-                served.follow(records_);
+            served_.follow(records_);
+            if (w == 0) served_.add(records_);
             stale = false;
         }
         std::vector<std::uint32_t> holes =
-            find_holes(gbuffer_, view_.corner, served.weight(), wave, options_.seed, pool_);
+            find_holes(gbuffer_, view_.corner, served_.weight(), wave, options_.seed, pool_);
         // A late record may clamp a neighbour so that a pixel already passed is a hole again. Each such pixel gets a
         // record of its own, once: the loop ends, also where that has no size (a wall whose plane the eye is in).
         std::erase_if(holes, [&](std::uint32_t i) { return has_own[i]; });
@@ -112,7 +109,7 @@ void Placement::fill()
         records_.insert(records_.end(), fresh.begin(), fresh.end());
         pixels_.insert(pixels_.end(), holes.begin(), holes.end());
         spacing.limit(records_, known, pool_);
-        served.add(records_);
+        served_.add(records_);
         stale = true;
         ++stats_.waves;
     }
@@ -150,17 +147,18 @@ bool Placement::bring_closer(std::size_t k, float density, float least)
 
 void Placement::sharpen()
 {
-    const SplatSettings as_splat{options_.error_tolerance, kUsualOverlap};
+    const SplatSettings as_splat{options_.error_tolerance, kUsualOverlap, true};
     const float most = kMostSpread * options_.error_tolerance, least = std::min(kLeastReach, options_.min_reach);
     for (int round = 0; round < kSharpenings; ++round) {
         if (static_cast<double>(pixels_.size()) < kFewAreNew * static_cast<double>(records_.size())) return;
-        SplatStats stats;
-        const SplatBuffer sums = splat_tiles(records_, surfaces_, view_, as_splat, pool_, stats);
-        const ErrorMap map = error_map(sums, stats, kUsualOverlap, pool_);
+        const PixelSums sums = splat_at_pixels(records_, gbuffer_, pixels_, view_, as_splat, pool_);
         bool any = false;
         for (std::size_t k = 0; k < pixels_.size(); ++k) {
-            const float allowed = std::max(most, kOfNoise * map.noise[pixels_[k]]);
-            const float density = std::min(kMostCloser, map.spread[pixels_[k]] / allowed);
+            const Disagreement said = disagreement(sums, k, sums.weighted[k]);
+            if (!(said.mean > 0.0f)) continue;
+            const float allowed = std::max(most, kOfNoise * said.noise());
+            const float density =
+                std::min(kMostCloser, error_of_spread(static_cast<double>(said.relative_excess())) / allowed);
             any |= density > 1.0f && bring_closer(k, density, least);
         }
         if (!any) return;

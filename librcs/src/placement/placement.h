@@ -8,6 +8,7 @@
 
 #include "accuracy/probes.h"
 #include "placement/allotment.h"
+#include "placement/served_pixels.h"
 #include "rcs/records.h"
 #include "records/gather.h"
 #include "splat/tiles.h"
@@ -71,6 +72,7 @@ private:
     std::function<void(float)> report_;
     RecordGatherer gatherer_;
     TiledSurfaces surfaces_;
+    ServedPixels served_;
     std::vector<std::uint32_t> pixels_;
     std::vector<float> closeness_;  // of records to be made, pixel by pixel
 };

@@ -35,16 +35,25 @@ void ServedPixels::add(std::span<const Record> records)
 
 void ServedPixels::follow(std::span<const Record> records)
 {
+    constexpr std::size_t kPart = 2048;
+    std::vector<std::vector<std::uint32_t>> parts((records_.size() + kPart - 1) / kPart);
+    pool_.parallel_for(records_.size(), kPart, [&](std::size_t begin, std::size_t end, int) {
+        for (std::size_t k = begin; k < end; ++k)
+            if (influence_radius(records[k], reach_.overlap) != radius_[k])
+                parts[begin / kPart].push_back(static_cast<std::uint32_t>(k));
+    });
     std::vector<std::uint16_t> rows(surfaces_.rows.size(), 0);
     bool any = false;
-    for (std::size_t k = 0; k < records_.size(); ++k) {
-        if (influence_radius(records[k], reach_.overlap) == radius_[k]) continue;
-        add_rows(records_[k], surfaces_, rows);
-        look_at(k, records[k]);
-        add_rows(records_[k], surfaces_, rows);
-        any = true;
-    }
+    const auto add_rows_of_changed = [&] {
+        for (const std::vector<std::uint32_t>& changed : parts)
+            for (const std::uint32_t k : changed) add_rows(records_[k], surfaces_, rows), any = true;
+    };
+    add_rows_of_changed();
     if (!any) return;
+    pool_.parallel_for(parts.size(), 1, [&](std::size_t part, std::size_t, int) {
+        for (const std::uint32_t k : parts[part]) look_at(k, records[k]);
+    });
+    add_rows_of_changed();
     clear_rows(surfaces_, rows, weight_);
     add_weights(records_, surfaces_, rows, pool_, weight_);
 }

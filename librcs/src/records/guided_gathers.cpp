@@ -289,9 +289,11 @@ Trial try_looks(const Probes& probes, const View& view, const RecordSettings& se
 {
     const GatherSize half{make_hemisphere_grid(settings.rays / 2), settings.rays - settings.rays / 2};
     const PlaceLight light{plain.rays, radiance, least_hit_alpha(settings.rays), nullptr};
-    const LightSurvey survey = survey_light(light, probes.gbuffer, view, settings.seed, probes.pool);
-    const auto try_with = [&](double points) {
-        Trial trial{std::make_unique<GatherGuide>(survey, points, probes.pool), {}};
+    const auto survey = [&](double part) {
+        return survey_light(light, probes.gbuffer, view, settings.seed, probes.pool, part);
+    };
+    const auto try_with = [&](const LightSurvey& surveyed, double points) {
+        Trial trial{std::make_unique<GatherGuide>(surveyed, points, probes.pool), {}};
         if (!trial.guide->has_light()) return Trial{};
         LitScene lit = plain;
         lit.guide = trial.guide.get();
@@ -308,14 +310,15 @@ Trial try_looks(const Probes& probes, const View& view, const RecordSettings& se
     const auto pixels = static_cast<double>(probes.gbuffer.size());
     const double least = std::min(kLeastPoints, kMostPointsPerPixel * pixels);
     const double points = std::max(least, kPointsPerPixel * pixels);
-    // A few points tell whether looks do any good, if not yet how many it takes.
+    // A few points, and half a look around, tell whether looks do any good, if not yet how many it takes.
     const double few = std::max(least, kFewPoints * points);
-    if (points > kManyMore * few && !try_with(few).guide) return {};
-    Trial trial = try_with(points);
+    if (points > kManyMore * few && !try_with(survey(few / points), few).guide) return {};
+    const LightSurvey surveyed = survey(1.0);
+    Trial trial = try_with(surveyed, points);
     if (!trial.guide) return {};
     const double wanted = std::min(kMostMore, std::pow(trial.errors.points / kErrorOfPoints, 2.0)) * points;
     if (wanted < kHardlyMore * points) return trial;
-    trial = try_with(wanted);
+    trial = try_with(surveyed, wanted);
     if (trial.errors.points > std::max(kMostErrorOfPoints, kMostPartOfPoints * errors.all)) return {};
     return trial;
 }

@@ -45,17 +45,36 @@ TiledSurfaces::Tile pack(const GBuffer& g, std::span<const std::uint32_t> pixels
     return tile;
 }
 
+PixelSums no_sums(std::size_t pixels, bool with_errors)
+{
+    PixelSums sums{std::vector<glm::vec3>(pixels, glm::vec3(0.0f)), std::vector<float>(pixels, 0.0f), {}, {}, {}};
+    if (with_errors) sums.squares = sums.variance = sums.variance_of_sum = sums.weight;
+    return sums;
+}
+
+void put(PixelSums& out, std::size_t to, const TileSums& sums, std::size_t from)
+{
+    out.weighted[to] = {sums.r[from], sums.g[from], sums.b[from]};
+    out.weight[to] = sums.weight[from];
+    if (out.squares.empty()) return;
+    out.squares[to] = sums.squares[from];
+    out.variance[to] = sums.variance[from];
+    out.variance_of_sum[to] = sums.variance_of_sum[from];
+}
+
 }  // namespace
 
 PixelSums splat_at_pixels(std::span<const Record> records, const GBuffer& gbuffer,
                           std::span<const std::uint32_t> pixels, const View& view, const SplatSettings& options,
                           ThreadPool& pool)
 {
-    PixelSums out{std::vector<glm::vec3>(pixels.size(), glm::vec3(0.0f)), std::vector<float>(pixels.size(), 0.0f)};
-    const GpuRecords from = make_gpu_records(records, gbuffer.camera_position, view, options, false, 1.0f, pool);
+    PixelSums out = no_sums(pixels.size(), options.error_sums);
+    if (options.error_sums) out.luminance_unit = luminance_unit(records);
+    const GpuRecords from =
+        make_gpu_records(records, gbuffer.camera_position, view, options, false, out.luminance_unit, pool);
     const PixelBins places = bin_pixels(pixels, gbuffer.width, gbuffer.height);
     const TileBins bins =
-        bin_records(from.records, (gbuffer.width + TiledSurfaces::kTile - 1) / TiledSurfaces::kTile, places.rows);
+        bin_records(from.records, (gbuffer.width + TiledSurfaces::kTile - 1) / TiledSurfaces::kTile, places.rows, pool);
     pool.parallel_for(places.rows.size(), 4, [&](std::size_t begin, std::size_t end, int) {
         for (std::size_t t = begin; t < end; ++t) {
             if (bins.first[t] == bins.first[t + 1]) continue;
@@ -64,14 +83,12 @@ PixelSums splat_at_pixels(std::span<const Record> records, const GBuffer& gbuffe
                 const auto which = std::span(places.which).subspan(p, count);
                 const std::uint32_t rows = (1u << (count + TiledSurfaces::kTile - 1) / TiledSurfaces::kTile) - 1u;
                 TileSums sums{};
-                splat_tile_light(pack(gbuffer, pixels, which), sums,
-                                 {from.records.data(), nullptr, bins.records.data() + bins.first[t],
-                                  bins.records.data() + bins.first[t + 1], 0, rows, true},
-                                 nullptr);
-                for (std::size_t i = 0; i < count; ++i) {
-                    out.weighted[which[i]] = {sums.r[i], sums.g[i], sums.b[i]};
-                    out.weight[which[i]] = sums.weight[i];
-                }
+                (options.error_sums ? splat_tile_sums : splat_tile_light)(
+                    pack(gbuffer, pixels, which), sums,
+                    {from.records.data(), nullptr, bins.records.data() + bins.first[t],
+                     bins.records.data() + bins.first[t + 1], 0, rows, true},
+                    nullptr);
+                for (std::size_t i = 0; i < count; ++i) put(out, which[i], sums, i);
             }
         }
     });

@@ -41,7 +41,7 @@ std::size_t tiles_of(const gpu::GpuRecord& record)
 
 /// @param most_in_tiles  pairs of record and tile in a part, if it has more than one record
 std::vector<Part> make_parts(const std::vector<gpu::GpuRecord>& records, glm::ivec2 tiles, std::size_t most_records,
-                             std::size_t most_in_tiles)
+                             std::size_t most_in_tiles, ThreadPool& pool)
 {
     // What is seen in a tile the shader finds out.
     const std::vector<std::uint16_t> rows(static_cast<std::size_t>(tiles.x) * static_cast<std::size_t>(tiles.y), 1);
@@ -52,7 +52,7 @@ std::vector<Part> make_parts(const std::vector<gpu::GpuRecord>& records, glm::iv
             if (end > first && in_tiles > most_in_tiles) break;
         }
         parts.push_back(
-            {first, end - first, bin_records(std::span(records).subspan(first, end - first), tiles.x, rows)});
+            {first, end - first, bin_records(std::span(records).subspan(first, end - first), tiles.x, rows, pool)});
     }
     return parts;
 }
@@ -119,8 +119,8 @@ SplatBuffer splat_gpu_tiles(const TileDevice& device, const std::vector<Record>&
     const int max_rows = rows_of_band(gbuffer, has_lobes, block_bytes);
     const BandBuffers buffers = make_band_buffers(kTilesStage, gbuffer.width, max_rows, has_lobes, options.error_sums);
     RecordBlocks blocks = make_record_blocks(from, block_bytes);
-    const std::vector<Part> parts =
-        make_parts(from.records, tiles, std::min(blocks.most, kMostInPart), block_bytes / sizeof(std::uint32_t));
+    const std::vector<Part> parts = make_parts(from.records, tiles, std::min(blocks.most, kMostInPart),
+                                               block_bytes / sizeof(std::uint32_t), device.pool);
     const PartBuffers part_buffers = make_part_buffers(parts, std::move(blocks));
     const GLuint program = device.gl.impl().compute_program("splat_tiles.comp", splat_variant(buffers));
     for (int first_row = 0; first_row < gbuffer.height; first_row += max_rows) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <utility>
 
 #include "gbuffer/shading.h"
 #include "radiance/lobes.h"
@@ -43,7 +44,7 @@ void for_each_busy_tile(const TiledSurfaces& surfaces, std::span<const std::uint
                         std::span<const gpu::GpuRecord> records, const gpu::GpuRadiance* radiance, ThreadPool& pool,
                         const Visit& visit)
 {
-    const TileBins bins = bin_records(records, surfaces.tiles_x, rows);
+    const TileBins bins = bin_records(records, surfaces.tiles_x, rows, pool);
     pool.parallel_for(surfaces.tiles.size(), 4, [&](std::size_t begin, std::size_t end, int) {
         for (std::size_t t = begin; t < end; ++t) {
             if (bins.first[t] == bins.first[t + 1]) continue;
@@ -81,19 +82,37 @@ bool find_lobes(const TiledSurfaces& surfaces, std::size_t t, const Camera& came
 
 }  // namespace
 
-TileBins bin_records(std::span<const gpu::GpuRecord> records, int tiles_x, std::span<const std::uint16_t> rows)
+TileBins bin_records(std::span<const gpu::GpuRecord> records, int tiles_x, std::span<const std::uint16_t> rows,
+                     ThreadPool& pool)
 {
+    // Parts of the records are counted side by side, and then put one after the other in each tile.
+    constexpr std::size_t kMostParts = 8, kOfPart = 1024;
+    const std::size_t parts = std::clamp<std::size_t>(records.size() / kOfPart, 1, kMostParts);
+    std::vector<std::vector<std::uint32_t>> next(parts);
+    const auto for_each_in_part = [&](std::size_t part, const auto& visit) {
+        const std::size_t end = records.size() * (part + 1) / parts;
+        for (std::size_t i = records.size() * part / parts; i < end; ++i)
+            for_each_tile(records[i], tiles_x, [&](std::size_t tile) {
+                if (rows[tile] != 0) visit(i, next[part][tile]);
+            });
+    };
+    pool.parallel_for(parts, 1, [&](std::size_t part, std::size_t, int) {
+        next[part].assign(rows.size(), 0);
+        for_each_in_part(part, [](std::size_t, std::uint32_t& count) { ++count; });
+    });
     TileBins bins;
-    bins.first.assign(rows.size() + 1, 0);
-    for (const gpu::GpuRecord& record : records)
-        for_each_tile(record, tiles_x, [&](std::size_t tile) { bins.first[tile + 1] += rows[tile] != 0 ? 1 : 0; });
-    for (std::size_t tile = 1; tile < bins.first.size(); ++tile) bins.first[tile] += bins.first[tile - 1];
-    bins.records.resize(bins.first.back());
-    std::vector<std::uint32_t> next(bins.first.begin(), bins.first.end() - 1);
-    for (std::uint32_t i = 0; i < records.size(); ++i)
-        for_each_tile(records[i], tiles_x, [&](std::size_t tile) {
-            if (rows[tile] != 0) bins.records[next[tile]++] = i;
-        });
+    bins.first.reserve(rows.size() + 1);
+    std::uint32_t all = 0;
+    for (std::size_t tile = 0; tile < rows.size(); ++tile) {
+        bins.first.push_back(all);
+        for (std::vector<std::uint32_t>& of_part : next) all += std::exchange(of_part[tile], all);
+    }
+    bins.first.push_back(all);
+    bins.records.resize(all);
+    pool.parallel_for(parts, 1, [&](std::size_t part, std::size_t, int) {
+        for_each_in_part(
+            part, [&](std::size_t i, std::uint32_t& place) { bins.records[place++] = static_cast<std::uint32_t>(i); });
+    });
     return bins;
 }
 

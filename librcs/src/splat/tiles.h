@@ -46,7 +46,8 @@ struct TileBins {
     std::vector<std::uint32_t> records;  ///< indices, tile after tile
 };
 /// @param rows  TiledSurfaces::rows, of which 0 leaves a tile out
-TileBins bin_records(std::span<const gpu::GpuRecord> records, int tiles_x, std::span<const std::uint16_t> rows);
+TileBins bin_records(std::span<const gpu::GpuRecord> records, int tiles_x, std::span<const std::uint16_t> rows,
+                     ThreadPool& pool);
 
 /// Adds the records' weights alone, for finding holes: one sum per pixel, row by row.
 void add_weights(std::span<const Record> records, const TiledSurfaces& surfaces, const View& view,
