@@ -26,7 +26,7 @@ constexpr double kNearGoal = 1.05;    // times the goal: nearer, rays alone are 
 constexpr double kHardlyLess = 0.95;  // times what it was: a step that does no more is the last of its kind
 constexpr double kStalled = 0.995;    // times what it was, just before the goal
 constexpr int kMostStalls = 2;
-constexpr double kReached = 1.02;      // times the goal is there
+constexpr double kReached = 1.05;      // times the goal is there: estimates scatter as much
 constexpr double kStillThere = 0.92;   // of the goal, with its margin, is there where it was
 constexpr double kMostOfKnown = 0.15;  // rays of one step over all those of views before, which see to the rest
 constexpr double kFewRays = 0.01;      // of those of the records that there were
@@ -318,21 +318,21 @@ void Steering::use_up(const std::function<double()>& left)
 /// One step down: records closer together where spread asks for it, then rays. @return whether another one is worth it
 bool Steering::step(const StepLimits& to)
 {
-    const double before = errors_.total, step_to = kStep * before;
+    const double before = errors_.total, step_to = kStep * before, end = std::max(to.error, step_to);
     const bool is_cut = to.error > step_to;
     // Spread hides behind noise, and shows more of itself from step to step.
-    for (int k = 0; k < kMostSharpenings && before > kNearGoal * to.error && errors_.spread > kShareOfSpread * step_to;
+    for (int k = 0; k < kMostSharpenings && before > kNearGoal * to.error && errors_.spread > kShareOfSpread * end;
          ++k) {
         // Closer records than the time is enough for would only be noisy ones, but where noise is the lesser part.
         const bool is_noisy = errors_.noise > errors_.spread;
         if (to.left() < 4.0 * look_seconds_ || (step_to < to.likely && stalls_ == 0 && is_noisy)) break;
         const double spread = errors_.spread;
-        sharpen(kShareOfSpread * step_to / spread);
+        sharpen(kShareOfSpread * end / spread);
         if (errors_.total <= to.error) return false;
         if (errors_.spread > kHardlyLess * spread) break;
     }
     is_near_ = is_near_ && (to.has_budget || kStep * errors_.total < to.error);
-    const double rays = rays_to(std::max(to.error, step_to));
+    const double rays = rays_to(end);
     const bool is_last =
         rays * seconds_per_ray_ + 2.0 * look_seconds_ > to.left() || (to.has_budget && steps_ + 1 == kMostSteps);
     if (is_last) {
