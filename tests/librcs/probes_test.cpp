@@ -130,20 +130,10 @@ TEST(DirectError, IsWhatSeedsScatterBy)
     }
 }
 
-/// A picture against the path tracer's, as `compare` has it.
-void expect_to_hold(const char* name, const RenderResult& result, const LayeredImage& reference)
-{
-    const auto expect = [&](const char* layer, const ErrorEstimate& told) {
-        const ErrorMetrics found = compare_images(result.image, reference, layer);
-        EXPECT_GT(told.mean_relative, 0.67 * found.mean_relative_error) << name << ' ' << layer;
-        EXPECT_LT(told.mean_relative, 1.5 * found.mean_relative_error) << name << ' ' << layer;
-    };
-    expect("beauty", result.stats.errors.image);
-    expect("indirect", result.stats.errors.indirect);
-}
-
 TEST(ErrorEstimates, HoldOfThePictureAndOfItsIndirectLight)
 {
+    // What one picture tells scatters by a tenth.
+    constexpr std::uint64_t kSeeds = 3;
     for (const char* name : {"demo:ajar", "demo:blinds", "demo:cornell", "demo:spheres"}) {
         const Scene scene = load_scene(name);
         ThreadPool pool(2);
@@ -155,7 +145,17 @@ TEST(ErrorEstimates, HoldOfThePictureAndOfItsIndirectLight)
         RenderOptions options;
         options.width = options.height = 128;
         options.aa = 1;
-        expect_to_hold(name, test::render_first(scene, options), reference);
+        glm::dvec2 told(0.0), found(0.0);  // of the picture, of its indirect light
+        for (options.seed = 1; options.seed <= kSeeds; ++options.seed) {
+            const RenderResult result = test::render_first(scene, options);
+            told += glm::dvec2(result.stats.errors.image.mean_relative, result.stats.errors.indirect.mean_relative);
+            found += glm::dvec2(compare_images(result.image, reference, "beauty").mean_relative_error,
+                                compare_images(result.image, reference, "indirect").mean_relative_error);
+        }
+        for (int layer = 0; layer < 2; ++layer) {
+            EXPECT_GT(told[layer], 0.67 * found[layer]) << name << ' ' << layer;
+            EXPECT_LT(told[layer], 1.5 * found[layer]) << name << ' ' << layer;
+        }
     }
 }
 

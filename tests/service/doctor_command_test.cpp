@@ -30,10 +30,10 @@ TEST(DoctorCommand, SaysWhatTheMachineIsAndThatACaseHolds)
 
 TEST(DoctorCommand, EndsWithAnErrorAndLeavesAReproducerWhereACaseFails)
 {
-    // Pictures of 4 x 3 pixels are so coarse that a turned room does not look the same.
+    // Pictures of two pixels are so coarse that a turned room does not look the same.
     const TemporaryFolder folder;
     const Outcome outcome =
-        rcsplat({"doctor", "--scene", "demo:atrium", "--size", "4x3", "--case", "rotate", "--save", folder / "found"});
+        rcsplat({"doctor", "--scene", "demo:atrium", "--size", "2x1", "--case", "rotate", "--save", folder / "found"});
     EXPECT_EQ(outcome.code, kFailure) << outcome.out;
     EXPECT_NE(outcome.err.find("1 of 1 cases failed"), std::string::npos) << outcome.err;
     EXPECT_NE(outcome.out.find("FAIL  rotate"), std::string::npos) << outcome.out;
