@@ -64,6 +64,7 @@ Scene open_room()
     Material glossy;
     glossy.base_color = glm::vec3(0.7f, 0.5f, 0.4f);
     glossy.roughness = 0.3f;
+    glossy.specular = 1.0f;
     glossy.double_sided = true;
     const int m = test::add_surface(scene, glossy);
     test::add_mesh(scene, test::quad({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}, m));
@@ -136,6 +137,35 @@ TEST_P(GuidedGathers, FindTheLightThatRaysFind)
 }
 
 INSTANTIATE_TEST_SUITE_P(Rooms, GuidedGathers, testing::Values(hidden_lamp, hidden_panel, open_room));
+
+/// What lobes at lit points show changes as the place moves that looks at them, as looks from beside it say.
+TEST(GatherGuide, LooksAtLobesChangeAsThePlaceMoves)
+{
+    Place place(test::panel_room(test::glossy(1.0f, 0.6f, glm::vec3(0.9f))));
+    const GatherGuide guide(place.survey(1), 16384.0, place.pool);
+    const LitPoints& lit = guide.lit();
+    const HitRadiance radiance(place.rays, nullptr, effects_or_scene(std::nullopt, place.rays));
+    const Basis frame({0.0f, 1.0f, 0.0f});
+    const glm::vec3 at(0.3f, 0.0f, -0.4f);
+    int glossy = 0;
+    double largest = 0.0;
+    for (std::size_t i = 0; i < lit.points.size(); ++i) {
+        const glm::vec3 way = at - lit.points[i].position;
+        const float distance = glm::length(way), h = 0.1f * distance;
+        const ChangeAlong moving = lit.moving_of_radiance_area(i, way / distance, distance, frame);
+        if (moving[0] == glm::vec3(0.0f)) continue;
+        ++glossy;
+        for (const auto& [axis, change] : {std::pair(frame.x, moving[0]), std::pair(frame.y, moving[1])}) {
+            const glm::vec3 ahead = lit.radiance_area(radiance, i, glm::normalize(way + h * axis));
+            const glm::vec3 back = lit.radiance_area(radiance, i, glm::normalize(way - h * axis));
+            const double expected = static_cast<double>((ahead - back).g) / static_cast<double>(2.0f * h);
+            EXPECT_NEAR(static_cast<double>(change.g), expected, 1e-3 * std::abs(expected) + 1e-9) << i;
+            largest = std::max(largest, std::abs(expected) * static_cast<double>(distance / ahead.g));
+        }
+    }
+    EXPECT_GT(glossy, 100);
+    EXPECT_GT(largest, 0.5) << "else there is nothing to see";
+}
 
 const Bounds kThing{{0.9, 1.2, -0.9}, {1.5, 1.5, 0.1}};  // below the panel
 

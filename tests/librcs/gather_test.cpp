@@ -127,26 +127,61 @@ double light_by_ceiling(double x, const Bsdf& ceiling)
     return sum * 36.0 / (n * n);
 }
 
-TEST(GatherRecords, BelowAGlossyCeilingHaveTheLightOfItsLobe)
+/// A floor below a ceiling [-3, 3] x [-3, 3] at y = 2 whose dielectric lobe is all that it has, lit by a point light of
+/// intensity 1 at (0, 1, 0).
+Scene glossy_ceiling(float roughness)
 {
-    const float roughness = 0.35f;
-    const Bsdf ceiling =
-        test::surface_of({make_lobe<Specular>(glm::vec3(0.04f), 1.0f, roughness * roughness)}, {0, -1, 0});
     Scene scene;
     test::add_mesh(scene,
                    test::quad({-10, 0, -10}, {0, 0, 20}, {20, 0, 0}, test::add_material(scene, glm::vec3(0.5f))));
     const int lobe_alone = test::add_material(scene, test::glossy(0.0f, roughness, glm::vec3(0.0f)));
     test::add_mesh(scene, test::quad({-3, 2, -3}, {6, 0, 0}, {0, 0, 6}, lobe_alone));
     scene.lights = {test::point_light({0.0, 1.0, 0.0}, glm::vec3(1.0f))};
+    return scene;
+}
+
+Bsdf lobe_of_ceiling(float roughness)
+{
+    return test::surface_of({make_lobe<Specular>(glm::vec3(0.04f), 1.0f, roughness * roughness)}, {0, -1, 0});
+}
+
+TEST(GatherRecords, BelowAGlossyCeilingHaveTheLightOfItsLobe)
+{
+    const float roughness = 0.35f;
+    const Bsdf ceiling = lobe_of_ceiling(roughness);
     RecordSettings options;
     options.rays = 16384;
     const std::vector<float> places = {0.0f, 1.0f, 2.0f, 2.5f};
     std::vector<glm::vec2> points;
     for (const float x : places) points.emplace_back(x, 0.0f);
-    const std::vector<Record> records = gather(scene, test::points_on_floor(points), options);
+    const std::vector<Record> records = gather(glossy_ceiling(roughness), test::points_on_floor(points), options);
     for (std::size_t i = 0; i < places.size(); ++i) {
         const double expected = light_by_ceiling(static_cast<double>(places[i]), ceiling);
         EXPECT_NEAR(static_cast<double>(records[i].irradiance.g), expected, 0.02 * expected) << places[i];
+    }
+}
+
+// What the lobe shows goes along the ceiling with who sees it: by the walls between cells alone, which stay where they
+// are on the ceiling, the gradient is 1.7 times as steep.
+TEST(GatherRecords, BelowAGlossyCeilingHaveTheGradientOfItsLobe)
+{
+    const float roughness = 0.55f;
+    const Bsdf ceiling = lobe_of_ceiling(roughness);
+    const Scene scene = glossy_ceiling(roughness);
+    RecordSettings options;
+    options.rays = 4096;
+    for (const double x : {0.5, 1.0, 1.5, 2.0}) {
+        const int count = 32;
+        std::vector<glm::vec2> points;
+        for (int i = 0; i < count; ++i) points.emplace_back(static_cast<float>(x), 1e-3f * static_cast<float>(i));
+        glm::dvec3 gradient(0.0);
+        for (const Record& r : gather(scene, test::points_on_floor(points), options))
+            gradient += glm::dvec3(r.translation_gradient[1]) / static_cast<double>(count);
+        const double h = 0.1;
+        const double expected = (light_by_ceiling(x + h, ceiling) - light_by_ceiling(x - h, ceiling)) / (2.0 * h);
+        EXPECT_NEAR(gradient.x, expected, 0.05 * std::abs(expected)) << x;
+        EXPECT_NEAR(gradient.z, 0.0, 0.05 * std::abs(expected)) << x;
+        EXPECT_NEAR(gradient.y, 0.0, 1e-5) << x;
     }
 }
 

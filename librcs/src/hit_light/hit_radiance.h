@@ -125,7 +125,8 @@ public:
                                   float least_alpha) const;
     /// Light that has been reflected before, for it. @param outgoing  unit, towards the ray's origin
     glm::vec3 indirect(const SurfacePoint& point, const Bsdf& bsdf, glm::vec3 outgoing, RandomStream& random) const;
-    /// The direct part for it. @param outgoing  unit, towards the ray's origin
+    /// The direct part for it. @param outgoing  unit, towards the ray's origin   @param add  is also given what of
+    /// that light a white Lambertian surface would send, 0 where it comes from behind
     template <typename Add>
     void direct(const SurfacePoint& point, const Bsdf& bsdf, glm::vec3 outgoing, RandomStream& random,
                 const Add& add) const;
@@ -210,12 +211,13 @@ void HitRadiance::direct(const SurfacePoint& point, const Bsdf& bsdf, glm::vec3 
     SurfacePoint bent = point;
     bent.shading_normal = bsdf.normal;
     direct(bent, random, [&](const Ray& ray, glm::vec3 white) {
-        add(ray, std::numbers::pi_v<float> * evaluate(bsdf, outgoing, ray.direction) * white);
+        add(ray, std::numbers::pi_v<float> * evaluate(bsdf, outgoing, ray.direction) * white, white);
     });
     const LobeSet behind = bsdf.those(is_diffuse_behind);
     if (behind == 0u) return;
     const glm::vec3 through = rcs::albedo(bsdf, outgoing, behind);
-    direct(other_side(bent), random, [&](const Ray& ray, glm::vec3 white) { add(ray, through * white); });
+    direct(other_side(bent), random,
+           [&](const Ray& ray, glm::vec3 white) { add(ray, through * white, glm::vec3(0.0f)); });
 }
 
 }  // namespace rcs

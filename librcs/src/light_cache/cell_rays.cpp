@@ -79,7 +79,7 @@ void CellRays::shade(const HitSurface& hit, int lane, std::uint64_t key, CellHit
         if (passes) result.surface = sample_of(other_side(hit.point));
     }
     radiance_.direct(hit.point, bsdf, outgoing, random,
-                     [&](const Ray& ray, glm::vec3 radiance) { add(ray, weight * radiance); });
+                     [&](const Ray& ray, glm::vec3 radiance, glm::vec3) { add(ray, weight * radiance); });
 }
 
 void CellRays::trace(const std::array<SurfaceSample, kPackets>& places, std::uint64_t key, bool direct)

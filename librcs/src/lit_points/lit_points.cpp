@@ -151,6 +151,16 @@ glm::vec3 LitPoints::radiance_area(const HitRadiance& radiance, std::size_t poin
     return l.radiance_area * std::numbers::pi_v<float> * evaluate(bsdfs[l.bsdf], outgoing, l.to_light);
 }
 
+ChangeAlong LitPoints::moving_of_radiance_area(std::size_t point, glm::vec3 outgoing, float distance,
+                                               const Basis& frame) const
+{
+    const LitPointLight& l = lights[point];
+    if (l.bsdf >= bsdfs.size()) return {};  // a lamp, or plain
+    ChangeAlong moving = MovingViews(bsdfs[l.bsdf], outgoing, distance, frame).change(l.to_light);
+    for (glm::vec3& along : moving) along *= l.radiance_area;
+    return moving;
+}
+
 LitPoints light_places(const PlaceLight& light, std::span<const PlaceToLight> places, std::uint64_t key,
                        ThreadPool& pool)
 {

@@ -9,6 +9,7 @@
 #include "hit_light/hit_radiance.h"
 #include "lamps/gathered_lamps.h"
 #include "lit_points/surface_pieces.h"
+#include "material/moving_views.h"
 #include "rcs/thread_pool.h"
 
 namespace rcs {
@@ -46,6 +47,9 @@ struct LitPoints {
     glm::vec3 end_of_ray(std::size_t point, glm::vec3 from) const;
     /// Radiance times area towards a place. @param outgoing  unit
     glm::vec3 radiance_area(const HitRadiance& radiance, std::size_t point, glm::vec3 outgoing) const;
+    /// How that changes as the place moves. @param distance  to it [m]   @param frame  of its moves
+    ChangeAlong moving_of_radiance_area(std::size_t point, glm::vec3 outgoing, float distance,
+                                        const Basis& frame) const;
 };
 
 /// A place to be lit, and the area that it stands for.

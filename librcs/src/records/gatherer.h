@@ -12,6 +12,7 @@
 #include "lamps/gathered_lamps.h"
 #include "lit_points/arrival_map.h"
 #include "lit_points/gather_guide.h"
+#include "material/moving_views.h"
 #include "radiance/radiance_sums.h"
 #include "rays/hit_surface.h"
 #include "rays/packet.h"
@@ -49,6 +50,7 @@ struct ShadowedLight {
     glm::vec3 to_light;
     glm::vec2 uv;
     float uv_per_length;
+    ChangeAlong moving;  ///< of radiance as the record moves, if kReflected: else it is unset, and there is none
 };
 
 /// Light of a gathered lamp that a cell's ray hit [W m^-2 sr^-1].
@@ -104,6 +106,7 @@ struct GatherWorkspace {
     std::vector<ShadowedLight> lights;  ///< what each shadow ray brings if it is free
     std::vector<LampHit> lamp_hits;
     HemisphereSamples samples;
+    ChangeAlong moving{};  ///< of the cells' radiance in all as the record moves and what it sees stays: by other views
     RadianceSums radiance;
     GatherGuide::Scratch scratch;
     AimedRays aimed;
@@ -121,6 +124,12 @@ struct GatherWorkspace {
     std::uint64_t hemisphere_rays = 0;
     std::uint64_t shadow_rays = 0;
     std::uint64_t looks_shot = 0;  ///< at lit points
+
+    /// What is left of a cell's light once its ray has gone through what lets light through: set where anything does.
+    glm::vec3 weight_of(std::size_t cell) const
+    {
+        return weights[cell / RayPacket::kWidth].weight[cell % RayPacket::kWidth];
+    }
 
     /// @param most_cells  of the largest grid to come
     explicit GatherWorkspace(int most_cells) : samples(most_cells), aimed(most_cells)
@@ -177,6 +186,7 @@ private:
                     GatherWorkspace& w) const;
     void shade_hit(const HitPacket& packet, Met& hit, std::uint32_t cell, GatherWorkspace& w) const;
     bool add_known(const HitPacket& packet, const Met& hit, std::uint32_t cell, GatherWorkspace& w) const;
+    void add_moving(const ChangeAlong& moving, std::uint32_t cell, glm::vec3 part, GatherWorkspace& w) const;
     float rays_part(const HitPacket& packet, const Met& hit, float cosine, RandomStream random) const;
     void aim_looks(const Birth& birth, int looks, GatherWorkspace& w) const;
     void finish_looks(const Birth& birth, GatherWorkspace& w, Record& record) const;

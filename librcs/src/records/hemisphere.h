@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -52,6 +53,14 @@ struct HemisphereSamples {
           plane_y(red),
           plane_z(red)
     {
+    }
+
+    /// @param radiance  [W m^-2 sr^-1]
+    void add(std::size_t cell, glm::vec3 radiance)
+    {
+        red[cell] += radiance.r;
+        green[cell] += radiance.g;
+        blue[cell] += radiance.b;
     }
 };
 

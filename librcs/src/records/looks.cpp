@@ -9,14 +9,18 @@ namespace rcs {
 namespace {
 
 /// Light that arrives from a direction, and how it changes when the record turns, and moves there where it is.
-void add_light(Record& record, glm::vec3 normal, glm::vec3 direction, glm::vec3 moving, glm::vec3 irradiance)
+/// @param of_place  by the geometry term, over the light [1/m]   @param of_view  by what is seen of its surface, along
+/// x and y of the frame
+void add_light(Record& record, const Basis& frame, glm::vec3 direction, glm::vec3 of_place, const ChangeAlong& of_view,
+               glm::vec3 irradiance)
 {
-    const glm::vec3 turning = turning_of_look(normal, direction);
+    const glm::vec3 turning = turning_of_look(record.normal, direction);
     record.irradiance += irradiance;
     for (std::size_t color = 0; color < 3; ++color) {
-        const float e = irradiance[static_cast<glm::length_t>(color)];
-        record.rotation_gradient[color] += e * turning;
-        record.translation_gradient[color] += e * moving;
+        const auto c = static_cast<glm::length_t>(color);
+        record.rotation_gradient[color] += irradiance[c] * turning;
+        record.translation_gradient[color] +=
+            irradiance[c] * of_place + of_view[0][c] * frame.x + of_view[1][c] * frame.y;
     }
 }
 
@@ -48,11 +52,14 @@ void Gatherer::finish_looks(const Birth& birth, GatherWorkspace& w, Record& reco
         const bool free = w.look_rays.is_free(i) && glm::dot(c.direction, birth.geometric_normal) > 0.0f;
         w.looks.push_back({cells, c.cluster, free});
         if (free) {
-            const glm::vec3 one =
-                w.look_rays.transmittance(i) * guide_->lit().radiance_area(radiance_, c.point, -c.direction);
+            const LitPoints& lit = guide_->lit();
+            const glm::vec3 passes = w.look_rays.transmittance(i);
+            const glm::vec3 one = passes * lit.radiance_area(radiance_, c.point, -c.direction);
             const glm::vec3 light = c.part * c.inverse_chance * one;
-            add_light(record, birth.normal, c.direction,
-                      moving_of_look(birth.normal, c.distance * c.direction, guide_->lit().points[c.point].normal),
+            ChangeAlong of_view = lit.moving_of_radiance_area(c.point, -c.direction, c.distance, w.frame);
+            for (glm::vec3& along : of_view) along *= c.part * c.inverse_chance * passes;
+            add_light(record, w.frame, c.direction,
+                      moving_of_look(birth.normal, c.distance * c.direction, lit.points[c.point].normal), of_view,
                       light);
             // The variance of a sum over points that were drawn is the sum of their squares, of which this is a sample.
             of_points += static_cast<double>(luminance(light)) * static_cast<double>(c.part * luminance(one));
