@@ -127,19 +127,6 @@ double light_by_ceiling(double x, const Bsdf& ceiling)
     return sum * 36.0 / (n * n);
 }
 
-/// A floor below a ceiling [-3, 3] x [-3, 3] at y = 2 whose dielectric lobe is all that it has, lit by a point light of
-/// intensity 1 at (0, 1, 0).
-Scene glossy_ceiling(float roughness)
-{
-    Scene scene;
-    test::add_mesh(scene,
-                   test::quad({-10, 0, -10}, {0, 0, 20}, {20, 0, 0}, test::add_material(scene, glm::vec3(0.5f))));
-    const int lobe_alone = test::add_material(scene, test::glossy(0.0f, roughness, glm::vec3(0.0f)));
-    test::add_mesh(scene, test::quad({-3, 2, -3}, {6, 0, 0}, {0, 0, 6}, lobe_alone));
-    scene.lights = {test::point_light({0.0, 1.0, 0.0}, glm::vec3(1.0f))};
-    return scene;
-}
-
 Bsdf lobe_of_ceiling(float roughness)
 {
     return test::surface_of({make_lobe<Specular>(glm::vec3(0.04f), 1.0f, roughness * roughness)}, {0, -1, 0});
@@ -154,7 +141,8 @@ TEST(GatherRecords, BelowAGlossyCeilingHaveTheLightOfItsLobe)
     const std::vector<float> places = {0.0f, 1.0f, 2.0f, 2.5f};
     std::vector<glm::vec2> points;
     for (const float x : places) points.emplace_back(x, 0.0f);
-    const std::vector<Record> records = gather(glossy_ceiling(roughness), test::points_on_floor(points), options);
+    const std::vector<Record> records =
+        gather(test::polished_ceiling(roughness), test::points_on_floor(points), options);
     for (std::size_t i = 0; i < places.size(); ++i) {
         const double expected = light_by_ceiling(static_cast<double>(places[i]), ceiling);
         EXPECT_NEAR(static_cast<double>(records[i].irradiance.g), expected, 0.02 * expected) << places[i];
@@ -167,7 +155,7 @@ TEST(GatherRecords, BelowAGlossyCeilingHaveTheGradientOfItsLobe)
 {
     const float roughness = 0.55f;
     const Bsdf ceiling = lobe_of_ceiling(roughness);
-    const Scene scene = glossy_ceiling(roughness);
+    const Scene scene = test::polished_ceiling(roughness);
     RecordSettings options;
     options.rays = 4096;
     for (const double x : {0.5, 1.0, 1.5, 2.0}) {

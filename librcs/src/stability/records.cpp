@@ -3,8 +3,12 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <random>
+#include <vector>
 
+#include "material/bsdf.h"
+#include "material/lobe_kinds.h"
 #include "rcs/gbuffer.h"
 #include "rcs/ray_scene.h"
 #include "rcs/records.h"
@@ -171,34 +175,75 @@ void records_of_a_known_field(CaseRun& run)
     }
 }
 
-/// Gathers with many rays at a point of the floor beside a lit wall, the camera above it. @param turn  of the normal
-Record gather_beside_wall(CaseRun& run, double distance, double turn)
+/// Gathers with many rays at points (x, 0, 0) of a floor that is instance 0. @param turn  of the normal, towards -x
+std::vector<Record> gather_on_floor(CaseRun& run, const Scene& scene, const std::vector<float>& x, double turn)
 {
-    const Scene scene = lit_corner();
     const RayScene rays = build_ray_scene(scene, run.pool());
     GBuffer g;
-    g.width = g.height = 1;
-    for (auto* plane : {&g.position_x, &g.position_y, &g.position_z, &g.normal_x, &g.normal_y, &g.normal_z})
-        plane->assign(1, 0.0f);
-    g.position_x[0] = static_cast<float>(distance);
-    g.normal_x[0] = static_cast<float>(-std::sin(turn));
-    g.normal_y[0] = static_cast<float>(std::cos(turn));
-    g.geometric_normal.assign(1, {0, 1, 0});
-    g.footprint.assign(1, 0.01f);
-    g.position_error.assign(1, 1e-6f);
-    g.instance.assign(1, 0);
-    g.primitive.assign(1, 0);
+    g.width = static_cast<int>(x.size());
+    g.height = 1;
+    for (auto* plane : {&g.position_y, &g.position_z, &g.normal_z}) plane->assign(x.size(), 0.0f);
+    g.position_x = x;
+    g.normal_x.assign(x.size(), static_cast<float>(-std::sin(turn)));
+    g.normal_y.assign(x.size(), static_cast<float>(std::cos(turn)));
+    g.geometric_normal.assign(x.size(), {0, 1, 0});
+    g.footprint.assign(x.size(), 0.01f);
+    g.position_error.assign(x.size(), 1e-6f);
+    g.instance.assign(x.size(), 0);
+    g.primitive.assign(x.size(), 0);
+    std::vector<std::uint32_t> pixels(x.size());
+    std::iota(pixels.begin(), pixels.end(), 0u);
     RecordSettings options;
     options.rays = 16384;
     RecordStats stats;
-    return gather_records(rays, g, {0}, options, run.pool(), stats).front();
+    return gather_records(rays, g, pixels, options, run.pool(), stats);
+}
+
+/// Irradiance at (x, 0, 0) below polished_ceiling(): a midpoint sum over it.
+double below_ceiling(double x, float roughness)
+{
+    constexpr int kCells = 300;
+    constexpr double kSide = 6.0;
+    Bsdf ceiling;
+    ceiling.normal = ceiling.geometric_normal = {0, -1, 0};
+    ceiling.add(make_lobe<Specular>(glm::vec3(0.04f), 1.0f, roughness * roughness));
+    double sum = 0.0;
+    for (int j = 0; j < kCells; ++j) {
+        for (int i = 0; i < kCells; ++i) {
+            const glm::dvec3 at(kSide * ((i + 0.5) / kCells - 0.5), 2.0, kSide * ((j + 0.5) / kCells - 0.5));
+            const glm::dvec3 to_light = glm::dvec3(0, 1, 0) - at, to_floor = glm::dvec3(x, 0, 0) - at;
+            const double l2 = glm::dot(to_light, to_light), f2 = glm::dot(to_floor, to_floor);
+            const glm::vec3 f =
+                evaluate(ceiling, glm::vec3(glm::normalize(to_floor)), glm::vec3(glm::normalize(to_light)));
+            sum += -to_light.y / (l2 * std::sqrt(l2)) * static_cast<double>(f.g) * to_floor.y * to_floor.y / (f2 * f2);
+        }
+    }
+    return sum * kSide * kSide / (kCells * kCells);
+}
+
+/// What lobes show goes along with who sees it.
+void gradients_below_a_lobe(CaseRun& run)
+{
+    constexpr float kRoughness = 0.55f;
+    constexpr double kAside = 0.1;
+    constexpr std::size_t kRecords = 8;
+    const Scene scene = polished_ceiling(kRoughness);
+    for (const double x : {1.0, 2.0}) {
+        const std::vector<Record> records =
+            gather_on_floor(run, scene, std::vector<float>(kRecords, static_cast<float>(x)), 0.0);
+        double slope = 0.0;
+        for (const Record& r : records) slope += static_cast<double>(r.translation_gradient[1].x) / kRecords;
+        const double truth =
+            (below_ceiling(x + kAside, kRoughness) - below_ceiling(x - kAside, kRoughness)) / (2.0 * kAside);
+        run.figure(std::abs(slope / truth - 1.0), "translation gradient, " + text_of(x) + " m beside a lobe's middle");
+    }
 }
 
 void gradients_of_a_record(CaseRun& run)
 {
     const std::vector<glm::dvec3> wall = {{0, 0, -200}, {0, 0, 200}, {0, 2, 200}, {0, 2, -200}};
     for (const double distance : {0.5, 1.0, 2.0}) {
-        const Record r = gather_beside_wall(run, distance, 0.0);
+        const Record r = gather_on_floor(run, lit_corner(), {static_cast<float>(distance)}, 0.0).front();
         const auto floor = [&](double x) { return polygon_irradiance(wall, {x, 0, 0}, {0, 1, 0}); };
         const double slope = (floor(distance + 1e-4) - floor(distance - 1e-4)) / 2e-4;
         run.figure(std::abs(r.irradiance.g / floor(distance) - 1.0), "irradiance");
@@ -212,6 +257,7 @@ void gradients_of_a_record(CaseRun& run)
         run.figure(std::abs(glm::dot(glm::dvec3(r.rotation_gradient[1]), towards) / facing - 1.0),
                    "rotation gradient, " + text_of(distance) + " m from the wall");
     }
+    gradients_below_a_lobe(run);
 }
 
 void spacing_of_neighbours(CaseRun& run)
@@ -263,8 +309,10 @@ std::vector<SuiteCase> record_cases()
         {{"B12", group, "The same records in another order", "sums depend on order",
           "same sums; the same order has the same bits", 1e-5, "a few hundred floats added in another order", true},
          order_of_records},
-        {{"B13", group, "Gradients of a record beside a lit wall", "a sign or a ring of the hemisphere lost",
-          "= derivatives of Lambert's formula", 0.03, "16,384 rays; bias falls as the rings get finer", true},
+        {{"B13", group, "Gradients of records beside a lit wall, and below a polished ceiling",
+          "a sign or a ring of the hemisphere lost; lobes taken to stay where they are seen",
+          "= derivatives of Lambert's formula, and of a sum over the ceiling", 0.03,
+          "16,384 rays; bias falls as the rings get finer", true},
          gradients_of_a_record},
         {{"B14", group, "Neighbour clamping of 600 random records", "radii that depend on the order of insertion",
           "= least of R_j + distance over all neighbours, whatever the order", 1e-5, "roundings of a distance", true},
