@@ -13,10 +13,10 @@ namespace rcs {
 using ChangeAlong = std::array<glm::vec3, 2>;
 
 /// Directions in which a surface is seen from places beside the one that sees it, which its narrow lobes look different
-/// in: diffuse surfaces are the same from everywhere, and wide lobes about.
+/// in: diffuse surfaces are the same from everywhere, wide lobes about, and thin layers above light ones.
 class MovingViews {
 public:
-    /// @param bsdf  has to outlive this   @param outgoing  unit, towards the place   @param distance  of that [m], > 0
+    /// @param bsdf  has to outlive this   @param outgoing  unit, towards the place   @param distance  of that [m], >= 0
     /// @param frame  of moves of the place
     MovingViews(const Bsdf& bsdf, glm::vec3 outgoing, float distance, const Basis& frame);
 
