@@ -7,11 +7,10 @@
 
 #include <gtest/gtest.h>
 
-#include "material/bsdf.h"
 #include "rcs/error.h"
 #include "rcs/records.h"
+#include "stability/polished_ceiling.h"
 #include "support/floor_points.h"
-#include "support/lobes.h"
 #include "support/scenes.h"
 
 namespace rcs {
@@ -107,35 +106,9 @@ TEST(GatherRecords, BesideALitWallGainAsTheNormalTurnsTowardsIt)
     }
 }
 
-/// Irradiance at (x, 0, 0) from a ceiling [-3, 3] x [-3, 3] at y = 2 that reflects a point light of intensity 1 at (0,
-/// 1, 0): a midpoint sum over it.
-double light_by_ceiling(double x, const Bsdf& ceiling)
-{
-    const int n = 600;
-    double sum = 0.0;
-    for (int j = 0; j < n; ++j) {
-        for (int i = 0; i < n; ++i) {
-            const glm::dvec3 q(-3.0 + 6.0 * (i + 0.5) / n, 2.0, -3.0 + 6.0 * (j + 0.5) / n);
-            const glm::dvec3 to_light = glm::dvec3(0.0, 1.0, 0.0) - q, to_point = glm::dvec3(x, 0.0, 0.0) - q;
-            const double l2 = glm::dot(to_light, to_light), p2 = glm::dot(to_point, to_point);
-            const double arrives = -to_light.y / (l2 * std::sqrt(l2));
-            const glm::vec3 f =
-                evaluate(ceiling, glm::vec3(glm::normalize(to_point)), glm::vec3(glm::normalize(to_light)));
-            sum += arrives * static_cast<double>(f.g) * to_point.y * to_point.y / (p2 * p2);
-        }
-    }
-    return sum * 36.0 / (n * n);
-}
-
-Bsdf lobe_of_ceiling(float roughness)
-{
-    return test::surface_of({make_lobe<Specular>(glm::vec3(0.04f), 1.0f, roughness * roughness)}, {0, -1, 0});
-}
-
 TEST(GatherRecords, BelowAGlossyCeilingHaveTheLightOfItsLobe)
 {
     const float roughness = 0.35f;
-    const Bsdf ceiling = lobe_of_ceiling(roughness);
     RecordSettings options;
     options.rays = 16384;
     const std::vector<float> places = {0.0f, 1.0f, 2.0f, 2.5f};
@@ -144,7 +117,7 @@ TEST(GatherRecords, BelowAGlossyCeilingHaveTheLightOfItsLobe)
     const std::vector<Record> records =
         gather(test::polished_ceiling(roughness), test::points_on_floor(points), options);
     for (std::size_t i = 0; i < places.size(); ++i) {
-        const double expected = light_by_ceiling(static_cast<double>(places[i]), ceiling);
+        const double expected = test::below_polished_ceiling(static_cast<double>(places[i]), roughness);
         EXPECT_NEAR(static_cast<double>(records[i].irradiance.g), expected, 0.02 * expected) << places[i];
     }
 }
@@ -154,7 +127,6 @@ TEST(GatherRecords, BelowAGlossyCeilingHaveTheLightOfItsLobe)
 TEST(GatherRecords, BelowAGlossyCeilingHaveTheGradientOfItsLobe)
 {
     const float roughness = 0.55f;
-    const Bsdf ceiling = lobe_of_ceiling(roughness);
     const Scene scene = test::polished_ceiling(roughness);
     RecordSettings options;
     options.rays = 4096;
@@ -166,7 +138,9 @@ TEST(GatherRecords, BelowAGlossyCeilingHaveTheGradientOfItsLobe)
         for (const Record& r : gather(scene, test::points_on_floor(points), options))
             gradient += glm::dvec3(r.translation_gradient[1]) / static_cast<double>(count);
         const double h = 0.1;
-        const double expected = (light_by_ceiling(x + h, ceiling) - light_by_ceiling(x - h, ceiling)) / (2.0 * h);
+        const double expected =
+            (test::below_polished_ceiling(x + h, roughness) - test::below_polished_ceiling(x - h, roughness)) /
+            (2.0 * h);
         EXPECT_NEAR(gradient.x, expected, 0.05 * std::abs(expected)) << x;
         EXPECT_NEAR(gradient.z, 0.0, 0.05 * std::abs(expected)) << x;
         EXPECT_NEAR(gradient.y, 0.0, 1e-5) << x;

@@ -7,8 +7,6 @@
 #include <random>
 #include <vector>
 
-#include "material/bsdf.h"
-#include "material/lobe_kinds.h"
 #include "rcs/gbuffer.h"
 #include "rcs/ray_scene.h"
 #include "rcs/records.h"
@@ -17,6 +15,7 @@
 #include "splat/splat_choice.h"
 #include "splat/tiles.h"
 #include "stability/case_run.h"
+#include "stability/polished_ceiling.h"
 #include "stability/scenes.h"
 #include "stability/splat_oracle.h"
 
@@ -199,28 +198,6 @@ std::vector<Record> gather_on_floor(CaseRun& run, const Scene& scene, const std:
     return gather_records(rays, g, pixels, options, run.pool(), stats);
 }
 
-/// Irradiance at (x, 0, 0) below polished_ceiling(): a midpoint sum over it.
-double below_ceiling(double x, float roughness)
-{
-    constexpr int kCells = 300;
-    constexpr double kSide = 6.0;
-    Bsdf ceiling;
-    ceiling.normal = ceiling.geometric_normal = {0, -1, 0};
-    ceiling.add(make_lobe<Specular>(glm::vec3(0.04f), 1.0f, roughness * roughness));
-    double sum = 0.0;
-    for (int j = 0; j < kCells; ++j) {
-        for (int i = 0; i < kCells; ++i) {
-            const glm::dvec3 at(kSide * ((i + 0.5) / kCells - 0.5), 2.0, kSide * ((j + 0.5) / kCells - 0.5));
-            const glm::dvec3 to_light = glm::dvec3(0, 1, 0) - at, to_floor = glm::dvec3(x, 0, 0) - at;
-            const double l2 = glm::dot(to_light, to_light), f2 = glm::dot(to_floor, to_floor);
-            const glm::vec3 f =
-                evaluate(ceiling, glm::vec3(glm::normalize(to_floor)), glm::vec3(glm::normalize(to_light)));
-            sum += -to_light.y / (l2 * std::sqrt(l2)) * static_cast<double>(f.g) * to_floor.y * to_floor.y / (f2 * f2);
-        }
-    }
-    return sum * kSide * kSide / (kCells * kCells);
-}
-
 /// What lobes show goes along with who sees it.
 void gradients_below_a_lobe(CaseRun& run)
 {
@@ -234,7 +211,8 @@ void gradients_below_a_lobe(CaseRun& run)
         double slope = 0.0;
         for (const Record& r : records) slope += static_cast<double>(r.translation_gradient[1].x) / kRecords;
         const double truth =
-            (below_ceiling(x + kAside, kRoughness) - below_ceiling(x - kAside, kRoughness)) / (2.0 * kAside);
+            (below_polished_ceiling(x + kAside, kRoughness) - below_polished_ceiling(x - kAside, kRoughness)) /
+            (2.0 * kAside);
         run.figure(std::abs(slope / truth - 1.0), "translation gradient, " + text_of(x) + " m beside a lobe's middle");
     }
 }

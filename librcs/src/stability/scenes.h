@@ -244,18 +244,6 @@ inline Scene lit_corner()
     return scene;
 }
 
-/// A floor below a ceiling [-3, 3] x [-3, 3] at y = 2 that has a dielectric's lobe alone, lit by a point light of
-/// intensity 1 at (0, 1, 0).
-inline Scene polished_ceiling(float roughness)
-{
-    Scene scene;
-    add_mesh(scene, quad({-10, 0, -10}, {0, 0, 20}, {20, 0, 0}, add_material(scene, glm::vec3(0.5f))));
-    const int ceiling = add_material(scene, glossy(0.0f, roughness, glm::vec3(0.0f)));
-    add_mesh(scene, quad({-3, 2, -3}, {6, 0, 0}, {0, 0, 6}, ceiling));
-    scene.lights = {point_light({0.0, 1.0, 0.0}, glm::vec3(1.0f))};
-    return scene;
-}
-
 /// A room with shadows and colours: a box on the floor of another, a square lamp and a point light.
 inline Scene furnished_room()
 {
