@@ -170,7 +170,7 @@ void LobePaths::shade(const LobePath& path, int lane, const HitSurface& hit, glm
     }
     const MaterialValues surface = light_.values(w.packet, lane, hit, cone_width);
     const Bsdf& bsdf = surface.bsdf;
-    const HitLobes lobes(bsdf, outgoing, path.width);
+    const HitLobes lobes(bsdf, outgoing, path.width, is_curved(rays_, w.packet, lane));
     SurfacePoint bent = hit.point;
     bent.shading_normal = bsdf.normal;
     light_.each_light(bent, random, [&](const Ray& shadow_ray, glm::vec3 white, const auto& density, bool) {

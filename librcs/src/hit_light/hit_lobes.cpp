@@ -21,16 +21,17 @@ float share_of_rays(float width)
 
 }  // namespace
 
-HitLobes::HitLobes(const Bsdf& bsdf, glm::vec3 outgoing, float width)
+HitLobes::HitLobes(const Bsdf& bsdf, glm::vec3 outgoing, float width, bool is_curved)
     : outgoing_(outgoing), diffuse_(rcs::albedo(bsdf, outgoing, diffuse_lobes(bsdf)))
 {
     const LobeSet reflecting = reflecting_lobes(bsdf);
-    const float wide = std::clamp(kHitWidening * width, kLeastEvaluatedAlpha, kLeastHitAlpha);
+    const float wide =
+        is_curved ? std::clamp(kHitWidening * width, kLeastEvaluatedAlpha, kLeastHitAlpha) : kLeastEvaluatedAlpha;
     for (std::uint32_t i = bsdf.count; i-- > 0;) {
         if ((reflecting >> i & 1u) == 0u) continue;
         Part& part = part_[count_++];
         part.exact = part.wide = bsdf.only(1u << i);
-        part.wide.lobe[0] = widened(bsdf.lobe[i], wide);
+        widen_at_hit(part.wide.lobe[0], wide);
         part.left = glm::vec3(1.0f);
         part.width = std::sqrt(width * width + bsdf.lobe[i].alpha * bsdf.lobe[i].alpha);
         part.share = share_of_rays(part.width);

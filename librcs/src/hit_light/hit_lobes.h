@@ -19,7 +19,8 @@ class HitLobes {
 public:
     /// @param bsdf  of the surface; what it transmits is left to rays that go straight on
     /// @param outgoing  unit, towards the ray's origin   @param width  GGX width of the lobes so far, together
-    HitLobes(const Bsdf& bsdf, glm::vec3 outgoing, float width);
+    /// @param is_curved  the surface: then it shrinks lamps, and what is evaluated is widened
+    HitLobes(const Bsdf& bsdf, glm::vec3 outgoing, float width, bool is_curved);
 
     /// BSDF times the weight of light that was found by sampling lamps and sky, not by rays that go on [1/sr].
     /// @param density  of that sampling [1/sr]; 0: no ray can find the light

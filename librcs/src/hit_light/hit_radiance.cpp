@@ -168,8 +168,7 @@ MaterialValues widened(MaterialValues values, bool is_curved, float least_alpha)
 MaterialValues HitRadiance::widened_values(const HitPacket& packet, int lane, const HitSurface& hit, float cone_width,
                                            float least_alpha) const
 {
-    return widened(values(packet, lane, hit, cone_width),
-                   instance_of(rays_, packet.instance(lane)).is_curved(packet.primitive[lane]), least_alpha);
+    return widened(values(packet, lane, hit, cone_width), is_curved(rays_, packet, lane), least_alpha);
 }
 
 MaterialValues HitRadiance::widened_values(const Hit& hit, const SurfacePoint& point, glm::vec3 outgoing, float width,

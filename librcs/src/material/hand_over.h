@@ -32,8 +32,9 @@ inline float least_hit_alpha(int rays)
     return kLeastHitAlpha * std::clamp(std::sqrt(std::sqrt(kFewRays / static_cast<float>(rays))), 0.5f, 1.0f);
 }
 /// On a flat face, so much of that: there a lamp's image is as wide as the lamp, and many rays find it. A curved one
-/// shrinks it to a dot.
-inline constexpr float kFlatPart = 0.5f;
+/// shrinks it to a dot. (MRE of indirect light around flat metal of roughness 0.15 to 0.3, at 1, 0.5, 0.25 and 0.1: lit
+/// by lamps of 1.5 cm 14.1, 9.0, 6.9 and 6.6 % and, rougher, 8.8, 3.5, 2.6 and 2.5 %; veach-ajar 8.8 % at 0.5, 8.5.)
+inline constexpr float kFlatPart = 0.25f;
 /// The same of a lobe with this reflectance at normal incidence: a lobe's peak grows as that over its width squared,
 /// and no peak is to be higher. So a dielectric's lobe stays as it is down to a roughness of 0.25 or less.
 inline float least_alpha_of(glm::vec3 reflectance, float of_perfect)

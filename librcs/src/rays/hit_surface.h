@@ -22,6 +22,12 @@ inline const RayInstance& instance_of(const RayScene& rays, std::uint32_t instan
     return rays.impl().instances[instance];
 }
 
+/// Whether a packet's ray met a face whose normals turn.
+inline bool is_curved(const RayScene& rays, const HitPacket& packet, int lane)
+{
+    return instance_of(rays, packet.instance(lane)).is_curved(packet.primitive[lane]);
+}
+
 inline glm::vec3 unit_or(glm::vec3 v, glm::vec3 fallback)
 {
     const float length2 = glm::dot(v, v);
