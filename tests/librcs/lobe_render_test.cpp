@@ -138,6 +138,36 @@ TEST(LobeRender, AgreesWithTheReferenceForEachLobe)
     }
 }
 
+/// Three walls of metal that show each other, and the floor, lit from above. @param roughness  of the two side walls
+Scene metal_lift(float roughness)
+{
+    Scene scene;
+    const int sides = test::add_material(scene, test::glossy(1.0f, roughness, {0.8f, 0.8f, 0.8f}));
+    const int back = test::add_material(scene, test::glossy(1.0f, 0.35f, {0.8f, 0.7f, 0.6f}));
+    const int floor = test::add_material(scene, glm::vec3(0.5f));
+    const int lamp = test::add_material(scene, glm::vec3(0.0f), glm::vec3(10.0f));
+    test::add_mesh(scene, test::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, floor));
+    test::add_mesh(scene, test::quad({-1, 0, 1}, {0, 0, -2}, {0, 2.4f, 0}, sides));
+    test::add_mesh(scene, test::quad({1, 0, -1}, {0, 0, 2}, {0, 2.4f, 0}, sides));
+    test::add_mesh(scene, test::quad({-1, 0, -1}, {2, 0, 0}, {0, 2.4f, 0}, back));
+    test::add_mesh(scene, test::quad({-0.3f, 2.4f, -0.3f}, {0.6f, 0, 0}, {0, 0, 0.6f}, lamp));
+    scene.cameras = {look_at_camera("camera", {0.0, 1.4, 1.0}, {0.0, 1.1, -1.0}, 1.1)};
+    return scene;
+}
+
+// Each wall's lobe is seen through another's: were it widened, the sides would come out half as bright again.
+TEST(LobeRender, FlatMetalShowsFlatMetalAsItIs)
+{
+    for (const float roughness : {0.3f, 0.48f}) {
+        const Scene scene = metal_lift(roughness);
+        const LayeredImage image = rendered(scene, 32, 1);
+        const LayeredImage truth = test::trace(scene, 32, {.samples = 512, .bounces = 1});
+        const Difference d = compare(image.layers.at("indirect"), truth.layers.at("indirect"));
+        EXPECT_NEAR(d.ratio, 1.0, 0.02) << roughness;
+        EXPECT_LT(d.mean, 0.06) << roughness;
+    }
+}
+
 // As in glossy_render_test: a white body under a white sky cannot be told from the sky; a sheet, where light goes
 // through.
 TEST(LobeRender, AWhiteFurnaceHidesEachLobe)

@@ -31,7 +31,7 @@ HitLobes::HitLobes(const Bsdf& bsdf, glm::vec3 outgoing, float width, bool is_cu
         if ((reflecting >> i & 1u) == 0u) continue;
         Part& part = part_[count_++];
         part.exact = part.wide = bsdf.only(1u << i);
-        widen_at_hit(part.wide.lobe[0], wide);
+        part.wide.lobe[0] = widened(bsdf.lobe[i], wide);
         part.left = glm::vec3(1.0f);
         part.width = std::sqrt(width * width + bsdf.lobe[i].alpha * bsdf.lobe[i].alpha);
         part.share = share_of_rays(part.width);

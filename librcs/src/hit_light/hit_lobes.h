@@ -19,7 +19,7 @@ class HitLobes {
 public:
     /// @param bsdf  of the surface; what it transmits is left to rays that go straight on
     /// @param outgoing  unit, towards the ray's origin   @param width  GGX width of the lobes so far, together
-    /// @param is_curved  the surface: then it shrinks lamps, and what is evaluated is widened
+    /// @param is_curved  the surface: then it shrinks lamps to dots, and what is evaluated is wider
     HitLobes(const Bsdf& bsdf, glm::vec3 outgoing, float width, bool is_curved);
 
     /// BSDF times the weight of light that was found by sampling lamps and sky, not by rays that go on [1/sr].
