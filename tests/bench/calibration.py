@@ -75,7 +75,7 @@ def measure(args, common, settings, first, second):
     floor = truth + 0.01 * truth.mean()
     mre = float((abs(image - truth) / floor).mean())
     noise = float((abs(first - second) / 2 / floor).mean())
-    return {"mre": max(1e-6, mre**2 - noise**2) ** 0.5, "noise": noise,
+    return {"mre": max(1e-6, mre**2 - noise**2) ** 0.5, "noise": noise, "mean": float(image.mean() / truth.mean()),
             "estimate": stats["error_estimate"]["indirect"]["mean_relative"],
             "rank": float(spearmanr(error.ravel(), abs(image - truth).ravel())[0]),
             "cpu": cpu, "seconds": stats["seconds"],

@@ -5,6 +5,7 @@
 
 #include "material/hand_over.h"
 #include "support/lobes.h"
+#include "util/color.h"
 
 namespace rcs {
 namespace {
@@ -38,6 +39,34 @@ TEST(HitLobes, OfMirrorsHideSpots)
     const glm::vec3 least = evaluate(metal(kLeastEvaluatedAlpha), kOutgoing, kMirrored);
     EXPECT_LT(evaluated(metal(kLeastAlpha), false).r, 2.0f * least.r);
     EXPECT_GT(mirror.r, 100.0f * least.r);
+}
+
+// Far beside the mirror direction a lobe's light grows as the square of its width: widened as a whole, a curved metal
+// would light up what hardly anything comes to.
+TEST(HitLobes, OfCurvedFacesKeepTheirTails)
+{
+    const glm::vec3 beside = glm::normalize(glm::vec3(-0.9f, 0.4f, 0.2f));
+    const glm::vec3 exact = evaluate(metal(0.05f), kOutgoing, beside);
+    EXPECT_NEAR(HitLobes(metal(0.05f), kOutgoing, kSeenThrough, true).evaluate(beside, 0.0f).r / exact.r, 1.0f, 1e-4f);
+}
+
+// Rays that look for lamps would find them as dots; what surfaces reflect makes none.
+TEST(HitLobes, GoOnForWhatSurfacesReflectWhereLampsAreEvaluated)
+{
+    const HitLobes lobes(metal(kAlpha), kOutgoing, 0.3f, false);
+    RandomStream random(1);
+    EXPECT_EQ(lobes.sample(glm::vec3(1.0f), true, random).weight, glm::vec3(0.0f));
+    glm::vec3 sum(0.0f);
+    constexpr int kSamples = 20000;
+    for (int i = 0; i < kSamples; ++i) {
+        const HitLobes::Onward onward = lobes.sample(glm::vec3(1.0f), false, random);
+        EXPECT_EQ(onward.of_lamps * luminance(onward.weight), 0.0f);
+        sum += onward.weight / static_cast<float>(kSamples);
+    }
+    // In a light that is the same from everywhere both ways add up to all that is reflected.
+    const glm::vec3 all = albedo(metal(kAlpha), kOutgoing, kAllLobes);
+    EXPECT_GT(sum.r, 0.5f * all.r);
+    EXPECT_NEAR((sum + lobes.albedo()).r / all.r, 1.0f, 0.01f);
 }
 
 }  // namespace

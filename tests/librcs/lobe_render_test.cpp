@@ -168,6 +168,38 @@ TEST(LobeRender, FlatMetalShowsFlatMetalAsItIs)
     }
 }
 
+/// A wall a little beside a metal floor that a sun shines along: what the floor sends it comes from far beside its
+/// mirror direction.
+Scene wall_beside_a_sunlit_floor(float roughness)
+{
+    Scene scene;
+    const int floor = test::add_material(scene, test::glossy(1.0f, roughness, {0.9f, 0.9f, 0.9f}));
+    const int wall = test::add_material(scene, glm::vec3(0.5f));
+    test::add_mesh(scene, test::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -1.2f}, floor));
+    test::add_mesh(scene, test::quad({-1, 0, -1}, {2, 0, 0}, {0, 2, 0}, wall));
+    PunctualLight sun;
+    sun.kind = LightKind::directional;
+    sun.direction = glm::normalize(glm::vec3(1.0f, -1.0f, 0.0f));
+    sun.intensity = glm::vec3(5.0f);
+    scene.lights.push_back(sun);
+    scene.cameras = {look_at_camera("camera", {0.0, 1.2, 1.0}, {0.0, 1.1, -1.0}, 0.6)};
+    return scene;
+}
+
+// A lobe that is widened as a whole throws there as much more as its width is squared: the wall was 18 and 2.7 times
+// too bright.
+TEST(LobeRender, NarrowLobesSendLittleFarBesideTheirPeak)
+{
+    for (const float roughness : {0.1f, 0.16f}) {
+        const Scene scene = wall_beside_a_sunlit_floor(roughness);
+        const LayeredImage image = rendered(scene, 32, 1);
+        const LayeredImage truth = test::trace(scene, 32, {.samples = 512, .bounces = 1});
+        const Difference d = compare(image.layers.at("indirect"), truth.layers.at("indirect"));
+        EXPECT_NEAR(d.ratio, 1.0, 0.03) << roughness;
+        EXPECT_LT(d.mean, 0.08) << roughness;
+    }
+}
+
 // As in glossy_render_test: a white body under a white sky cannot be told from the sky; a sheet, where light goes
 // through.
 TEST(LobeRender, AWhiteFurnaceHidesEachLobe)

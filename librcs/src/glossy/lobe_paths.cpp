@@ -87,7 +87,7 @@ void LobePaths::add_emission(const LobePath& path, int lane, const HitSurface& h
     const glm::vec3 emission = light_.emission(w.packet, lane, hit, cone_width);
     if (emission == glm::vec3(0.0f)) return;
     const float others = path.met > 0 ? light_.density_of_lamp(path.from, w.packet, lane) : 0.0f;
-    path.first->radiance += throughput * emission * power_heuristic(path.density, others);
+    path.first->radiance += throughput * emission * path.of_lights * power_heuristic(path.density, others);
 }
 
 void LobePaths::add_sky(const LobePath& path, glm::vec3 throughput) const
@@ -97,7 +97,7 @@ void LobePaths::add_sky(const LobePath& path, glm::vec3 throughput) const
     const float soft = path.met > 0 ? power_heuristic(path.density, light_.density_of_sky(path.from, direction)) : 1.0f;
     const float peak = path.met > 0 ? power_heuristic(path.density, light_.density_of_peaks(path.from, direction))
                                     : power_heuristic(path.density, 0.0f);
-    path.first->radiance += throughput * (soft * sky.soft(direction) + peak * sky.peak(direction));
+    path.first->radiance += throughput * path.of_lights * (soft * sky.soft(direction) + peak * sky.peak(direction));
 }
 
 /// Of lamps and sky at a hit, where the lobe is wide enough to hide the edges of cells; null: shadow rays find it.
@@ -189,7 +189,7 @@ void LobePaths::shade(const LobePath& path, int lane, const HitSurface& hit, glm
 void LobePaths::go_on(const LobePath& path, const SurfacePoint& point, const HitLobes& lobes, glm::vec3 throughput,
                       float length, RandomStream& random, Workspace& w) const
 {
-    const HitLobes::Onward onward = lobes.sample(throughput, random);
+    const HitLobes::Onward onward = lobes.sample(throughput, path.met + 1 == settings_.bounces, random);
     if (onward.weight == glm::vec3(0.0f)) return;
     LobePath next = path;
     next.ray = ray_from(point, onward.direction);
@@ -199,6 +199,7 @@ void LobePaths::go_on(const LobePath& path, const SurfacePoint& point, const Hit
     next.met = path.met + 1;
     next.from = point;
     next.density = onward.density;
+    next.of_lights = onward.of_lamps;
     next.key = mix64(path.key);
     if (next.met < settings_.bounces || light_.may_find_light(next.ray.origin, onward.direction))
         w.next.push_back(next);

@@ -32,8 +32,9 @@ struct LobePath {
     SoftLight* soft = nullptr;      ///< of that ray; null: it is as other light
     int met = 0;                    ///< surfaces since the visible point
     SurfacePoint from;              ///< where this ray starts, if met > 0
-    float density = 0.0f;  ///< of its direction [1/sr]: shares what shines with the sampling of lamps at `from`; 0:
-                           ///< what shines has been counted; +inf: it has not
+    float density = 0.0f;    ///< of its direction [1/sr]: shares what shines with the sampling of lamps at `from`; 0:
+                             ///< what shines has been counted; +inf: it has not
+    float of_lights = 1.0f;  ///< what lamps and sky send along this ray is multiplied with
     std::uint64_t key = 0;
 };
 

@@ -19,6 +19,21 @@ inline float ggx_distribution(float sine2, float alpha)
     return a2 / (std::numbers::pi_v<float> * t * t);
 }
 
+/// The same, its peak spread to about the height of that of a wider lobe, its tails as they are: what a lobe throws far
+/// beside the mirror direction grows as the square of its width, so that one that is wider as a whole lights up what
+/// hardly anything comes to. Over the slopes of h the distribution is cut off at its value at a radius, and a
+/// paraboloid inside brings what that takes.
+/// @param peak_alpha  > alpha
+inline float ggx_spread_distribution(float sine2, float alpha, float peak_alpha)
+{
+    const float a2 = alpha * alpha, radius2 = 2.0f * (peak_alpha * peak_alpha - a2);
+    const float cosine2 = std::max(1.0f - sine2, 1e-12f);
+    const float inside = 1.0f - sine2 / (cosine2 * radius2);
+    if (!(inside > 0.0f)) return ggx_distribution(sine2, alpha);
+    const float edge = a2 + radius2;
+    return (a2 + 2.0f * radius2 * inside) / (std::numbers::pi_v<float> * edge * edge * cosine2 * cosine2);
+}
+
 /// cosine * sqrt(1 + alpha^2 tan^2): cosine (1 + 2 Lambda).
 inline float ggx_slant(float cosine, float alpha)
 {

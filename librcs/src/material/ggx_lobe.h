@@ -36,7 +36,9 @@ struct GgxValue {
 };
 inline GgxValue ggx_value(const LobeView& v, const ScatterPair& pair)
 {
-    const float d = ggx_distribution(pair.sine2_h, v.lobe->alpha);
+    const float d = v.lobe->peak_alpha > v.lobe->alpha
+                        ? ggx_spread_distribution(pair.sine2_h, v.lobe->alpha, v.lobe->peak_alpha)
+                        : ggx_distribution(pair.sine2_h, v.lobe->alpha);
     return {d * ggx_visibility(v.cosine, v.slant, pair.cosine_i, ggx_slant(pair.cosine_i, v.lobe->alpha)),
             d * ggx_density_factor(v.cosine, v.slant)};
 }

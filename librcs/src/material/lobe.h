@@ -19,6 +19,7 @@ struct Lobe {
     glm::vec3 color;         ///< reflectance at normal incidence, or albedo
     float level;             ///< reflectance at grazing incidence, or strength
     float alpha;             ///< width as that of a GGX lobe, in [kLeastAlpha, 1]; 1: diffuse
+    float peak_alpha;        ///< at least alpha: its peak is spread to be as high as that of a GGX lobe so wide
     std::uint32_t kind : 8;  ///< place in LobeKinds, from 1; kNone: no lobe
     std::uint32_t stretch_code : 12, turn_code : 12;
 
@@ -33,7 +34,7 @@ struct Lobe {
         turn_code = static_cast<std::uint32_t>(4096.0f * (half_turns - std::floor(half_turns))) & 4095u;
     }
 };
-static_assert(sizeof(Lobe) == 24);
+static_assert(sizeof(Lobe) == 28);
 
 /// As of Lobe.
 struct LobeDirection {

@@ -23,6 +23,7 @@ namespace rcs {
 ///   passes_rays    rays of light go straight on through it, as one of their chances
 ///   is_diffuse     is lit by irradiance
 ///   is_diffuse_behind  is lit by irradiance on the other side
+///   keeps_tails    is GGX about the mirror direction, whose peak can be spread by itself (Lobe::peak_alpha)
 ///   is_recordable  is symmetric about the mirror direction and like any other of its width: radiance records can light
 ///   it
 using LobeKinds = std::tuple<Coat, Sheen, Anisotropic, Specular, Transmission, DiffuseTransmission, Diffuse>;
@@ -66,7 +67,7 @@ constexpr std::uint8_t number_of_kind()
 template <typename Kind>
 Lobe make_lobe(glm::vec3 color, float level = 1.0f, float width = 1.0f)
 {
-    return {color, level, width, number_of_kind<Kind>(), 0u, 0u};
+    return {color, level, width, width, number_of_kind<Kind>(), 0u, 0u};
 }
 
 inline bool transmits(const Lobe& lobe)
@@ -96,18 +97,20 @@ inline bool lit_by_rays(const Lobe& lobe) { return !is_diffuse(lobe) && !lit_by_
 /// Whether it shows what is straight behind it, or else scatters what passes.
 inline bool shows_straight(const Lobe& lobe) { return passes_rays(lobe) && lobe.alpha <= kStraightAlpha; }
 
-/// As wide as `alpha` at least.
+/// Its peak as wide as `alpha` at least: tails stay, but of a kind that is widened as a whole.
 inline Lobe widened(Lobe lobe, float alpha)
 {
-    lobe.alpha = std::max(lobe.alpha, alpha);
+    lobe.peak_alpha = std::max(lobe.peak_alpha, alpha);
+    if (!with_kind(lobe.kind, [](auto kind) { return kind.keeps_tails; })) lobe.alpha = lobe.peak_alpha;
     return lobe;
 }
-/// Makes it as wide as lobes are at hits that light is gathered from. @param least  least_hit_alpha() of the rays
+/// Widens it as lobes are at hits that light is gathered from. @param least  least_hit_alpha() of the rays
 inline void widen_at_hit(Lobe& lobe, float least)
 {
     if (lobe.alpha >= least) return;
-    lobe =
-        widened(lobe, with_kind(lobe.kind, [&](auto kind) { return least_alpha_of(kind.reflectance(lobe), least); }));
+    lobe = widened(lobe, with_kind(lobe.kind, [&](auto kind) {
+                       return least_alpha_of(kind.reflectance(lobe), kind.keeps_tails ? least : kWholePart * least);
+                   }));
 }
 
 }  // namespace rcs

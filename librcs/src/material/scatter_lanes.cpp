@@ -7,14 +7,15 @@
 namespace rcs {
 namespace {
 
-/// One lobe, as the formulas of its kind have it: a part of its caller, so that they become vectors there. Lanes of
-/// which nothing comes are worked out as well, which not every kind's formulas stand.
+/// One lobe whose peak is not spread, as the formulas of its kind have it: a part of its caller, so that they become
+/// vectors there. Lanes of which nothing comes are worked out as well, which not every kind's formulas stand.
 template <typename Kind>
 RCS_ALWAYS_INLINE void add_together(Kind kind, const Bsdf& bsdf, const LobeView& seen, const DirectionLanes& incoming,
                                     ColorLanes& f)
 {
     const glm::vec3 normal = bsdf.normal, geometric = bsdf.geometric_normal;
-    const Lobe lobe = *seen.lobe;
+    Lobe lobe = *seen.lobe;
+    lobe.peak_alpha = lobe.alpha;  // as its caller knows, and the compiler has to: else these are no vectors
     LobeView view = seen;
     view.lobe = &lobe;
     if (!kind.is_diffuse && !(glm::dot(normal, view.outgoing) > 0.0f)) return;
@@ -65,9 +66,10 @@ ColorLanes SeenLobes::evaluate(const DirectionLanes& incoming) const
         if ((lobes_ >> i & 1u) == 0u) continue;
         with_kind(bsdf_->lobe[i].kind, [&](auto kind) {
             using Kind = decltype(kind);
-            if constexpr (std::is_same_v<Kind, Specular>)
+            const bool is_spread = bsdf_->lobe[i].peak_alpha > bsdf_->lobe[i].alpha;
+            if (std::is_same_v<Kind, Specular> && !is_spread)
                 add_specular(*bsdf_, view_[i], incoming, f);
-            else if constexpr (std::is_same_v<Kind, Coat>)
+            else if (std::is_same_v<Kind, Coat> && !is_spread)
                 add_coat(*bsdf_, view_[i], incoming, f);
             else
                 add_singly(kind, *bsdf_, view_[i], incoming, f);

@@ -9,7 +9,7 @@ namespace rcs {
 /// width across that direction; along it, `stretch` leads from there to 1.
 struct Anisotropic {
     static constexpr bool transmits = false, passes_rays = false, is_diffuse = false, is_recordable = false,
-                          is_diffuse_behind = false;
+                          is_diffuse_behind = false, keeps_tails = false;
     static constexpr bool covers = true;
 
     template <typename Range>

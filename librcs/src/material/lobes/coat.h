@@ -8,7 +8,7 @@ namespace rcs {
 /// Clear coat (KHR_materials_clearcoat): a dielectric GGX layer above all else. `level`: its strength.
 struct Coat {
     static constexpr bool transmits = false, passes_rays = false, is_diffuse = false, is_recordable = false,
-                          is_diffuse_behind = false;
+                          is_diffuse_behind = false, keeps_tails = true;
     static constexpr bool covers = true;
     /// The coat's index of refraction is 1.5.
     static constexpr float kF0 = 0.04f;

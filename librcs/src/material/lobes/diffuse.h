@@ -10,7 +10,7 @@ namespace rcs {
 /// horizon as the viewer sees it: smooth silhouettes stay lit.
 struct Diffuse {
     static constexpr bool transmits = false, passes_rays = false, is_diffuse = true, is_recordable = false,
-                          is_diffuse_behind = false;
+                          is_diffuse_behind = false, keeps_tails = false;
     static constexpr bool covers = false;
 
     template <typename Range>

@@ -11,7 +11,7 @@ namespace rcs {
 /// `color`: its albedo.
 struct DiffuseTransmission {
     static constexpr bool transmits = true, passes_rays = false, is_diffuse = false, is_recordable = false,
-                          is_diffuse_behind = true;
+                          is_diffuse_behind = true, keeps_tails = false;
     static constexpr bool covers = false;
 
     template <typename Range>

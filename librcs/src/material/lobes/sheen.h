@@ -14,7 +14,7 @@ namespace rcs {
 /// has it for light from all sides.
 struct Sheen {
     static constexpr bool transmits = false, passes_rays = false, is_diffuse = false, is_recordable = false,
-                          is_diffuse_behind = false;
+                          is_diffuse_behind = false, keeps_tails = false;
     static constexpr bool covers = true;
 
     template <typename Range>

@@ -9,7 +9,7 @@ namespace rcs {
 /// mixed in one GGX lobe. `color`: f0; `level`: f90.
 struct Specular {
     static constexpr bool transmits = false, passes_rays = false, is_diffuse = false, is_recordable = true,
-                          is_diffuse_behind = false;
+                          is_diffuse_behind = false, keeps_tails = true;
     static constexpr bool covers = true;
 
     template <typename Range>

@@ -9,7 +9,7 @@ namespace rcs {
 /// the colour. A narrow one shows what is straight behind. `color`: of what passes.
 struct Transmission {
     static constexpr bool transmits = true, passes_rays = true, is_diffuse = false, is_recordable = false,
-                          is_diffuse_behind = false;
+                          is_diffuse_behind = false, keeps_tails = true;
     static constexpr bool covers = false;
 
     template <typename Range>
