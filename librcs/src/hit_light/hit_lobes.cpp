@@ -80,7 +80,11 @@ HitLobes::Onward HitLobes::sample(glm::vec3 throughput, bool only_lamps, RandomS
     const float goes_on = std::min(sum / kSurelyOn, 1.0f);
     if (random.next() >= goes_on) return {};
     int picked = 0;
-    while (picked + 1 < count_ && choice >= by_lobe[picked]) choice -= by_lobe[picked++];
+    for (int i = 0; i < count_; ++i) {
+        if (!(by_lobe[i] > 0.0f)) continue;
+        picked = i;
+        if ((choice -= by_lobe[i]) < 0.0f) break;
+    }
     const Part& part = part_[picked];
     const float u = random.next();
     const BsdfSample s = rcs::sample(part.exact, outgoing_, 0.5f, {u, random.next()});
