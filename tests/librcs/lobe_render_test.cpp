@@ -1,6 +1,7 @@
 // Every kind of lobe beyond metal and dielectric: the renderer against the reference, which shares the surface and none
 // of the techniques.
 #include <cmath>
+#include <initializer_list>
 #include <string>
 #include <vector>
 
@@ -123,18 +124,25 @@ Difference compare(const Image& found, const Image& expected)
     return {sum / truth, difference / truth};
 }
 
+/// Renders and traces the scene, and expects no larger differences.
+void expect_as_traced(const Scene& scene, std::initializer_list<const char*> layers, int bounces, double most_bias,
+                      double most_difference)
+{
+    constexpr int kSize = 32;
+    const LayeredImage image = rendered(scene, kSize, bounces);
+    const LayeredImage truth = test::trace(scene, kSize, {.samples = 512, .bounces = bounces});
+    for (const char* layer : layers) {
+        const Difference d = compare(image.layers.at(layer), truth.layers.at(layer));
+        EXPECT_NEAR(d.ratio, 1.0, most_bias) << layer;
+        EXPECT_LT(d.mean, most_difference) << layer;
+    }
+}
+
 TEST(LobeRender, AgreesWithTheReferenceForEachLobe)
 {
     for (const auto& [name, material, most_bias, most_difference] : cases()) {
-        const Scene scene = ball_on_a_floor(material);
-        const int size = 32;
-        const LayeredImage image = rendered(scene, size, 2);
-        const LayeredImage truth = test::trace(scene, size, {.samples = 512, .bounces = 2});
-        for (const char* layer : {"direct", "indirect"}) {
-            const Difference d = compare(image.layers.at(layer), truth.layers.at(layer));
-            EXPECT_NEAR(d.ratio, 1.0, most_bias) << name << ", " << layer;
-            EXPECT_LT(d.mean, most_difference) << name << ", " << layer;
-        }
+        SCOPED_TRACE(name);
+        expect_as_traced(ball_on_a_floor(material), {"direct", "indirect"}, 2, most_bias, most_difference);
     }
 }
 
@@ -159,12 +167,8 @@ Scene metal_lift(float roughness)
 TEST(LobeRender, FlatMetalShowsFlatMetalAsItIs)
 {
     for (const float roughness : {0.3f, 0.48f}) {
-        const Scene scene = metal_lift(roughness);
-        const LayeredImage image = rendered(scene, 32, 1);
-        const LayeredImage truth = test::trace(scene, 32, {.samples = 512, .bounces = 1});
-        const Difference d = compare(image.layers.at("indirect"), truth.layers.at("indirect"));
-        EXPECT_NEAR(d.ratio, 1.0, 0.02) << roughness;
-        EXPECT_LT(d.mean, 0.06) << roughness;
+        SCOPED_TRACE(roughness);
+        expect_as_traced(metal_lift(roughness), {"indirect"}, 1, 0.02, 0.06);
     }
 }
 
@@ -191,12 +195,8 @@ Scene wall_beside_a_sunlit_floor(float roughness)
 TEST(LobeRender, NarrowLobesSendLittleFarBesideTheirPeak)
 {
     for (const float roughness : {0.1f, 0.16f}) {
-        const Scene scene = wall_beside_a_sunlit_floor(roughness);
-        const LayeredImage image = rendered(scene, 32, 1);
-        const LayeredImage truth = test::trace(scene, 32, {.samples = 512, .bounces = 1});
-        const Difference d = compare(image.layers.at("indirect"), truth.layers.at("indirect"));
-        EXPECT_NEAR(d.ratio, 1.0, 0.03) << roughness;
-        EXPECT_LT(d.mean, 0.08) << roughness;
+        SCOPED_TRACE(roughness);
+        expect_as_traced(wall_beside_a_sunlit_floor(roughness), {"indirect"}, 1, 0.03, 0.08);
     }
 }
 
